@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas messages lock clean
+.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas messages lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -21,6 +21,14 @@ test: .venv/ready
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow
+
+TESTS ?= --numprocesses logical --dist loadfile --no-loadscope-reorder
+
+latest:  # the suite against the newest dependencies, without pins, in an environment of its own; says what broke
+	$(PYTHON) -m venv --clear out/latest
+	out/latest/bin/pip install --quiet --upgrade pip
+	out/latest/bin/pip install --quiet --upgrade --editable '.[all]' --group dev
+	out/latest/bin/python bench/latest.py $(TESTS)
 
 mutants: .venv/ready  # about half an hour
 	$(BIN)/python -m bench.mutants
@@ -106,7 +114,7 @@ messages: .venv/ready  # every text that a user can meet, into tests/messages.tx
 lock: .venv/ready
 	$(BIN)/pip install --quiet uv
 	$(BIN)/uv pip compile --universal --generate-hashes --no-header --no-emit-index-url --no-annotate \
-	  --group dev --output-file requirements.lock pyproject.toml
+	  --group dev --all-extras --output-file requirements.lock pyproject.toml
 
 .venv/ready: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'

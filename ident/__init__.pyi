@@ -4,6 +4,8 @@ from .estimation.estimate import IdentifiedGain as IdentifiedGain
 from .estimation.estimate import RefusedGain as RefusedGain
 from .estimation.estimators import ESTIMATORS as ESTIMATORS
 from .estimation.gain_options import GainOptions as GainOptions
+from .estimation.known_gains import KnownGains as KnownGains
+from .estimation.known_gains import stated_gains as stated_gains
 from .estimation.uncertainty import UNCERTAINTIES as UNCERTAINTIES
 from .identification import Identification as Identification
 from .identification import identify as identify
@@ -19,3 +21,5 @@ from .recordings.motion import Motion as Motion
 from .recordings.motion import read as read
 from .recordings.recording import Recording as Recording
 from .support.errors import IdentificationError as IdentificationError
+from .unseen import Unseen as Unseen
+from .unseen import predict_unseen as predict_unseen

@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Sequence
 
 from ident.support.errors import IdentificationError
+from ident.support.extras import needed_extra
 from ident.support.naming import nearest
 from scenarios.command_line.arguments import escaped, is_text, quoted
 from scenarios.command_line.parser import complain
@@ -20,7 +21,7 @@ from scenarios.command_line.streams_and_signals import (
     tell,
 )
 from scenarios.command_line.surroundings import foreign_packages, without_opengl
-from scenarios.commands import COMMANDS, command
+from scenarios.commands import COMMANDS, NEEDED, command
 from scenarios.commands.main_parser import parser_of
 from scenarios.commands.overview import overview
 from scenarios.experiments.files.tables import find_scenario
@@ -60,15 +61,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
         return Status.BAD_INPUT
+    except ModuleNotFoundError as error:
+        return _absent(error, list(sys.argv[1:] if arguments is None else arguments))
     except Exception as error:  # the last resort: a traceback would end with 1, which is a missed tolerance
-        if os.environ.get(TRACEBACK):
-            traceback.print_exc()
-        foreign = foreign_packages(error)
-        if foreign is not None:
-            complain(foreign)
-            return Status.BAD_INPUT
-        complain(f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)")
-        return Status.UNFORESEEN
+        return _unforeseen(error)
+
+
+def _absent(error: ModuleNotFoundError, arguments: Sequence[str]) -> Status:
+    """A package that is not there: of an extra, or nobody knows why."""
+    extra = needed_extra(error.name, NEEDED.get(next(iter(arguments), "")))
+    if extra is None:
+        return _unforeseen(error)
+    complain(extra)
+    return Status.BAD_INPUT
+
+
+def _unforeseen(error: Exception) -> Status:
+    """An error nobody foresaw, or a foreign package's."""
+    if os.environ.get(TRACEBACK):
+        traceback.print_exc()
+    foreign = foreign_packages(error)
+    if foreign is not None:
+        complain(foreign)
+        return Status.BAD_INPUT
+    complain(f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)")
+    return Status.UNFORESEEN
 
 
 def _carried_out(arguments: list[str]) -> Status:

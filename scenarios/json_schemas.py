@@ -18,6 +18,7 @@ from scenarios.benchmark.comparison.statistics import Comparison
 from scenarios.benchmark.methods.answer import AnswerFile
 from scenarios.benchmark.methods.answers import Answers
 from scenarios.benchmark.paper.result import PaperResult
+from scenarios.benchmark.scoreboard.results import Scoreboard
 from scenarios.design.results import NewRobot, PayloadDesign, Sampled, Searched
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.gains import GainsFile
@@ -48,6 +49,7 @@ RESULTS: dict[str, type[BaseModel]] = {
     "new-robot": NewRobot,
     "payload-design": PayloadDesign,
     "identify-bare": BareResult,
+    "scoreboard": Scoreboard,
     "verify": Verification,
     "verify-motions": CrossValidation,
     "payload-of": FoundPayload,

@@ -19,6 +19,7 @@ MODULES = {
             "model.structure",
         ),
         "Use the gains": (
+            "unseen",
             "estimation.known_gains",
             "estimation.joint_torque",
             "payload_identification.verification",

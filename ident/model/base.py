@@ -6,7 +6,7 @@ and filtered data would let rounding pass for rank. Pivoted QR factorises one ti
 literature: YY, MZ and M of a revolute link are regrouped into their neighbours, Ia into ZZ where it can be.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from ident.model.regressor import regressor
 from ident.support.arrays import Array, Indices, readonly
 
 TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off", *COUPLING))
+NO_DRIVES: Mapping[str, Array] = {}
 RANK_TOL = 1e-8
 """Share of a unit column that must be new: exact dependence leaves 1e-15, the weakest base column 1e-3."""
 
@@ -42,14 +43,17 @@ class BaseParameters:
         """Names of the chosen columns, b strings."""
         return tuple(self.labels[c] for c in self.columns)
 
-    def standard(self, links: Array) -> Array:
-        """The standard parameters of given links, zero for motors, friction and offsets, shape (p,).
+    def standard(self, links: Array, drives: Mapping[str, Array] = NO_DRIVES) -> Array:
+        """The standard parameters of given links and drives, zero for what is not given, shape (p,).
 
         Args:
             links: `INERTIAL` parameters of every link, shape (n, 10).
+            drives: Parameters of every drive by name, as `Ia`, shape (n,) each.
         """
         chi = np.zeros(len(self.labels))
         chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
+        for name, values in drives.items():
+            chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(values))]] = values
         return chi
 
     def groups(self, tol: float = 1e-9) -> dict[str, dict[str, float]]:

@@ -17,7 +17,8 @@ from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import Verification, verified
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
+from ident.support.errors import NotIdentifiable
 
 UNKNOWN = Payload(mass=1.0, known="none")
 """A payload of which nothing is known; its mass is not used."""
@@ -26,17 +27,15 @@ PLAIN = AllJointsOptions(friction="viscous-coulomb")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GainsOutcome:
-    """What motions give with gains in use.
+class ArmInUse:
+    """An arm as its bare motions show it with gains in use.
 
     Attributes:
         gains: The gains.
-        weighed: The weight from all joints and from each alone, beside its scale; its centre and inertia.
         arm: The arm from the bare motions, with viscous and Coulomb friction.
     """
 
     gains: KnownGains
-    weighed: Verification
     arm: BareArm
 
     def base(self, structure: Structure) -> Array:
@@ -46,6 +45,30 @@ class GainsOutcome:
             for each in self.arm.friction[j]:
                 found.setdefault(f"{each.name.partition(' ')[0]}{j + 1}", gain * each.value)
         return np.array([found.get(name, 0.0) for name in structure.base.names])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainsOutcome(ArmInUse):
+    """What motions give with gains in use: the arm, and a weight.
+
+    Attributes:
+        weighed: The weight from all joints and from each alone, beside its scale; its centre and inertia.
+    """
+
+    weighed: Verification
+
+
+def arm_in_use(problem: Problem, gains: KnownGains) -> ArmInUse:
+    """Find the arm with gains in use, from the bare motions of a problem.
+
+    Raises:
+        NotIdentifiable: If no motion is bare.
+        GainsError: If the gains are not of this arm.
+    """
+    bare = replace(problem, motions=tuple(motion for motion in problem.motions if motion.payload is None))
+    if not bare.motions:
+        raise NotIdentifiable("no motion is bare; record one without payload")
+    return ArmInUse(gains=gains, arm=arm_in_SI(bare, PLAIN, gains))
 
 
 def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options: object) -> GainsOutcome:
@@ -63,8 +86,7 @@ def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options:
         PayloadError: If nothing of the weight is known.
     """
     found = payload_of(problem, gains, options if isinstance(options, AllJointsOptions) else PLAIN)
-    bare = replace(problem, motions=tuple(motion for motion in problem.motions if motion.payload is None))
-    return GainsOutcome(gains=gains, weighed=verified(found, weight, gains), arm=arm_in_SI(bare, PLAIN, gains))
+    return GainsOutcome(gains=gains, weighed=verified(found, weight, gains), arm=arm_in_use(problem, gains).arm)
 
 
 def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object) -> GainsOutcome:
@@ -107,3 +129,15 @@ def predicted_torque(system: PooledSystem, base: Array, payload: Payload) -> Arr
         payload: That it carries; what is known of it is used.
     """
     return system.W @ base + system.W_L @ payload.known_part().chi
+
+
+def rel_errors(error: Array, measured: Array, joint: Indices) -> dict[int, float]:
+    """Norm of an error over that of what was measured, by joint from 0.
+
+    Args:
+        error: Of a prediction, shape (r,).
+        measured: What it predicts, in the same unit, shape (r,).
+        joint: Joint of each row, from 0, shape (r,).
+    """
+    rows = {int(j): joint == j for j in np.unique(joint)}
+    return {j: float(np.linalg.norm(error[at]) / np.linalg.norm(measured[at])) for j, at in rows.items()}

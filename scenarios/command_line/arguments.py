@@ -131,9 +131,9 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
     return bounded
 
 
-def add_force_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare that files of others may be written over."""
-    parser.add_argument("--force", action="store_true", help="overwrite files that this command did not write")
+def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Declare that files of others may be written over; `more` is what else it allows."""
+    parser.add_argument("--force", action="store_true", help=f"overwrite files that this command did not write{more}")
 
 
 def add_quiet_argument(parser: argparse.ArgumentParser) -> None:

@@ -37,6 +37,11 @@ def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
         raise argparse.ArgumentTypeError(f"{error}, or numbers as 12,12,10") from None
 
 
+def add_compared_gains(parser: argparse.ArgumentParser, said: str) -> None:
+    """Declare other gains; `said` is what becomes of them."""
+    parser.add_argument("--compare-with", type=gains_or_numbers, metavar="G", help=said)
+
+
 def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
     """Gains of an arm, of a file or the numbers themselves, which count as exact.
 

@@ -14,6 +14,7 @@ from scenarios.command_line.robot_arguments import named_structure
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import Diagnosed
     from ident.payload_identification.payload_estimate import FoundPayload
+    from ident.preparation import Prepared
     from scenarios.experiments.files.gains import GainsFile
 
 
@@ -43,8 +44,11 @@ def observe_words(options: argparse.Namespace) -> list[str]:
 
 def weigh(
     options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
-) -> "tuple[FoundPayload, Diagnosed]":
-    """Read recordings and find their payload with the gains of a file, and what is said of the recordings.
+) -> "tuple[FoundPayload, Diagnosed, Prepared]":
+    """Read recordings and find their payload with the gains of a file.
+
+    Returns:
+        The payload, what is said of the recordings, and these as they were used.
 
     Raises:
         ScenarioError: If the gains were found from a loaded recording, or with a payload in a bare one.
@@ -66,5 +70,5 @@ def weigh(
         bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
         observing = observe_options(file, observe_words(options))
-        problem, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
-        return payload_of(problem, file.known, model_options(file, options.option)), diagnosed
+        prepared, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
+        return payload_of(prepared.problem, file.known, model_options(file, options.option)), diagnosed, prepared

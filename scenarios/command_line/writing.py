@@ -25,6 +25,10 @@ def right_to_write(options: argparse.Namespace, folder: Path, names: Iterable[st
             is there that the command did not write, and --force is not given.
         OSError: If a file cannot be written.
     """
+    names = tuple(names)
+    if any(name.endswith(".parquet") for name in names):
+        import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # told before the work, not after it
+
     return claim(folder, names, command=command, force=options.force, reads=files_read(options))
 
 

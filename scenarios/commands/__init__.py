@@ -41,6 +41,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "compare methods on scenarios, your own included",
+        "scoreboard": "methods on public recordings that you downloaded",
     },
     "hand on": {
         "report": "write a saved result as one HTML page",
@@ -51,6 +52,12 @@ GROUPS: dict[str, dict[str, str]] = {
     },
 }
 """What one can do, in the order one would: each command with a one-line summary."""
+NEEDED = {
+    **dict.fromkeys(("excite", "payload", "paper", "sensitivity", "monte-carlo", "compare"), "study"),
+    **dict.fromkeys(("report", "scoreboard"), "pages"),
+    "view": "film",
+}
+"""The extra that has all that a command needs, of those that the core is not enough for."""
 COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
 """All of them; `monte-carlo` is the module `monte_carlo` here."""
 

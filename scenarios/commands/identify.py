@@ -22,6 +22,7 @@ from scenarios.command_line.progress import under_way
 from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
 from scenarios.command_line.saving import add_save_argument, claimed_folder, save_identified
 from scenarios.command_line.status import Status
+from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
 from scenarios.commands import identify_bare
 
 
@@ -40,7 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = (
         "other gains, a file or numbers as 12,12,10: what they make of the weight that was mounted, beside those found"
     )
-    add("--compare-with", type=gains_file_arguments.gains_or_numbers, metavar="G", help=said)
+    gains_file_arguments.add_compared_gains(parser, said)
+    said = "Predicted with the gains found; with --compare-with, status 1 unless these predict it better than G."
+    add_unseen_arguments(parser, said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
@@ -54,6 +57,7 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.payload_identification.gains_outcome import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
+    from ident.unseen import predict_unseen
     from scenarios.experiments.nominal_links import model_links
     from scenarios.reports.identify import estimate_report
 
@@ -65,6 +69,7 @@ def main(options: argparse.Namespace) -> Status:
         structure = named_structure(options)
         said = log_description(options, structure.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
+        log = unseen_log(options, said)
     if alone:
         with under_way(options, "identifying"), threadpool_limits(1):
             report = identify_bare.found(options, structure, motions, saving)
@@ -90,6 +95,7 @@ def main(options: argparse.Namespace) -> Status:
         identify_s = time.perf_counter() - started
         assert found.prepared is not None, "an identification has what it was found from"
         cost = None if other is None else outcome_of_other_gains(found.prepared.problem, other, own)
+        unseen = None if log is None else predict_unseen(found, log, other=other)
     if held is not None:
         from scenarios.results.gains_file import Origin, gains_file
 
@@ -98,14 +104,14 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)
-    report = estimate_report(found, structure.arm, identify_s, cost)
+    report = estimate_report(found, structure.arm, identify_s, cost, unseen)
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     save_identified(
         options, saving, report, kind="identification", title=title, motions=motions, observing=found.observing,
         gains=limits, own=own, found=found,
     )  # fmt: skip
     show(report, options)
-    return Status.PASSED
+    return Status.PASSED if unseen is None or unseen.passed else Status.MISSED
 
 
 def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:

@@ -30,6 +30,8 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError(
             "--compare-with: bare recordings weigh nothing; add --loaded B --payload P.toml, or use --gains G"
         )
+    if bare and options.unseen is not None:
+        raise ScenarioError("--unseen: bare recordings give no gains to predict with; add --loaded B --payload P.toml")
     if bare and options.gains_out is not None:
         raise ScenarioError("--gains-out: bare recordings give only ratios of gains; add --loaded B --payload P.toml")
     if options.if_loaded is not None and options.gains is None:

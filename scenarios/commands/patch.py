@@ -3,15 +3,24 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
 from scenarios.command_line import gains_file_arguments
 from scenarios.command_line.known_gains_arguments import add_gains_argument
+from scenarios.command_line.log_arguments import add_log_arguments, log_description
 from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
 from scenarios.command_line.status import Status
+from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from ident.model.structure import Structure
+    from ident.unseen import Unseen
+    from scenarios.experiments.files.gains import GainsFile
 
 NAME = "rx90 patch"
 
@@ -33,8 +42,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
+    said = (
+        "MODEL with the gains of --nominal and the copy with those of --gains predict its currents; the copy is "
+        "written only if it predicts better, else status 1."
+    )
+    add_unseen_arguments(parser, said)
+    add_log_arguments(parser)
     add_form_arguments(parser)
-    arguments.add_force_argument(parser)
+    arguments.add_force_argument(parser, "; write a copy that predicts --unseen no better")
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -61,14 +76,51 @@ def main(options: argparse.Namespace) -> Status:
         links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
     joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
     found = patched_model(options.model, joints, links)
+    with under_way(options, "predicting"):
+        unseen = _unseen(options, structure, gains, nominal, found.content)
     contents = [found.content]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
-    for path, right, content in zip(written, held, contents, strict=True):
+    passed = unseen is None or unseen.passed
+    for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
-    show(patch_report(patched(found.changes, gains, options.out, options.ros_params)), options)
-    return Status.PASSED
+    told = patched(found.changes, gains, options.out, options.ros_params, unseen, written=passed or options.force)
+    show(patch_report(told), options)
+    return Status.PASSED if passed else Status.MISSED
+
+
+def _unseen(
+    options: argparse.Namespace, structure: "Structure", gains: "GainsFile", nominal: "GainsFile | None", copy: bytes
+) -> "Unseen | None":
+    """A motion as the copy with the gains predicts it, and as the model with the nominal ones; None if none is given.
+
+    Raises:
+        ScenarioError: If the gains were found from it.
+        ModelFileError: If MuJoCo cannot read the masses of either model.
+    """
+    log = unseen_log(options, log_description(options, structure.arm.joint_names))
+    if log is None:
+        return None
+    from tempfile import TemporaryDirectory
+
+    from ident.estimation.gain_options import GainOptions
+    from ident.unseen import UsedModel, predicted, unseen_motion
+    from scenarios.experiments.nominal_links import model_base
+    from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
+
+    check_unseen(gains, [], [log.recording])
+    limits = options_of(GainOptions, gains.options.gains, ())
+    unseen = unseen_motion(log, [], structure, observing=observe_options(gains, ()), gains=limits)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / options.model.name
+        path.write_bytes(copy)
+        given, patched = (model_base(each, options.flange, structure.base) for each in (options.model, path))
+    return predicted(
+        unseen,
+        UsedModel(gains=gains.known, base=patched, fitted={}),
+        UsedModel(gains=(nominal or gains).known, base=given, fitted={}),
+    )
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:

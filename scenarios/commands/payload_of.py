@@ -32,7 +32,7 @@ def main(options: argparse.Namespace) -> Status:
 
     file = read_gains(options.gains)
     with under_way(options, "weighing"):
-        found, diagnosed = weigh(options, file, options.unloaded, options.logs)
+        found, diagnosed, _ = weigh(options, file, options.unloaded, options.logs)
         body = body_of(found)
         check_mass(body)
         joints = joint_agreement(found, body, file.known)

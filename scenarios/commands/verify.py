@@ -1,7 +1,9 @@
 """`rx90 verify`."""
 
 import argparse
+from typing import TYPE_CHECKING
 
+from scenarios.command_line.gains_file_arguments import add_compared_gains, known_gains
 from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, observe_words, weigh
 from scenarios.command_line.log_arguments import add_log_arguments, log_description
 from scenarios.command_line.motion_arguments import MountedFiles, add_motion_arguments, mounted_files
@@ -10,7 +12,13 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.progress import under_way
 from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
 from scenarios.command_line.status import Status
+from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
 from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from ident.preparation import Prepared
+    from ident.unseen import Unseen
+    from scenarios.experiments.files.gains import GainsFile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,6 +28,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, needed=False, said="gains to test against the payload's known mass; without them, cross-validation"
     )
     add_motion_arguments(parser)
+    said = "gains of a data sheet, a file or numbers as 12,12,10, that the motion of --unseen is predicted with as well"
+    add_compared_gains(parser, said)
+    said = (
+        "Predicted with the gains of --gains, or those found; with --compare-with, status 1 unless these predict it "
+        "better than G."
+    )
+    add_unseen_arguments(parser, said)
     add_log_arguments(parser)
     add_overlay_arguments(parser)
     add_form_arguments(parser)
@@ -27,6 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Weigh a known mass with the gains, or cross-validate; 1 if a mass differs."""
+    if options.compare_with is not None and options.unseen is None:
+        raise ScenarioError("--compare-with: no motion is given to predict with both; add --unseen LOG")
     files = mounted_files(options.given)
     return _cross_validated(options, files) if options.gains is None else _weighed(options, files)
 
@@ -43,10 +60,30 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):
-        weighed, diagnosed = weigh(options, file, unloaded, mounted[0].recordings)
+        weighed, diagnosed, prepared = weigh(options, file, unloaded, mounted[0].recordings)
         found = verified(weighed, payload, file.known)
-    show(verification_report(found, diagnosed), options)
-    return Status.PASSED if found.passed else Status.MISSED
+        unseen = _unseen(options, file, prepared)
+    show(verification_report(found, diagnosed, unseen), options)
+    return Status.PASSED if found.passed and (unseen is None or unseen.passed) else Status.MISSED
+
+
+def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
+    """A motion that neither these gains nor the arm of the bare motions has seen, None where none is given."""
+    from ident.payload_identification.gains_outcome import arm_in_use
+    from ident.unseen import predicted, unseen_motion, used_model
+    from scenarios.gains_in_use.known_gains_problem import check_unseen
+
+    problem, structure = prepared.problem, prepared.problem.structure
+    log = unseen_log(options, log_description(options, structure.arm.joint_names))
+    if log is None:
+        return None
+    check_unseen(file, [], [log.recording])
+    bare = [motion for motion in prepared.motions if motion.payload is None]
+    unseen = unseen_motion(log, bare, structure, observing=prepared.observing, gains=problem.options)
+    given = options.compare_with
+    rivals = [] if given is None else [known_gains(given, structure.arm)]
+    models = [used_model(arm_in_use(problem, each), structure) for each in (file.known, *rivals)]
+    return predicted(unseen, *models)
 
 
 def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
@@ -58,6 +95,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     from ident.observation.observation import ObserveOptions
     from ident.recordings.motion import in_order_of_time
     from ident.support.options import options_from_words
+    from ident.unseen import predict_unseen
     from scenarios.commands.identify import recorded
     from scenarios.reports.verify import prediction_report
 
@@ -70,5 +108,8 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
         identified = identify(arm, motions, options=own, observing=observing, policy=policy_of(options))
         stages.begin("predicting")
         found = cross_validated(identified.estimate)
-    show(prediction_report(identified, found), options)
-    return Status.PASSED
+        given, log = options.compare_with, unseen_log(options, said)
+        other = None if given is None else known_gains(given, arm.arm)
+        unseen = None if log is None else predict_unseen(identified, log, other=other)
+    show(prediction_report(identified, found, unseen), options)
+    return Status.PASSED if unseen is None or unseen.passed else Status.MISSED

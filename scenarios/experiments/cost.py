@@ -54,6 +54,5 @@ def _exact(body: PayloadBody) -> Payload:
 def _true_base(setup: Setup) -> Array:
     """Base parameters of the arm as it is, friction left out, shape (b,)."""
     robot, base = setup.plant.robot, setup.structure.base
-    chi = base.standard(nominal_links(robot.model, robot.flange).whole)
-    chi[[base.labels.index(f"Ia{j + 1}") for j in range(robot.n)]] = setup.plant.drives.rotor_inertia
-    return base.regrouping @ chi
+    links, rotors = nominal_links(robot.model, robot.flange).whole, setup.plant.drives.rotor_inertia
+    return base.regrouping @ base.standard(links, {"Ia": rotors})

@@ -8,7 +8,7 @@ import numpy as np
 from ident.estimation.estimate import GainEstimate, JointResult, RefusedGain
 from ident.estimation.joint_by_joint.pooled_system import pooled_system
 from ident.estimation.problem import ObservedMotion
-from ident.payload_identification.gains_outcome import GainsOutcome, predicted_torque
+from ident.payload_identification.gains_outcome import GainsOutcome, predicted_torque, rel_errors
 from ident.payload_identification.payload_body import UNITS
 from ident.support.arrays import Array
 from scenarios.experiments.files.schema import ToleranceTable
@@ -265,5 +265,5 @@ def _torque_errors(outcome: GainsOutcome, gain: Array, other: ObservedMotion) ->
     system = pooled_system([other])
     predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)
     true = gain[system.joint] * system.V
-    rows = {j: system.joint == j for j in outcome.gains.joints.tolist()}
-    return {j: float(np.linalg.norm((predicted - true)[at]) / np.linalg.norm(true[at])) for j, at in rows.items()}
+    errors = rel_errors(predicted - true, true, system.joint)
+    return {j: errors[j] for j in outcome.gains.joints.tolist()}

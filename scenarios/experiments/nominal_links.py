@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from ident.arm_parameters.links import ModelLinks
+from ident.model.base import BaseParameters
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.naming import one_line
@@ -25,10 +26,17 @@ def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     Raises:
         ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
     """
+    return _links(_compiled(path, flange))
+
+
+def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
     try:
-        model = lean_spec(path, flange).compile()
+        return lean_spec(path, flange).compile()
     except ValueError as error:
         raise ModelFileError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
+
+
+def _links(model: mujoco.MjModel) -> ModelLinks:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     n = model.njnt
@@ -51,6 +59,27 @@ def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: in
     J = (axes * model.body_inertia[body]) @ axes.T
     inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
     return standard_parameters(float(model.body_mass[body]), com, inertia)
+
+
+@silenced()
+def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
+    """Base parameters as a model file states them, armature, damping and friction loss of its joints included.
+
+    Args:
+        path: MJCF or URDF file of an arm.
+        flange: Its last body; joints that do not lead there are held.
+        base: Of the arm.
+
+    Returns:
+        Their values, shape (b,).
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
+    """
+    model = _compiled(path, flange)
+    damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
+    own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
+    return base.regrouping @ base.standard(_links(model).whole, own)
 
 
 def model_links(path: Path, flange: str | None) -> Array | None:

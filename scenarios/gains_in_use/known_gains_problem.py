@@ -11,11 +11,10 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import Problem
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload_identification.gains_outcome import PLAIN, UNKNOWN
-from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
+from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import OptionError
@@ -39,7 +38,7 @@ def weighing_problem(
     observing: ObserveOptions,
     *,
     policy: Policy = DOUBTED,
-) -> tuple[Problem, Diagnosed]:
+) -> tuple[Prepared, Diagnosed]:
     """Prepare bare motions and those with a payload of which nothing is known.
 
     Args:
@@ -51,7 +50,7 @@ def weighing_problem(
         policy: How far the recordings are trusted.
 
     Returns:
-        The problem, and what is said of the recordings.
+        The recordings, ready to be estimated from, and what is said of them.
 
     Raises:
         IdentificationError: If recordings cannot be those of this arm, or something spoils what rests on them.
@@ -62,7 +61,7 @@ def weighing_problem(
     prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     found = diagnose(prepared.logs())
     raise_for(prepared, found)
-    return prepared.problem, joined(found, more=prepared.diagnoses)
+    return prepared, joined(found, more=prepared.diagnoses)
 
 
 def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:
@@ -124,5 +123,5 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         if digest in seen:
             raise ScenarioError(
                 f"{one_line(recording.name)}: the gains were identified from this recording ({seen[digest]}), "
-                "so they reproduce the mass stated then; use a recording with another weight"
+                "so they reproduce what was stated then; use another recording, to weigh one with another weight"
             )

@@ -8,8 +8,10 @@ from pydantic import Field
 import ident.estimation.gain_comparison as gain_comparison
 from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
+from ident.unseen import Unseen
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.gains_in_use.model_update.edits import Change
+from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 
 
@@ -57,15 +59,27 @@ class Patched(ResultModel):
         ros_params: The file of ROS 2 parameters that was written, null for none.
         changes: Attributes of joints, those that are left alone too.
         notes: On gains that look odd.
+        written: Whether it was written: a copy that predicts no better than the model is written with --force alone.
+        unseen: How well a motion that no fit has seen is predicted by copy and model, null where none is given.
     """
 
     out: str
     ros_params: str | None
     changes: list[Change]
     notes: list[str]
+    written: bool = True
+    unseen: ResultUnseen | None = None
 
 
-def patched(changes: Sequence[Change], gains: GainsFile, out: Path, parameters: Path | None) -> Patched:
+def patched(
+    changes: Sequence[Change],
+    gains: GainsFile,
+    out: Path,
+    parameters: Path | None,
+    unseen: Unseen | None = None,
+    *,
+    written: bool = True,
+) -> Patched:
     """A model that was written.
 
     Args:
@@ -73,12 +87,16 @@ def patched(changes: Sequence[Change], gains: GainsFile, out: Path, parameters: 
         gains: That they were made with.
         out: The model that was written.
         parameters: The parameter file that was written, None for none.
+        unseen: A motion that no fit has seen, None where there is none.
+        written: Whether it was.
     """
     return Patched(
         out=str(out),
         ros_params=None if parameters is None else str(parameters),
         changes=list(changes),
         notes=list(gains.notes),
+        written=written,
+        unseen=None if unseen is None else ResultUnseen.of(unseen),
     )
 
 

@@ -13,7 +13,9 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import JointPrediction
 from ident.identification import Identification
 from ident.model.parameters import UNITS
+from ident.unseen import Unseen
 from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
+from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 
 
@@ -115,12 +117,14 @@ class Verification(DiagnosedResult):
     """What `rx90 verify --gains G --json` prints.
 
     Attributes:
-        passed: Whether the mass from all joints agrees with the scale, and that of no joint differs.
+        passed: Whether the mass from all joints agrees with the scale, that of no joint differs, and a motion that no
+            fit has seen is predicted better than with other gains, where both are given.
         together: The mass from all joints.
         joints: The mass from each joint alone, in their order.
         payload: What was found of the payload: mass, centre and inertia, as many as the data show.
         common: On what joints agree against the scale, null where they do not.
         notes: What the method chose and what one should know.
+        unseen: How well a motion that no fit has seen is predicted, null where none is given.
     """
 
     passed: bool
@@ -132,13 +136,16 @@ class Verification(DiagnosedResult):
     payload: list[Quantity]
     common: CommonError | None
     notes: list[str]
+    unseen: ResultUnseen | None = None
 
 
-def verification_result(found: verification.Verification, diagnosed: Diagnosed) -> Verification:
+def verification_result(
+    found: verification.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None
+) -> Verification:
     """What a scale says of gains; masses are null where they do not show."""
     common = common_scale.common_error(found)
     return Verification(
-        passed=found.passed,
+        passed=found.passed and (unseen is None or unseen.passed),
         mass=found.payload.mass,
         mass_std=found.payload.mass_std,
         limit=found.limit,
@@ -147,6 +154,7 @@ def verification_result(found: verification.Verification, diagnosed: Diagnosed) 
         payload=list(map(_quantity, found.body.quantities)),
         common=None if common is None else _common(common),
         notes=list(found.remarks),
+        unseen=None if unseen is None else ResultUnseen.of(unseen),
         **diagnosed_values(diagnosed),
     )
 
@@ -176,13 +184,17 @@ class CrossValidation(DiagnosedResult):
     Attributes:
         method: Name of the estimator.
         joints: Those that have rows.
+        unseen: How well a motion that no fit has seen is predicted, null where none is given.
     """
 
     method: str
     joints: list[PredictedJoint]
+    unseen: ResultUnseen | None = None
 
 
-def cross_validation_result(identified: Identification, found: Sequence[JointPrediction]) -> CrossValidation:
+def cross_validation_result(
+    identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
+) -> CrossValidation:
     """How well parts of the motions are predicted from the others."""
     estimate = identified.estimate
     return CrossValidation(
@@ -197,6 +209,7 @@ def cross_validation_result(identified: Identification, found: Sequence[JointPre
             )
             for each in found
         ],
+        unseen=None if unseen is None else ResultUnseen.of(unseen),
         **diagnosed_values(identified.found),
     )
 

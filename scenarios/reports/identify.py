@@ -8,6 +8,7 @@ from ident.identification import Identification, refused_for_faults
 from ident.model.arm import Arm
 from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.support.arrays import Array
+from ident.unseen import Unseen
 from scenarios.reports.content import (
     VERDICT,
     Cell,
@@ -32,11 +33,18 @@ from scenarios.reports.gains import (
     payload_tables,
     reason_paragraph,
 )
+from scenarios.reports.unseen import unseen_parts, unseen_verdict
 from scenarios.results.models.gains import ResultGain
 from scenarios.results.models.run import Result
 
 
-def estimate_report(found: Identification, arm: Arm, identify_s: float, a_priori: GainsOutcome | None = None) -> Report:
+def estimate_report(
+    found: Identification,
+    arm: Arm,
+    identify_s: float,
+    a_priori: GainsOutcome | None = None,
+    unseen: Unseen | None = None,
+) -> Report:
     """How many gains there are and how good the fit is, the table of them, the reasons for refusals.
 
     Args:
@@ -44,15 +52,21 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float, a_priori
         arm: Whose gains they are.
         identify_s: Wall time [s].
         a_priori: What other gains make of the logs, None where nobody asks.
+        unseen: A motion that no fit has seen, None where there is none.
     """
-    result, estimate = Result.of_identification(found, identify_s, a_priori), found.estimate
+    result, estimate = Result.of_identification(found, identify_s, a_priori, unseen), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
-    parts: list[Part] = [summary(result), identified_table(result.gains, shares, arm.revolute)]
+    parts: list[Part] = [
+        summary(result),
+        *unseen_verdict(result.unseen),
+        identified_table(result.gains, shares, arm.revolute),
+    ]
     parts += note_paragraphs(result.notes, found.found, arm.revolute)
     parts += horizon_paragraphs(found.found)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
     parts += kept_paragraphs(result)
     parts += payload_tables(result.payload)
+    parts += unseen_parts(result.unseen)
     parts += cost_parts(result.cost, arm.revolute)
     return Report(f"Drive gains by {estimate.method}", tuple(parts), result.model_dump(mode="json"))
 

@@ -3,6 +3,7 @@
 from scenarios.gains_in_use.results import Patched
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
+from scenarios.reports.unseen import unseen_parts, unseen_verdict
 
 COLUMNS = (
     Column(title="Joint", words=True),
@@ -29,8 +30,11 @@ def patch_report(written: Patched) -> Report:
     """What was written."""
     changed = [each for each in written.changes if each.after is not None]
     left = [each for each in written.changes if each.after is None]
-    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} unchanged."
-    parts: list[Part] = [Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True)]
+    done = "" if written.written else " NOT WRITTEN: it predicts no better than the model; --force writes it."
+    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} unchanged.{done}"
+    mood = Mood.BAD if done else Mood.PLAIN if changed else Mood.DOUBTFUL
+    parts: list[Part] = [*unseen_verdict(written.unseen, this="the copy", other="the model as it is")]
+    parts.append(Paragraph(words, mood, strong=True))
     if changed:
         rows = tuple(
             cells(
@@ -46,7 +50,8 @@ def patch_report(written: Patched) -> Report:
     if left:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
         parts.append(Table(title="Unchanged", columns=LEFT, rows=rows))
+    parts += unseen_parts(written.unseen, other="model")
     parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
-    if written.ros_params is not None:
+    if written.ros_params is not None and written.written:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))
     return Report("Patched model", tuple(parts), written.model_dump(mode="json"))

@@ -10,6 +10,7 @@ from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
+from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import (
     NONE,
@@ -27,6 +28,7 @@ from scenarios.reports.content import (
 )
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
+from scenarios.reports.unseen import unseen_parts, unseen_verdict
 
 MASSES = (
     Column(title="From", words=True),
@@ -42,17 +44,20 @@ MASSES = (
 MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
 
-def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
+def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> Report:
     """The mass from all joints and from each alone, and what that says of the gains.
 
     Args:
         found: The masses.
         diagnosed: What is said of the recordings.
+        unseen: A motion that no fit has seen, None where there is none.
     """
+    result = verification_result(found, diagnosed, unseen)
     payload = found.payload
     rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
         _conclusion(found),
+        *unseen_verdict(result.unseen, this="these gains"),
         Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         Table(columns=MASSES, rows=rows),
         Paragraph(
@@ -64,11 +69,10 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     ]
     reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
     parts += [Paragraph(sentence(f"Joint {k}: {reason}")) for k, reason in reasons]
+    parts += unseen_parts(result.unseen)
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
-    return Report(
-        "Gains against the scale", tuple(parts), verification_result(found, diagnosed).model_dump(mode="json")
-    )
+    return Report("Gains against the scale", tuple(parts), result.model_dump(mode="json"))
 
 
 def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
@@ -142,13 +146,17 @@ PREDICTIONS = (
 )
 
 
-def prediction_report(identified: Identification, found: Sequence[JointPrediction]) -> Report:
+def prediction_report(
+    identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
+) -> Report:
     """How well each part of the motions follows from the others.
 
     Args:
         identified: The gains, and what is said of the recordings.
         found: How well each joint's currents are predicted.
+        unseen: A motion that no fit has seen, None where there is none.
     """
+    result = cross_validation_result(identified, found, unseen)
     estimate = identified.estimate
     rows = tuple(
         cells(
@@ -168,11 +176,12 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
     )
     parts = (
         _predicted(found),
+        *unseen_verdict(result.unseen),
         Table(columns=PREDICTIONS, rows=rows),
         Paragraph(words),
+        *unseen_parts(result.unseen),
         *doubt_paragraphs(identified.found),
     )
-    result = cross_validation_result(identified, found)
     return Report(f"Motions predicted from each other, by {result.method}", parts, result.model_dump(mode="json"))
 
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ident.diagnosis.autocorrelation import lag_one
@@ -154,6 +152,9 @@ def write_fit(fit: Fit, folder: Path) -> None:
     }
     columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
     about = _About.model_validate(fit).model_dump_json()
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     table = pa.table({name: arrow_array(each) for name, each in columns.items()})
     pq.write_table(table.replace_schema_metadata({ABOUT: about}), folder / ROWS)
 
@@ -167,6 +168,9 @@ def read_fit(folder: Path) -> Fit:
     path = folder / ROWS
     if not path.is_file():
         raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: written by an older version of rx90; save it again")
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
     try:
         table = pq.read_table(path)
         about = _About.model_validate_json((table.schema.metadata or {})[ABOUT])

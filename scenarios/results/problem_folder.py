@@ -137,11 +137,28 @@ def write_problem(
     Raises:
         OSError: If the folder cannot be written.
     """
+    write_problem_of(folder, robot.model, robot.flange, couplings, motions, observing=observing, gains=gains)
+
+
+def write_problem_of(
+    folder: Path,
+    model: Path,
+    flange: str | None,
+    couplings: Sequence[tuple[int, int]],
+    motions: Sequence[Motion],
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+) -> None:
+    """As `write_problem`, of an arm that is a model file and its last body.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    model = write_model(robot.model, robot.flange, folder)
     problem = ProblemFile(
         format=1,
-        robot=RobotTable(model=model, couplings=tuple(couplings)),
+        robot=RobotTable(model=write_model(model, flange, folder), couplings=tuple(couplings)),
         motions=write_motions(motions, folder),
         observe=asdict(observing),
         gains=asdict(gains),

@@ -3,7 +3,7 @@
 import hashlib
 import platform
 from functools import lru_cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -14,6 +14,16 @@ DERIVED = ("__pycache__",)
 
 PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pandas", "pyarrow")
 """Packages whose versions a study records, and refuses to mix."""
+OF_EXTRAS = ("pandas", "pyarrow")
+"""Those of them that may be absent."""
+
+
+def _is_there(name: str) -> bool:
+    try:
+        version(name)
+    except PackageNotFoundError:
+        return False
+    return True
 
 
 @lru_cache(maxsize=1)
@@ -22,7 +32,7 @@ def versions() -> dict[str, str]:
     code = hashlib.sha256()
     for name, digest in files().items():
         code.update(f"{name} {digest}\n".encode())
-    named = {name: version(name) for name in PACKAGES}
+    named = {name: version(name) for name in PACKAGES if name not in OF_EXTRAS or _is_there(name)}
     return {"python": platform.python_version(), **named, "code": code.hexdigest()[:16]}
 
 

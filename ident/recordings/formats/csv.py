@@ -8,6 +8,7 @@ import csv
 import io
 import re
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -183,7 +184,10 @@ def _numbers_in(line: str, separator: str) -> int:
 
 def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
     """The wanted columns, None if a row or cell does not fit."""
-    import pyarrow as pa
+    try:
+        import pyarrow as pa
+    except ModuleNotFoundError:
+        return _parsed_by_python(rows, layout, wanted)
     from pyarrow import csv
 
     names = [str(k) for k in range(len(layout.header))]
@@ -208,6 +212,38 @@ def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None
         ]
     except pa.ArrowInvalid:
         return None
+
+
+def _parsed_by_python(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
+    """The same without pyarrow, ten times slower."""
+    values: list[list[float]] = [[] for _ in wanted.names]
+    for line in rows.splitlines():
+        text = _decoded(line)
+        if not text.strip():
+            continue
+        cells = _split(text, layout.separator)
+        if len(cells) != len(layout.header):
+            return None
+        for column, k, dated in zip(values, wanted.places, wanted.dated, strict=True):
+            number = _date_by_python(cells[k]) if dated else _number(cells[k], layout.decimal)
+            if number is None:
+                return None
+            column.append(number)
+    return [np.array(column) for column in values]
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    plain = cell.replace(",", ".", 1) if decimal == "," else cell
+    return float(plain) if _NUMBER.fullmatch(plain) else None
+
+
+def _date_by_python(cell: str) -> float | None:
+    """Seconds since 1970; without an offset it counts as UTC."""
+    try:
+        found = datetime.fromisoformat(cell.replace(",", "."))
+    except ValueError:
+        return None
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
 
 
 def _dates(cells: "pa.ChunkedArray") -> Array:
@@ -260,7 +296,7 @@ def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> 
                     f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date as ISO "
                     "8601 writes it, year first, such as 2031-07-19T09:41:07.125"
                 )
-            if not dated and not _NUMBER.fullmatch(cell.replace(",", ".", 1) if layout.decimal == "," else cell):
+            if not dated and _number(cell, layout.decimal) is None:
                 return RecordingError(
                     f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is not a number"
                 )
@@ -272,8 +308,10 @@ def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> 
 
 
 def _date(cell: str) -> bool:
-    import pyarrow as pa
-
+    try:
+        import pyarrow as pa
+    except ModuleNotFoundError:
+        return _date_by_python(cell) is not None
     try:
         return not np.isnan(_dates(pa.chunked_array([[cell]], pa.string())))[0]
     except pa.ArrowInvalid:

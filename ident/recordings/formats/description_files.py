@@ -100,8 +100,20 @@ def read_description(path: str | Path) -> LogDescription:
         LogDescriptionError: If the file cannot be read, or says what cannot be.
     """
     path = Path(path)
-    place = one_line(path)
-    top = _Table(place, read_toml(path, error=LogDescriptionError), KEYS)
+    return description_of(read_toml(path, error=LogDescriptionError), one_line(path))
+
+
+def description_of(table: Mapping[str, object], place: str) -> LogDescription:
+    """What a table says of a log.
+
+    Args:
+        table: As a file of a description has it.
+        place: Where it stands, for messages.
+
+    Raises:
+        LogDescriptionError: If it says what cannot be.
+    """
+    top = _Table(place, table, KEYS)
     t, q, v = (_channels(f"{place}: [{kind}]", top.table.get(kind, {}), kind) for kind in CHANNELS)
     return LogDescription(
         signal=top.one_of("signal", MEANINGS),

@@ -25,6 +25,7 @@ from ident.recordings.formats.joint_state_messages import (
 from ident.recordings.formats.layouts import EFFORT, POSITION, STAMP
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
+from ident.support.extras import needed_extra
 from ident.support.file_access import check_file
 from ident.support.naming import nearest, one_line, shown
 
@@ -83,7 +84,7 @@ def _check(path: Path) -> None:
     else:
         check_file(path, most_bytes=LARGEST, error=RecordingError)
     if importlib.util.find_spec("rosbags") is None:
-        raise RecordingError(f"{one_line(path)}: bags and MCAP files are read with rosbags; pip install rosbags")
+        raise RecordingError(f"{one_line(path)}: {needed_extra('rosbags')}")
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ident.support.extras import needed_extra
 from scenarios.experiments.workers.kinds import SCHEDULER_GONE, WorkerKind, Workers
 from scenarios.support.errors import StudyError
 
@@ -43,7 +44,7 @@ def dask_workers(address: str) -> Generator[Workers]:
         from distributed import Client, KilledWorker
         from distributed.utils import LoopRunner
     except ImportError as error:
-        raise StudyError("Dask is not installed; install the extra: pip install '.[cluster]'") from error
+        raise StudyError(str(needed_extra("distributed"))) from error
     _silence()
     if address.endswith(".json") and not Path(address).is_file():
         raise StudyError(f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first")

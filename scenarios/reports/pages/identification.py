@@ -19,6 +19,7 @@ from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plo
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.run import conclusion, judged_table
+from scenarios.reports.unseen import unseen_parts, unseen_verdict
 from scenarios.results.fit_rows import Fit, read_fit
 from scenarios.results.models.run import Result
 from scenarios.results.record import RECORD, RecordFile, identify_words, read_record, read_result, recorded_problem
@@ -38,7 +39,9 @@ def page(folder: Path) -> Report:
     except IdentificationError as error:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     names = provenance.named([motion.log for motion in fit.motions])
-    parts: list[Part] = [_verdict(result), *_gains(result, fit, given.arm.revolute)]
+    parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), *_gains(result, fit, given.arm.revolute)]
+    if result.unseen is not None:
+        parts += [Heading("A motion that no fit has seen"), *unseen_parts(result.unseen)]
     if result.cost is not None:
         parts += [Heading("What a-priori gains cost"), *cost_parts(result.cost, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)

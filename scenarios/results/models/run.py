@@ -12,9 +12,11 @@ from ident.identification import Identification
 from ident.model.parameters import INERTIAL
 from ident.payload.payload import standard_parameters
 from ident.payload_identification.gains_outcome import GainsOutcome
+from ident.unseen import Unseen
 from scenarios.results.models.cost import ResultCost
 from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
 from scenarios.results.models.gains import ResultGain, ResultParameter
+from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 
 if TYPE_CHECKING:  # a process that only identifies needs no simulator
@@ -110,6 +112,7 @@ class Result(DiagnosedResult):
         notes: What the method chose and what one should know.
         consistency: Diagnoses that were compared by their predictions, in short.
         cost: What comes out with a-priori gains beside those found, null where nobody asks.
+        unseen: How well a motion that no fit has seen is predicted, null where none is given.
     """
 
     scenario: str | None
@@ -122,6 +125,7 @@ class Result(DiagnosedResult):
     notes: list[str] = Field(default_factory=list[str])
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
     cost: ResultCost | None = None
+    unseen: ResultUnseen | None = None
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
@@ -145,7 +149,11 @@ class Result(DiagnosedResult):
 
     @classmethod
     def of_identification(
-        cls, found: Identification, identify_s: float, a_priori: GainsOutcome | None = None
+        cls,
+        found: Identification,
+        identify_s: float,
+        a_priori: GainsOutcome | None = None,
+        unseen: Unseen | None = None,
     ) -> "Result":
         """What was identified; what needs a truth is null.
 
@@ -153,6 +161,7 @@ class Result(DiagnosedResult):
             found: Gains, notes and what is said of the logs.
             identify_s: Wall time [s].
             a_priori: What other gains make of the logs, None where nobody asks.
+            unseen: A motion that no fit has seen, None where there is none.
         """
         return cls(
             scenario=None,
@@ -162,6 +171,7 @@ class Result(DiagnosedResult):
             payload=_payload(found.estimate.payload, {}),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             cost=None if a_priori is None else ResultCost.of_outcome(a_priori, found.estimate.joints),
+            unseen=None if unseen is None else ResultUnseen.of(unseen),
             **_common(found.estimate, found.notes, found.found),
         )
 

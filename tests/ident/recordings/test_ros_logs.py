@@ -189,7 +189,10 @@ def test_a_bag_of_ros_1_is_named_and_a_folder_that_is_no_bag_is_a_folder(tmp_pat
 def test_without_the_library_it_is_asked_for(tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "bag", samples())
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(RecordingError, match="are read with rosbags; pip install rosbags"):
+    with pytest.raises(
+        RecordingError,
+        match=r"for ROS 2 bags and MCAP files: pip install .*\[ros\]",
+    ):
         read_recording(bag, DESCRIPTION)
 
 

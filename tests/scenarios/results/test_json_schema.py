@@ -149,7 +149,10 @@ def test_an_installed_package_holds_the_schemas_and_every_other_file_that_it_rea
         held = {name: wheel.read(name) for name in wheel.namelist()}
     packages = [ROOT / name for name in ("rx90_mjcf", "ident", "sim", "scenarios")]
     files = [
-        path for package in packages for ending in ("json", "toml", "xml") for path in package.rglob(f"*.{ending}")
+        path
+        for package in packages
+        for ending in ("json", "toml", "xml", "urdf")
+        for path in package.rglob(f"*.{ending}")
     ]
     assert {path.name for path in files} >= {"motion.schema.json", "drive-gains.toml", "robot.toml", "rx90.xml"}
     for path in files:

@@ -1,0 +1,139 @@
+"""Recipes of public recordings: TOML files that say where they are from, how they are read, what gains are known."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.formats.description_files import description_of
+from ident.support.naming import one_line
+from ident.support.toml_files import read_toml
+from scenarios.experiments.files.places import CATALOG
+from scenarios.support.errors import ScenarioError
+
+RECIPES = CATALOG / "recordings"
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class SetTable(_Table):
+    """Recordings of one identification; places of files are relative to the user's folder.
+
+    Attributes:
+        name: Of the set.
+        bare: Recordings with a bare flange.
+        loaded: Recordings with the payload.
+        payload: Its file; left out where nothing was mounted.
+    """
+
+    name: str
+    bare: tuple[str, ...] = Field(min_length=1)
+    loaded: tuple[str, ...] = ()
+    payload: str | None = None
+
+
+class SensorTable(_Table):
+    """Columns of one file that hold torques as sensors and as motors give them; `{j}` stands for the joint's number.
+
+    Attributes:
+        file: Of the columns, Parquet.
+        joints: How many.
+        motor: Torque or current of the motor.
+        sensors: Torque sensors behind the gear.
+        velocity: Of the joint.
+    """
+
+    file: str
+    joints: int = Field(ge=1)
+    motor: str
+    sensors: tuple[str, ...] = Field(min_length=1)
+    velocity: str
+
+
+class Recipe(_Table):
+    """Public recordings of one robot.
+
+    Attributes:
+        name: Of robot and recordings.
+        source: Where they are published.
+        licence: As their source states it.
+        get: How to download them into the folder, and how to make of them the files that are named here.
+        untried: Whether nobody of this project has seen a file of them.
+        model: Model file of the arm, in the user's folder or else beside the recipes of the catalogue.
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
+        log: How the recordings are read, as a log description says it.
+        set: Recordings that are identified together.
+        published: Gains that somebody states, one a joint, in N m per unit that is logged.
+        published_by: Who, and what they rest on.
+        sensors: Columns of joint torque sensors.
+    """
+
+    name: str
+    source: str
+    licence: str
+    get: str
+    untried: bool = False
+    model: str | None = None
+    couplings: tuple[tuple[int, int], ...] = ()
+    log: dict[str, JsonValue] = {}
+    set: tuple[SetTable, ...] = ()
+    published: tuple[float, ...] | None = None
+    published_by: str | None = None
+    sensors: SensorTable | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Every file that it takes, each once."""
+        of_sets = [name for each in self.set for name in (*each.bare, *each.loaded, each.payload)]
+        others = [self.model, self.sensors and self.sensors.file]
+        return tuple(dict.fromkeys(name for name in (*others, *of_sets) if name is not None))
+
+    def place(self, name: str, folder: Path) -> Path:
+        """Where one of its files is looked for: in a folder, the model that is not there beside the recipes."""
+        own = folder / name
+        return RECIPES / name if name == self.model and not own.exists() else own
+
+    @property
+    def description(self) -> LogDescription:
+        """How the recordings are read."""
+        return description_of(self.log, f"recipe {self.name}: log")
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Read a recipe.
+
+    Raises:
+        ScenarioError: If it is missing, is no TOML, or says what cannot be; one line.
+    """
+    table = read_toml(path, error=ScenarioError)
+    try:
+        found = Recipe.model_validate_json(json.dumps(table, default=str), strict=True)
+        _ = found.description
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise ScenarioError(f"{one_line(path)}: {place}: {one_line(first['msg'])}; a key of a recipe") from error
+    if found.set and found.model is None:
+        raise ScenarioError(f"{one_line(path)}: model is missing; recordings are identified with one")
+    for each in found.set:
+        if bool(each.loaded) != (each.payload is not None):
+            raise ScenarioError(f"{one_line(path)}: set {each.name}: loaded and payload go together; give both or none")
+    return found
+
+
+def recipes(more: Sequence[Path] = ()) -> tuple[Recipe, ...]:
+    """The recipes of the catalogue by the names of their files, and further ones.
+
+    Raises:
+        ScenarioError: If one cannot be read, or two have one name.
+    """
+    found = tuple(map(read_recipe, (*sorted(RECIPES.glob("*.toml")), *more)))
+    names = [each.name for each in found]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ScenarioError(f"two recipes are called {twice!r}; rename one")
+    return found

@@ -1,0 +1,81 @@
+"""A motion that no fit has seen, as gains predict it."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from ident.unseen import Unseen
+from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
+from scenarios.support.result_model import ResultModel
+
+
+class UnseenJoint(ResultModel):
+    """A joint's currents on a motion that no fit has seen; null where the joint has no gain.
+
+    Attributes:
+        joint: Its number, from 1.
+        rel_error: Norm of the prediction's error relative to that of the currents.
+        explained: Share of the squared currents that is predicted, one less the square of `rel_error`.
+        other_rel_error: As `rel_error`, relative as well, with the other gains or the model as it is.
+        fitted_rel_error: Norm of the residual relative to that of the currents, of the motions that the arm was fitted
+            to; null of a model file.
+    """
+
+    joint: int = Field(ge=1)
+    rel_error: float | None
+    explained: float | None
+    other_rel_error: float | None
+    fitted_rel_error: float | None
+
+
+class ResultUnseen(DiagnosedResult):
+    """How well a motion that no fit has seen is predicted.
+
+    Attributes:
+        log: Its recording.
+        loaded: Whether it carries a payload.
+        verdict: Whether it is predicted better than with the other gains or model, by Student's test of time blocks at
+            5 %; null where there are none.
+        rel_error: Root mean square of the joints' relative errors; of those that both predict, where two are compared.
+        other_rel_error: The same with the other gains, relative as well.
+        joints: One a joint, in their order.
+    """
+
+    log: str
+    loaded: bool
+    verdict: Literal["better", "worse", "no different"] | None
+    rel_error: float
+    other_rel_error: float | None
+    joints: list[UnseenJoint]
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the arm was fitted to motions, or is that of a file."""
+        return any(each.fitted_rel_error is not None for each in self.joints)
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing else was to be beaten, or it was."""
+        return self.verdict in (None, "better")
+
+    @classmethod
+    def of(cls, found: Unseen) -> "ResultUnseen":
+        """What was predicted."""
+        return cls(
+            log=found.name,
+            loaded=found.loaded,
+            verdict=found.verdict,  # pyright: ignore[reportArgumentType]
+            rel_error=found.rel_error,
+            other_rel_error=found.other_rel_error,
+            joints=[
+                UnseenJoint(
+                    joint=each.joint + 1,
+                    rel_error=each.rel_error,
+                    explained=None if each.rel_error is None else 1.0 - each.rel_error**2,
+                    other_rel_error=each.other_rel_error,
+                    fitted_rel_error=each.fitted_rel_error,
+                )
+                for each in found.joints
+            ],
+            **diagnosed_values(found.found),
+        )

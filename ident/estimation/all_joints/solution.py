@@ -8,7 +8,7 @@ import numpy as np
 from ident.estimation.all_joints.columns import JointColumns, SharedParameters, joint_columns, shared_parameters
 from ident.estimation.all_joints.fit import AllJointsFit, fitted
 from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
-from ident.estimation.all_joints.reduction import reduced_joint
+from ident.estimation.all_joints.reduction import base_of, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
 from ident.estimation.all_joints.start import alone, start_of
 from ident.estimation.all_joints.terms import LOAD_FORMS
@@ -98,7 +98,7 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
             "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
             "one, or give one gain (options gain_joint and gain_value)"
         )
-    columns = joint_columns(problem, shared)
+    columns = prepared(joint_columns(problem, shared), per_motion=per_motion)
     return Setting(
         problem=problem,
         shared=shared,
@@ -109,6 +109,12 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         prior_std=prior_std,
         given=tuple(given),
     )
+
+
+def prepared(columns: Sequence[JointColumns], *, per_motion: bool) -> tuple[JointColumns, ...]:
+    """Rows of every joint, factorised for fits with further columns."""
+    own = [own_columns(each, {}, per_motion=per_motion) for each in columns]
+    return tuple(replace(each, base=base_of(each, F)) for each, F in zip(columns, own, strict=True))
 
 
 def widened(columns: Sequence[JointColumns], more: Sequence[Array]) -> tuple[JointColumns, ...]:

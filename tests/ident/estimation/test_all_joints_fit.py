@@ -153,7 +153,7 @@ def test_the_reduction_is_orthogonal_and_loses_nothing(small, heavy):
         R = np.column_stack((small_one.F, small_one.A, small_one.k, small_one.V))
         np.testing.assert_allclose(small_one.Q @ R, np.vstack((W, belief)), atol=1e-12 * np.abs(W).max())
         np.testing.assert_allclose(small_one.Q.T @ small_one.Q, np.eye(int(W.any(axis=0).sum())), atol=1e-13)
-        assert small_one.rows == len(each.V)
+        assert len(small_one.basis) == len(each.V)
         np.testing.assert_array_equal(np.tril(small_one.F, -1), 0.0)
         np.testing.assert_array_equal(small_one.F[small_one.inner], 0.0)
 

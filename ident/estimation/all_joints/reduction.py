@@ -127,10 +127,9 @@ def _triangular(joint: JointColumns, own: OwnColumns) -> _Triangular:
     terms = [j for j, name in enumerate(names) if name not in base.own]
     added = np.column_stack((own.F[:, terms], joint.shared[:, base.A.shape[1] :], joint.V))
     basis, new = _added(base.Q, added)
-    below = np.zeros((len(new) - len(base.A), 1))
 
     def known(columns: Array) -> Array:
-        return np.vstack((columns, np.repeat(below, columns.shape[1], axis=1)))
+        return np.vstack((columns, np.zeros((len(new) - len(columns), columns.shape[1]))))
 
     F = [new[:, terms.index(j)] if j in terms else known(base.own[name][:, None]) for j, name in enumerate(names)]
     A = np.hstack((known(base.A), new[:, len(terms) : -1]))[:, felt]

@@ -134,6 +134,23 @@ def held_out(fit: FreeFit) -> HeldOut:
     return HeldOut(fit, place, readonly(inverse), Q[..., :0], width)
 
 
+def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
+    """The held-out predictions of a fit with further columns, from those without: Woodbury's identity again.
+
+    Args:
+        held: Of the fit without them.
+        new: What the fit has besides in its Q, shape (r, m).
+        residual: What it leaves then, shape (r,).
+    """
+    fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
+    if held.inverse is None:
+        return held_out(fit)
+    N = held.padded(new)
+    X = held.inverse @ N
+    more = X @ np.linalg.solve(np.eye(new.shape[1]) - N.swapaxes(1, 2) @ X, X.swapaxes(1, 2))
+    return replace(held, fit=fit, inverse=readonly(held.inverse + more))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
     """How well currents are predicted where no fit has seen them.

@@ -15,7 +15,17 @@ import numpy as np
 
 from ident.diagnosis.added import UNSEEN, Added, each_added
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, Score, fits_of, held_out, numbered_blocks
+from ident.diagnosis.comparison import (
+    BLOCKS,
+    Fits,
+    FreeFit,
+    HeldOut,
+    Score,
+    fits_of,
+    held_out,
+    held_out_beside,
+    numbered_blocks,
+)
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.free_model import row_counts
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
@@ -90,14 +100,10 @@ class Stated:
         columns = column_space(columns)
         left = held.fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with what is believed, less than left' left
-        new = left @ turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
-        fit = replace(
-            held.fit,
-            residual=held.fit.residual
-            - new @ (turn[:, values > UNSEEN].T @ (columns.T @ held.fit.residual) / np.sqrt(values[values > UNSEEN])),
-            Q=np.column_stack((held.fit.Q, new)),
-        )
-        return replace(self, fits=fits_of([held_out(fit)]))
+        turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
+        new = left @ turn
+        residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
+        return replace(self, fits=fits_of([held_out_beside(held, new, residual)]))
 
     def effects(self, currents: Array, beside: "Stated | None" = None) -> tuple[Effect, ...]:
         """Error of each gain if some currents have no place in the model.

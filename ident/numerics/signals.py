@@ -149,18 +149,20 @@ class Decimator:
         return (len(self.kernel) - 1) // self.factor
 
     def applied(self, x: Array) -> Array:
-        """The rows of a signal of shape (samples,), shape (rows,).
+        """The rows of one or more signals, shape (samples, ...), shape (rows, ...).
 
         A row is a sum over pieces of `factor` samples; each piece is weighted for all rows that feel it at once.
         """
         rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
         weights = np.zeros(pieces * self.factor)
         weights[: len(self.kernel)] = self.kernel
-        padded = np.zeros((rows + pieces - 1) * self.factor)
-        used = min(len(x), len(padded))
-        padded[:used] = x[:used]
-        parts = padded.reshape(-1, self.factor) @ weights.reshape(pieces, self.factor).T
-        return np.sum([parts[k : k + rows, k] for k in range(pieces)], axis=0)
+        signals = x.reshape(len(x), -1).T
+        padded = np.zeros((len(signals), (rows + pieces - 1) * self.factor))
+        used = min(len(x), padded.shape[1])
+        padded[:, :used] = signals[:, :used]
+        parts = padded.reshape(len(signals), -1, self.factor) @ weights.reshape(pieces, self.factor).T
+        total = np.sum([parts[:, k : k + rows, k] for k in range(pieces)], axis=0)
+        return total.T.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:
         """Weights of the samples in a weighted sum of rows: `applied`, transposed.

@@ -59,6 +59,26 @@ class CubicSpline:
                 power *= distance
         return values
 
+    def evenly(self, steps: int, samples: int) -> Array:
+        """Values at even samples, of which every `steps`-th is a point, and the last one.
+
+        Args:
+            steps: Samples from each point to the next; to the last point there may be fewer.
+            samples: Number of them, from the first point to the last, N.
+
+        Returns:
+            As of a call, shape (N, ...).
+        """
+        h = np.diff(self.x)
+        power = (h[0] / steps * np.arange(steps))[:, None] ** np.arange(4)
+        values = np.empty((samples, *self.coefficients.shape[2:]))
+        between = np.tensordot(power, self.coefficients, axes=1)  # (steps, m - 1, ...)
+        for k, each in enumerate(between):
+            part = values[k : samples - 1 : steps]
+            part[:] = each[: len(part)]
+        values[-1] = np.tensordot(h[-1] ** np.arange(4), self.coefficients[:, -1], axes=1)
+        return values
+
 
 def spline(x: Array, y: Array) -> CubicSpline:
     """The cubic spline through points whose outer two pieces on either side are one polynomial ("not a knot").
@@ -117,5 +137,13 @@ def _solved(A: Array, b: Array) -> Array:
 def _through(x: Array, y: Array, d: Array, s: Array) -> CubicSpline:
     """The spline of these slopes s; d are those of the straight lines between points."""
     h = np.diff(x).reshape(-1, *[1] * (y.ndim - 1))
-    bend = (s[:-1] + s[1:] - 2.0 * d) / h
-    return CubicSpline(x, np.stack((y[:-1], s[:-1], (d - s[:-1]) / h - bend, bend / h)))
+    powers = np.empty((4, *d.shape))
+    powers[0], powers[1] = y[:-1], s[:-1]
+    bend = s[:-1] + s[1:]
+    bend -= 2.0 * d
+    bend /= h
+    np.subtract(d, s[:-1], out=powers[2])
+    powers[2] /= h
+    powers[2] -= bend
+    np.divide(bend, h, out=powers[3])
+    return CubicSpline(x, powers)

@@ -103,10 +103,11 @@ class FullRate:
         return weights
 
     def decimated(self, x: Array, joint: int) -> Array:
-        """A signal of a joint, cleared of reversals and decimated like its current, shape (rows,).
+        """Signals of a joint, cleared of reversals and decimated like its current, shape (rows, ...).
 
         Args:
-            x: Signal at full rate, shape (N,).
+            x: Signals at full rate, shape (N, ...).
             joint: The joint, from 0.
         """
-        return self.decimator.applied(np.where(self.moving[:, joint], x, 0.0))
+        moving = self.moving[:, joint].reshape(-1, *[1] * (x.ndim - 1))
+        return self.decimator.applied(np.where(moving, x, 0.0))

@@ -4,7 +4,6 @@ import argparse
 import shutil
 import textwrap
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError
 
 from scenarios.command_line.status import MEANINGS, Status
 from scenarios.command_line.streams_and_signals import tell
@@ -54,6 +53,8 @@ class Version(argparse.Action):
 
 def version_text() -> str:
     """This project's version, then what else results depend on, a line each."""
+    from importlib.metadata import PackageNotFoundError  # which every command would pay for
+
     from scenarios.support.versions import PACKAGES, versions
 
     try:

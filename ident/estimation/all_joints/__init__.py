@@ -11,6 +11,6 @@ columns      what V, A, k and F are, from a problem
 friction     the columns of F, one choice a joint
 reduction    each joint's rows as few as its columns, exactly
 start        where the search begins: signs by friction, sizes joint by joint
-search       the logarithms of the gains, by Levenberg and Marquardt
+search       the logarithms of the gains, by damped Newton steps
 fit          what was found, linearised: influence of each row, what the unknowns can explain
 """

@@ -15,6 +15,25 @@ OWN = ("Fv", "Fc", "off")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Base:
+    """Orthonormal columns that span those of positions which all fits of a joint have, and what these are in them.
+
+    Attributes:
+        Q: The columns, shape (r, m).
+        own: Friction and offset, by name and motion, -1 for all motions, each of shape (m,).
+        A: The first of the shared columns, shape (m, p).
+        k: Known torque, shape (m,).
+        payload: Ten columns of each mounting, shape (m, 10 mountings).
+    """
+
+    Q: Array
+    own: dict[tuple[str, int], Array]
+    A: Array
+    k: Array
+    payload: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointColumns:
     """Rows of one joint, the motions one after the other.
 
@@ -28,6 +47,7 @@ class JointColumns:
         payload: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
         motion: Motion of each row, shape (r,).
         position: Number of each row in its motion, those left out counted, shape (r,).
+        base: What currents and further columns are added to, None where nothing is prepared.
     """
 
     joint: int
@@ -38,6 +58,7 @@ class JointColumns:
     payload: Array
     motion: Indices
     position: Indices
+    base: Base | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

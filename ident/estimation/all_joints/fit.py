@@ -45,11 +45,11 @@ class AllJointsFit:
     def rows(self) -> Rows:
         """Rows of all joints with their residuals."""
         lengths, explained = [len(each.V) for each in self.columns], self._linear[1]
-        hat = [each.data @ explained[part] for each, part in zip(self.joints, self._parts, strict=True)]
+        hat = [each.on_rows(explained[part]) for each, part in zip(self.joints, self._parts, strict=True)]
         return Rows(
             V=np.concatenate([each.V for each in self.columns]),
             residual=np.concatenate(
-                [each.sigma * (each.data @ left) for each, left in zip(self.joints, self.left, strict=True)]
+                [each.sigma * each.on_rows(left) for each, left in zip(self.joints, self.left, strict=True)]
             ),
             joint=np.repeat(np.arange(len(lengths)), lengths),
             motion=np.concatenate([each.motion for each in self.columns]),
@@ -124,11 +124,11 @@ class AllJointsFit:
     def _by_rows(self, unknowns: slice) -> Array:
         spread = self._linear[0][unknowns]
         each = zip(self.joints, self._parts, strict=True)
-        return np.hstack([spread[:, part] @ joint.data.T / joint.sigma for joint, part in each])
+        return np.hstack([joint.on_rows(spread[:, part].T).T / joint.sigma for joint, part in each])
 
     def _by_beliefs(self, unknowns: slice) -> Array:
         spread, parts = self._linear[0][unknowns], self._parts
-        own = [spread[:, part] @ joint.Q[joint.rows :].T for joint, part in zip(self.joints, parts, strict=True)]
+        own = [spread[:, part] @ joint.beliefs.T for joint, part in zip(self.joints, parts, strict=True)]
         return np.hstack([*own, spread[:, parts[-1].stop :]])
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.estimation.all_joints.columns import SharedParameters
-from ident.estimation.all_joints.solution import Setting, fit_with, widened
+from ident.estimation.all_joints.solution import Setting, fit_with, prepared, widened
 from ident.estimation.all_joints.terms import of_rows
 from ident.estimation.all_joints.torques import torques
 from ident.estimation.problem import Problem
@@ -38,7 +38,7 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
     columns = misplaced(ready.problem, ready.shared, plain.fit.found.theta)
     return replace(
         ready,
-        columns=widened(ready.columns, [each[:, unsure] for each in columns]),
+        columns=prepared(widened(ready.columns, [each[:, unsure] for each in columns]), per_motion=ready.per_motion),
         shared_std=np.concatenate((known, std[unsure])),
     )
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.all_joints.columns import JointColumns
+from ident.estimation.all_joints.columns import Base, JointColumns
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.numerics.least_squares import factors
 from ident.support.arrays import Array, Indices
@@ -25,8 +25,9 @@ class ReducedJoint:
     take no row.
 
     Attributes:
-        Q: Orthonormal, shape (r + beliefs, m).
-        rows: Rows of the joint, r.
+        basis: Orthonormal columns that span those of the joint, shape (r, s).
+        turn: What makes the joint's rows of Q of them, shape (s, m).
+        beliefs: The rows of Q below these, shape (beliefs, m).
         F: Own columns, shape (m, f), triangular.
         A: Shared columns, shape (m, p).
         k: Known torque, shape (m,).
@@ -34,8 +35,9 @@ class ReducedJoint:
         sigma: Standard deviation of the residual that the joint leaves alone [drive units].
     """
 
-    Q: Array
-    rows: int
+    basis: Array
+    turn: Array
+    beliefs: Array
     F: Array
     A: Array
     k: Array
@@ -43,9 +45,13 @@ class ReducedJoint:
     sigma: float
 
     @property
-    def data(self) -> Array:
-        """The rows of Q that are the joint's, shape (r, m)."""
-        return self.Q[: self.rows]
+    def Q(self) -> Array:
+        """Orthonormal, shape (r + beliefs, m)."""
+        return np.vstack((self.basis @ self.turn, self.beliefs))
+
+    def on_rows(self, x: Array) -> Array:
+        """The joint's rows of Q times something, shape (m, ...), shape (r, ...)."""
+        return self.basis @ (self.turn @ x)
 
     @property
     def inner(self) -> slice:
@@ -68,12 +74,26 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
     turned = _triangular(joint, own)
     m = turned.others.stop + 2
     sigma = left_alone(joint, turned)
-    Q, R = turned.Q[:, :m], turned.R[:m, :m] / sigma
+    turn, R, beliefs = turned.turn[:, :m], turned.R[:m, :m] / sigma, np.zeros((0, m))
     if own.believed.any():
-        Q, R = _with_beliefs(Q, R, own)
-    A = np.zeros((m, p))
+        lower, R = _with_beliefs(R, own)
+        turn, beliefs = turn @ lower[:m], lower[m:]
+    A = np.zeros((len(R), p))
     A[:, turned.felt] = R[:, turned.others]
-    return ReducedJoint(Q=Q, rows=r, F=R[:, :f], A=A, k=R[:, -2], V=R[:, -1], sigma=sigma)
+    return ReducedJoint(
+        basis=turned.basis, turn=turn, beliefs=beliefs, F=R[:, :f], A=A, k=R[:, -2], V=R[:, -1], sigma=sigma
+    )
+
+
+def base_of(joint: JointColumns, own: OwnColumns) -> Base:
+    """What fits of a joint have in common: these own columns, and what else positions say."""
+    f, p, felt = own.F.shape[1], joint.shared.shape[1], np.flatnonzero(joint.shared.any(axis=0))
+    W = np.column_stack((own.F, joint.shared[:, felt], joint.known, *joint.payload))
+    Q, R = (np.asarray(part, np.float64) for part in linalg.qr(W, mode="economic", check_finite=False))
+    A, last = np.zeros((len(R), p)), f + len(felt)
+    A[:, felt] = R[:, f:last]
+    names = enumerate(zip(own.names, own.motion, strict=True))
+    return Base(Q=Q, own={name: R[:, j] for j, name in names}, A=A, k=R[:, last], payload=R[:, last + 1 :])
 
 
 def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
@@ -83,27 +103,50 @@ def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Triangular:
-    """`Q @ R` are the columns [F A k V payload] of a joint, those of A left out that are zero.
+    """`basis @ turn @ R` are the columns [F A k V payload] of a joint, those of A left out that are zero.
 
     Attributes:
-        Q: Orthonormal, shape (r, c).
+        basis: Orthonormal, shape (r, s).
+        turn: Orthonormal, shape (s, c).
         R: Upper triangular, shape (c, c).
         felt: Which columns of A are not zero, shape (a,).
         others: Where they stand.
     """
 
-    Q: Array
+    basis: Array
+    turn: Array
     R: Array
     felt: Indices
     others: slice
 
 
 def _triangular(joint: JointColumns, own: OwnColumns) -> _Triangular:
-    f, felt = own.F.shape[1], np.flatnonzero(joint.shared.any(axis=0))
-    W = np.column_stack((own.F, joint.shared[:, felt], joint.known, joint.V, *joint.payload))
-    factor = linalg.qr(W, mode="economic", check_finite=False)
-    Q, R = (np.asarray(part, np.float64) for part in factor)
-    return _Triangular(Q, R, felt, slice(f, f + len(felt)))
+    """The columns of a fit, of which most stand in the base, and its currents and the others are added to it."""
+    base = joint.base or base_of(joint, own)
+    names, felt = list(zip(own.names, own.motion, strict=True)), np.flatnonzero(joint.shared.any(axis=0))
+    terms = [j for j, name in enumerate(names) if name not in base.own]
+    added = np.column_stack((own.F[:, terms], joint.shared[:, base.A.shape[1] :], joint.V))
+    basis, new = _added(base.Q, added)
+
+    def known(columns: Array) -> Array:
+        return np.vstack((columns, np.zeros((len(new) - len(columns), columns.shape[1]))))
+
+    F = [new[:, terms.index(j)] if j in terms else known(base.own[name][:, None]) for j, name in enumerate(names)]
+    A = np.hstack((known(base.A), new[:, len(terms) : -1]))[:, felt]
+    W = np.column_stack((*F, A, known(base.k[:, None]), new[:, -1], known(base.payload)))
+    turn, R = (np.asarray(part, np.float64) for part in linalg.qr(W, mode="economic", check_finite=False))
+    return _Triangular(basis, turn, R, felt, slice(len(names), len(names) + len(felt)))
+
+
+def _added(Q: Array, columns: Array) -> tuple[Array, Array]:
+    """Orthonormal columns Q and what further columns, (r, c), add to them, and these columns in both, (s, c)."""
+    inside, left, R = np.zeros((Q.shape[1], columns.shape[1])), columns, np.eye(columns.shape[1])
+    for _ in range(2):  # where little of a column is new, rounding of the rest is in it
+        again = Q.T @ left
+        inside += again @ R
+        left, more = (np.asarray(part, np.float64) for part in linalg.qr(left - Q @ again, mode="economic"))
+        R = more @ R
+    return np.hstack((Q, left)), np.vstack((inside, R))
 
 
 def left_alone(joint: JointColumns, turned: _Triangular) -> float:
@@ -115,11 +158,11 @@ def left_alone(joint: JointColumns, turned: _Triangular) -> float:
     return max(sigma, ROUNDING * float(np.sqrt(np.mean(joint.V**2))))
 
 
-def _with_beliefs(Q: Array, R: Array, own: OwnColumns) -> tuple[Array, Array]:
-    """Q and R of the rows below which the beliefs about own columns stand."""
+def _with_beliefs(R: Array, own: OwnColumns) -> tuple[Array, Array]:
+    """Q and R of the triangle R below which the beliefs about own columns stand."""
     beliefs = np.zeros((int(own.believed.sum()), R.shape[1]))
     beliefs[np.arange(len(beliefs)), np.flatnonzero(own.believed)] = 1.0 / own.std[own.believed]
     beliefs[:, -1] = (own.mean / own.std)[own.believed]
     factor = linalg.qr(np.vstack((R, beliefs)), mode="economic", check_finite=False)
     turn, grown = (np.asarray(part, np.float64) for part in factor)
-    return np.vstack((Q @ turn[: len(R)], turn[len(R) :])), grown
+    return turn, grown

@@ -21,8 +21,8 @@ MOST_STEPS = 200
 POOR, GOOD = 0.25, 0.75
 """Parts of the promised decrease under which steps become shorter, and above which they become longer."""
 SLOWER, FASTER = 4.0, 1.0 / 6.0
-LEAST_DAMPING = 1e-3
-"""Damping after the first step that fails; none before."""
+UNDAMPED, DAMPED = 1e-9, 1e-3
+"""Damping to begin with and at least, so that a free scale is not singular, and after the first step that fails."""
 RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show a shared parameter."""
 
@@ -102,7 +102,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     """
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
-    damping = 0.0
+    damping = UNDAMPED
     point = _point(joints, sign * np.exp(s), prior.rows, prior.off(s))
     for steps in range(MOST_STEPS):
         free = point.T - point.basis @ (point.basis.T @ point.T)
@@ -117,9 +117,9 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
             tried = _point(joints, sign * np.exp(s + step), prior.rows, prior.off(s + step))
             if tried.cost <= point.cost:
                 break
-            damping = max(8.0 * damping, LEAST_DAMPING)
+            damping = max(8.0 * damping, DAMPED)
         kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # of the decrease that the step promised
-        damping *= SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0
+        damping = max(UNDAMPED, damping * (SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0))
         s, point = s + step, tried
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 

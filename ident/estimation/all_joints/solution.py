@@ -8,9 +8,9 @@ import numpy as np
 from ident.estimation.all_joints.columns import JointColumns, SharedParameters, joint_columns, shared_parameters
 from ident.estimation.all_joints.fit import AllJointsFit, fitted
 from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
-from ident.estimation.all_joints.reduction import reduced_joint
+from ident.estimation.all_joints.reduction import base_of, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
-from ident.estimation.all_joints.start import start_of
+from ident.estimation.all_joints.start import alone, start_of
 from ident.estimation.all_joints.terms import LOAD_FORMS
 from ident.estimation.estimate import GainSolution, LoadFriction
 from ident.estimation.problem import Problem
@@ -46,6 +46,7 @@ class Setting:
         problem: Motions and payloads.
         shared: Which parameters joints share.
         columns: Rows of every joint.
+        alone: 1/g of the joints that surely show it alone, zero of the others, shape (n,).
         per_motion: Whether viscous and Coulomb friction differ between motions.
         prior_std: Deviation of log|h| that is allowed around the start.
         given: Gains that are known beforehand.
@@ -56,6 +57,7 @@ class Setting:
     problem: Problem
     shared: SharedParameters
     columns: tuple[JointColumns, ...]
+    alone: Array
     per_motion: bool
     prior_std: float
     given: tuple[GivenGain, ...] = ()
@@ -96,16 +98,23 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
             "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
             "one, or give one gain (options gain_joint and gain_value)"
         )
-    columns = joint_columns(problem, shared)
+    columns = prepared(joint_columns(problem, shared), per_motion=per_motion)
     return Setting(
         problem=problem,
         shared=shared,
         columns=columns,
+        alone=alone(problem),
         shared_std=np.full(columns[0].shared.shape[1], np.inf),
         per_motion=per_motion,
         prior_std=prior_std,
         given=tuple(given),
     )
+
+
+def prepared(columns: Sequence[JointColumns], *, per_motion: bool) -> tuple[JointColumns, ...]:
+    """Rows of every joint, factorised for fits with further columns."""
+    own = [own_columns(each, {}, per_motion=per_motion) for each in columns]
+    return tuple(replace(each, base=base_of(each, F)) for each, F in zip(columns, own, strict=True))
 
 
 def widened(columns: Sequence[JointColumns], more: Sequence[Array]) -> tuple[JointColumns, ...]:
@@ -132,7 +141,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
     given = {each.joint: 1.0 / each.value for each in ready.given}
-    h = start_of(ready.problem, joints, own, given) if before is None else before.fit.found.h
+    h = start_of(ready.alone, joints, own, given) if before is None else before.fit.found.h
     std = np.full(ready.n, ready.prior_std)
     std[list(given)] = GIVEN_STD
 

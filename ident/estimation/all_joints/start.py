@@ -17,26 +17,30 @@ NOTHING = 1e-10
 """Share of the largest column below which one is rounding."""
 
 
+def alone(problem: Problem) -> Array:
+    """1/g of the joints that surely show it alone (eq. 27), zero of the others, shape (n,)."""
+    h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
+    for j in range(len(h)) if known else ():
+        fit = joint_fit(problem, j, known)
+        if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
+            h[j] = fit.inverse
+    return h
+
+
 def start_of(
-    problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
+    alone: Array, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
 ) -> Array:
-    """1/g that joints show alone (eq. 27), of the others what fits their links to these, shape (n,).
+    """1/g that joints show alone, of the others what fits their links to these, shape (n,).
 
     Args:
-        problem: Motions and payloads.
+        alone: As the function of that name gives it, shape (n,).
         joints: Reduced rows of every joint, n.
         own: Their own columns.
         given: 1/g of joints, from 0, whose gains are known.
     """
-    n = len(joints)
-    h, by_load = np.zeros(n), np.zeros(n, dtype=bool)
-    if problem.payloads:
-        known = [payload.known_part() for payload in problem.payloads]
-        for j, fit in enumerate(joint_fit(problem, joint, known) for joint in range(n)):
-            if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
-                h[j], by_load[j] = fit.inverse, True
-    for j, inverse in given.items():
-        h[j], by_load[j] = inverse, True
+    h = alone.copy()
+    h[list(given)] = list(given.values())
+    by_load = h != 0.0
     sign: Array = np.sign(h)
     for j in np.flatnonzero(~by_load).tolist():
         sign[j] = -1.0 if friction_z(joints[j], own[j].names) < 0.0 else 1.0

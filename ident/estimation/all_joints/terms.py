@@ -185,6 +185,5 @@ def of_rows(motion: ObservedMotion, change: Array, joint: int) -> Array:
         change: At full rate, joint before what changes its torque, shape (N, n, m).
         joint: The joint, from 0.
     """
-    behind = motion.observation.recorded
-    columns = [behind.decimated(column, joint) for column in change[:, joint].T]
-    return np.column_stack(columns)[motion.observation.joints[joint].position]
+    decimated = motion.observation.recorded.decimated(change[:, joint], joint)
+    return decimated[motion.observation.joints[joint].position]

@@ -102,7 +102,8 @@ class Torques:
         return self._at_full_rate(np.concatenate((-turned, np.stack(tilted, axis=2)), axis=2))
 
     def _at_full_rate(self, x: Array) -> Array:
-        return spline(self._behind.t[self._behind.at], x)(self._behind.t)
+        behind = self._behind
+        return spline(behind.t[behind.at], x).evenly(int(behind.at[1]), len(behind.t))
 
 
 def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:

@@ -8,7 +8,7 @@ import numpy as np
 from ident.estimation.all_joints.columns import JointColumns
 from ident.estimation.all_joints.friction import own_columns
 from ident.estimation.all_joints.reduction import reduced_joint
-from ident.estimation.all_joints.start import start_of
+from ident.estimation.all_joints.start import alone, start_of
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 from ident.support.options import NAMES, unknown_name
@@ -28,7 +28,7 @@ def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
     own = [own_columns(each, {}, per_motion=False) for each in columns]
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
     sigma = np.array([each.sigma for each in joints])
-    return np.abs(start_of(problem, joints, own, {})) / sigma
+    return np.abs(start_of(alone(problem), joints, own, {})) / sigma
 
 
 WEIGHTS: dict[str, Callable[[Problem, Sequence[JointColumns]], Array]] = {"equal": equal, "joint": by_joint}

@@ -33,7 +33,7 @@ def fit(sound) -> Reference:
 def currents(fit: Reference, log: int, seen: Observation, chi: np.ndarray | None = None) -> list[np.ndarray]:
     """What the fitted arm predicts of rows through the estimator's own regressor."""
     base = seen.structure.base
-    chi = fit.parameters(log) if chi is None else chi
+    chi = fit.torques[log].chi if chi is None else chi
     return [h * each.W @ (base.regrouping[each.columns] @ chi) for h, each in zip(fit.h, seen.joints, strict=True)]
 
 
@@ -57,7 +57,7 @@ def assert_near(found: np.ndarray, expected: np.ndarray, share: float) -> None:
 def test_rows_of_the_fitted_torque_are_those_of_the_estimators_regressor(fit, sound, k):
     motion = fit.motions[k]
     expected = currents(fit, k, sound.problem.motions[k].observation)
-    for found, want in zip(motion.rows(motion.torque[..., None]), expected, strict=True):
+    for found, want in zip(motion.rows(motion.along.sampled[..., None]), expected, strict=True):
         assert_near(found[:, 0], want, RESAMPLED)
 
 
@@ -106,7 +106,7 @@ def _by_arms(fit: Reference, sound, read: Callable[[float], Hypothesis]) -> list
     for sign in (1.0, -1.0):
         arm: Arm = read(sign * SIZE).of_arm(fit.arm)
         W = regressor(arm, behind.q, behind.dq, behind.ddq)  # (N, n, p)
-        torque.append(W @ fit.parameters(1))
+        torque.append(W @ fit.torques[1].chi)
     full = (torque[0] - torque[1]) / (2.0 * SIZE)
     D = behind.decimator
     found = []
@@ -145,7 +145,7 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
     base = logs_of(Truth(), seed=9)
     sound = doubted(axes, [log(0.0), base[1]])
     fit = reference(sound.problem)
-    chi = fit.parameters(0)
+    chi = fit.torques[0].chi
     chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = fit.motions[0]._viscous() / fit.h
     found = fit.motions[0].rows(fit.motions[0].rate()[..., None])
     at = [observe(log(s * SIZE), axes, OPTIONS) for s in (1.0, -1.0, 0.0)]

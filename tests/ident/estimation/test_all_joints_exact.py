@@ -221,7 +221,7 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
     ready = setting(problem, per_motion=False, prior_std=1.0)
     own = [own_columns(each, {}, per_motion=False) for each in ready.columns]
     joints = [reduced_joint(each, F) for each, F in zip(ready.columns, own, strict=True)]
-    start = start_of(problem, joints, own, {})
+    start = start_of(ready.alone, joints, own, {})
     alone = ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options()).solution
     np.testing.assert_array_equal(alone.joints[:3], [0, 1, 2])
     np.testing.assert_allclose(start[:3], alone.inverse[:3], rtol=1e-12)

@@ -11,7 +11,7 @@ from scipy import optimize
 from ident.estimation.all_joints.columns import JointColumns, joint_columns, shared_parameters
 from ident.estimation.all_joints.fit import AllJointsFit, fitted
 from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
-from ident.estimation.all_joints.reduction import own_sigma, reduced_joint
+from ident.estimation.all_joints.reduction import base_of, own_sigma, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
 from ident.estimation.all_joints.solution import fit_with, setting, solution, widened
 from ident.estimation.problem import Problem
@@ -142,9 +142,15 @@ def data_rows(given: Case) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)
 
 
-def test_the_reduction_is_orthogonal_and_loses_nothing(small, heavy):
+@pytest.mark.parametrize("prepared", [False, True])
+def test_the_reduction_is_orthogonal_and_loses_nothing(small, heavy, rng, prepared):
     given = case(small, heavy, 0.02)
     for each, own in zip(given.columns, given.own, strict=True):
+        if prepared:  # and a column of which a part in 1e9 is new
+            first = replace(each, shared=each.shared[:, :-1])
+            hardly = each.shared[:, :1] + each.own["Fv"][:, None] + 1e-9 * rng.normal(size=(len(each.V), 1))
+            base = base_of(first, own_columns(first, {}, per_motion=True))
+            each = replace(each, shared=np.hstack((each.shared, hardly)), base=base)
         small_one, f = reduced_joint(each, own), own.F.shape[1]
         W = np.column_stack((own.F, each.shared, each.known, each.V)) / small_one.sigma
         # One believed column, the last of F: a row 1 / std under that column and mean / std under the currents.
@@ -153,7 +159,7 @@ def test_the_reduction_is_orthogonal_and_loses_nothing(small, heavy):
         R = np.column_stack((small_one.F, small_one.A, small_one.k, small_one.V))
         np.testing.assert_allclose(small_one.Q @ R, np.vstack((W, belief)), atol=1e-12 * np.abs(W).max())
         np.testing.assert_allclose(small_one.Q.T @ small_one.Q, np.eye(int(W.any(axis=0).sum())), atol=1e-13)
-        assert small_one.rows == len(each.V)
+        assert len(small_one.basis) == len(each.V)
         np.testing.assert_array_equal(np.tril(small_one.F, -1), 0.0)
         np.testing.assert_array_equal(small_one.F[small_one.inner], 0.0)
 

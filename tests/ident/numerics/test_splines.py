@@ -36,3 +36,11 @@ def test_a_spline_goes_through_its_points_and_has_every_cubic_exactly():
     cubic = np.polynomial.Polynomial([0.3, -1.2, 0.07, 0.011])
     # Rounding of t^3, at the points some 1e5, over the shortest piece.
     np.testing.assert_allclose(spline(POINTS, cubic(POINTS))(T, 1), cubic.deriv()(T), rtol=1e-10)
+
+
+@pytest.mark.parametrize("samples", [38, 39, 40, 41, 42])
+def test_even_samples_between_points_are_those_of_a_call(samples):
+    t = 0.7 + 0.03 * np.arange(samples)
+    at = np.append(np.arange(0, samples - 1, 4), samples - 1)
+    through = spline(t[at], np.random.default_rng(3).standard_normal((len(at), 2, 3)))
+    np.testing.assert_allclose(through.evenly(4, samples), through(t), rtol=0, atol=1e-11)  # of values about 1

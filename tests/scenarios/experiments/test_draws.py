@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import check_draws, drawn_settings
+from scenarios.experiments.files.draws import SCALED, check_draws, drawn_settings
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.settings import value_at, with_settings
@@ -168,3 +168,14 @@ def test_a_draw_that_cannot_be_made_is_one_line(tmp_path, text):
         check_draws(scenario(tmp_path, text), setup_of)
     assert FAULTS[text] in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", SCALED)
+def test_distributions_of_location_and_scale_alone_are_those_of_scipy(name, rng):
+    uniform, same = rng.random(50), {"loc": 0.3, "scale": tuple(np.linspace(0.7, 2.0, 50))}
+    mine, scipy_s = SCALED[name], getattr(stats, name)
+    np.testing.assert_array_equal(mine.ppf(uniform, **same), scipy_s.ppf(uniform, **same))
+    assert np.isnan(mine.ppf(uniform, scale=0.0)).all()
+    for moment in ("mean", "std"):
+        expected = getattr(scipy_s, moment)(**same)
+        np.testing.assert_allclose(getattr(mine, moment)(**same), expected, rtol=1e-15)  # a rounding

@@ -15,9 +15,9 @@ from scenarios.results.models.gains import ResultGain, ResultParameter
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
-    Column(title="residual", unit="%", file_only=True),
-    Column(title="payload", unit="%", file_only=True),
-    Column(title="model", unit="%", file_only=True),
+    Column(title="Residual", unit="%", file_only=True),
+    Column(title="Payload", unit="%", file_only=True),
+    Column(title="Model", unit="%", file_only=True),
 )
 """The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
 MEANING = (

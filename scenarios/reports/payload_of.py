@@ -15,9 +15,9 @@ COLUMNS = (
     Column(title="Payload", words=True),
     Column(title="Found"),
     Column(title="2 sigma"),
-    Column(title="residual", file_only=True),
-    Column(title="gains", file_only=True),
-    Column(title="model", file_only=True),
+    Column(title="Residual", file_only=True),
+    Column(title="Gains", file_only=True),
+    Column(title="Model", file_only=True),
     Column(title="Unit", words=True),
 )
 

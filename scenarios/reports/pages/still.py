@@ -76,10 +76,10 @@ def still(named: str) -> Picture | None:
         if done.returncode or not path.is_file():
             return None
         with Image.open(path) as drawn:
-            height = drawn.height
+            width, height = drawn.size
         return Picture(
             caption=f"Scenario {named}, half-way through its motions, as rx90 view draws it",
             png=path.read_bytes(),
-            width=WIDTH,
+            width=width,
             height=height,
         )

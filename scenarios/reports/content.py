@@ -1,5 +1,6 @@
 """What a report says, as values: paragraphs, tables, figures, and the same as one JSON object."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -195,6 +196,23 @@ def number(value: float | None, form: str, unit: str = "") -> str:
 def percent(share: float | None, form: str = ".3f") -> str:
     """A share in percent, without the sign: the heading has it. A dash for none."""
     return number(None if share is None else 100.0 * share, form)
+
+
+def rounded(value: float | None, spread: float | None) -> str:
+    """A number with as many decimals as two digits of its spread need; four where there is none. A dash for none.
+
+    Args:
+        value: The number.
+        spread: What it may be off by, of the same unit.
+    """
+    return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
+
+
+def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
+    """A unit and numbers in it; lengths below a metre in millimetres."""
+    if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):
+        return unit, numbers
+    return "mm", tuple(None if each is None else 1e3 * each for each in numbers)
 
 
 def plus_minus(value: float, spread: float) -> str:

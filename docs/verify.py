@@ -126,7 +126,7 @@ def all_rows(folder: Path) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-PAGE = """# Does the verdict of `rx90 verify` predict the error of the gains?
+PAGE = """# What a verification says of the gains
 
 Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
 motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,

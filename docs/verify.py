@@ -8,6 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from opening import write_page
 from simulations import TOGETHER, outcomes_of
 from threadpoolctl import threadpool_limits
 
@@ -203,5 +204,5 @@ if __name__ == "__main__":
         summary="\n".join(summary(name, rows) for name, rows in each.items()),
         named="\n".join(line for name, rows in each.items() for line in named(name, rows)),
     )
-    (HERE / "verify.md").write_text(page, encoding="utf-8")
+    write_page(HERE / "verify.md", page)
     draw(found)

@@ -9,7 +9,18 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
 from ident.support.naming import joint_list
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Table, cells, in_unit, percent, rounded
+from scenarios.reports.content import (
+    NONE,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Table,
+    cells,
+    in_unit,
+    percent,
+    rounded,
+)
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.gains import ResultGain, ResultParameter
 

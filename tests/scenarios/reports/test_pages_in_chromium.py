@@ -231,4 +231,4 @@ def test_the_page_of_the_paper_shows_its_tables_and_figure_3(tmp_path, chromium,
     assert [each["id"] for each in found if each["impact"] in ("serious", "critical")] == []
     document = json.loads(Path(tmp_path / "paper.json").read_text())["result"]
     mass = document["second_payload"]["payload"][-1]["estimate"]
-    assert f"{mass:.3f}" in view.locator("table", has_text="paper").nth(3).inner_text()
+    assert view.locator("table", has_text="paper").filter(has_text=f"{mass:.3f}").count() > 0

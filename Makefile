@@ -56,7 +56,7 @@ docs: .venv/ready  # the site, into site/; open site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 
 pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
-	$(BIN)/python docs/arm.py
+	$(BIN)/python docs/hero.py
 	$(BIN)/python docs/case.py
 	$(BIN)/python docs/accuracy.py
 	$(BIN)/python docs/architecture.py

@@ -177,7 +177,7 @@ def joint_table(study: Covered) -> Table:
         Column(title="Joint"),
         *(Column(title=title) for title in ("Gains", "Refused", "Failed")),
         *(Column(title=title, unit="%") for title in ("Bias", "Spread", "95 % below", "Largest")),
-        *(Column(title=f"within {k} sigma", unit="%") for k in (1, 2)),
+        *(Column(title=f"Within {k} sigma", unit="%") for k in (1, 2)),
         Column(title="2 sigma", words=True),
         Column(title="Width"),
     )

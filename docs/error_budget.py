@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from opening import write_page
 
 from scenarios.experiments.studies.budget import BudgetJoint, SourceCost, budgets
 from scenarios.experiments.studies.sensitivity import ALONE
@@ -143,7 +144,7 @@ def main(folders: list[str]) -> None:
     studies = {folder: read(Path(folder)) for folder in folders}
     for folder, study in studies.items():
         shutil.copyfile(Path(folder) / "budget.png", HOME / f"error-budget-{study.name}.png")
-    (HOME / "error-budget.md").write_text("\n".join([HEAD, *map(section, studies.values())]), encoding="utf-8")
+    write_page(HOME / "error-budget.md", "\n".join([HEAD, *map(section, studies.values())]))
 
 
 if __name__ == "__main__":

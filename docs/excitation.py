@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from opening import write_page
 from threadpoolctl import threadpool_limits
 
 from scenarios.design.excitation import SMALL_SIZES, Design, design_problem
@@ -133,7 +134,7 @@ def main() -> None:
     for name in SCENARIOS:
         rows.append(kept_row(name))
         print(rows[-1].text, flush=True)
-    (HOME / "excitation.md").write_text(page(rows), encoding="utf-8")
+    write_page(HOME / "excitation.md", page(rows))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from opening import write_page
 
 from scenarios.experiments.files.loading import load_scenario
 
@@ -100,7 +101,7 @@ def main(trials: int) -> None:
     table.append("|" + "---|" * 11)
     for robot in ROBOTS:
         table += [row(robot, protocol, trials, 7) for protocol in PROTOCOLS]
-    (HOME / "holds.md").write_text(HEAD.format(trials=trials) + "\n".join(table) + "\n" + TAIL, encoding="utf-8")
+    write_page(HOME / "holds.md", HEAD.format(trials=trials) + "\n".join(table) + "\n" + TAIL)
 
 
 if __name__ == "__main__":

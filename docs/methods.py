@@ -8,6 +8,8 @@ import json
 import sys
 from pathlib import Path
 
+from opening import write_page
+
 HEAD = """# Methods side by side
 
 Written by `make methods` from the folders that `rx90 compare` left. No number here is typed by hand.
@@ -73,7 +75,7 @@ def main(folders: list[Path]) -> None:
     if not folders:
         sys.exit("name the folders of comparisons")
     path = Path(__file__).parent / "methods.md"
-    path.write_text(document(folders, path.read_text(encoding="utf-8")), encoding="utf-8")
+    write_page(path, document(folders, path.read_text(encoding="utf-8")))
 
 
 if __name__ == "__main__":

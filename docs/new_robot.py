@@ -14,6 +14,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from opening import write_page
+
 HOME = Path(__file__).parent
 OUT = Path("out") / "new-robot"
 FLANGE = re.compile(r"--flange (\S+):")
@@ -82,7 +84,7 @@ def main(folder: Path) -> None:
     for entry in sorted(folder.iterdir()):
         lines.append(row(entry))
         print(lines[-1], flush=True)
-    (HOME / "new-robot.md").write_text(HEAD + "\n".join(lines) + "\n", encoding="utf-8")
+    write_page(HOME / "new-robot.md", HEAD + "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from opening import write_page
 
 HOME = Path(__file__).parent
 OUT = Path("out") / "payloads"
@@ -79,7 +80,7 @@ def main() -> None:
     for name in SCENARIOS:
         rows.append(row(kept(name)))
         print(rows[-1], flush=True)
-        (HOME / "payloads.md").write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+        write_page(HOME / "payloads.md", HEAD + "\n".join(rows) + "\n")
 
 
 if __name__ == "__main__":

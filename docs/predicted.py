@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from opening import write_page
 from threadpoolctl import threadpool_limits
 
 from scenarios.experiments.build import setup_of
@@ -183,7 +184,7 @@ def main(words: list[str]) -> None:
         sys.exit("name scenarios, each with the folder of its study behind it")
     pairs = zip(words[::2], words[1::2], strict=True)
     text = "\n".join([HEAD, *(section(load_scenario(name), Path(folder)) for name, folder in pairs)])
-    (Path(__file__).parent / "predicted-budget.md").write_text(text, encoding="utf-8")
+    write_page(Path(__file__).parent / "predicted-budget.md", text)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from opening import write_page
 
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
@@ -163,7 +164,7 @@ def main(folder: Path) -> None:
         bought(found),
         RATIO,
     ]
-    (HOME / "protocols.md").write_text("\n".join(text), encoding="utf-8")
+    write_page(HOME / "protocols.md", "\n".join(text))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from opening import write_page
 
 from scenarios.experiments.files.loading import load_scenario
 
@@ -111,7 +112,7 @@ def main(others: list[Path]) -> None:
     found = [row(name, name, OUT / name) for name in BUILT_IN]
     found += [undesigned(seed, OUT / f"arm{seed}") for seed in ARMS]
     found += [row(_name(each), str(each / "scenario.toml"), OUT / f"other-{_name(each)}") for each in others]
-    (HOME / "robots.md").write_text(HEAD + "\n".join(each.text for each in found) + "\n", encoding="utf-8")
+    write_page(HOME / "robots.md", HEAD + "\n".join(each.text for each in found) + "\n")
     print(json.dumps([each.text for each in found], indent=1))
 
 

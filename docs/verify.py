@@ -8,6 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from opening import write_page
 from simulations import TOGETHER, outcomes_of
 from threadpoolctl import threadpool_limits
 
@@ -126,7 +127,7 @@ def all_rows(folder: Path) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-PAGE = """# Does the verdict of `rx90 verify` predict the error of the gains?
+PAGE = """# What a verification says of the gains
 
 Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
 motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,
@@ -203,5 +204,5 @@ if __name__ == "__main__":
         summary="\n".join(summary(name, rows) for name, rows in each.items()),
         named="\n".join(line for name, rows in each.items() for line in named(name, rows)),
     )
-    (HERE / "verify.md").write_text(page, encoding="utf-8")
+    write_page(HERE / "verify.md", page)
     draw(found)

@@ -4,6 +4,7 @@ Nothing is simulated: every arm stands where its reference motion puts it, as th
 a degree. A payload is drawn as the solid cylinder of its mass and moments.
 """
 
+import itertools
 import time
 import warnings
 from collections.abc import Callable, Generator, Sequence
@@ -13,20 +14,21 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array, Indices
-from sim.capsules import stand_in
-from sim.clearance import add_payload_shape
-from sim.compile import mount_payload
+from sim.appearance import drawn_arm, furnish, planes
 from sim.errors import ADVICE, ModelFileError, NoPicture
 from sim.experiment import Experiment
-from sim.model_spec import full_spec
 from sim.silenced_mujoco import silenced
 
-BESIDE = 1.3
-"""Distance of neighbouring arms, in shares of an arm's reach."""
-AZIMUTH, ELEVATION = 135.0, -15.0
-"""Direction in which the camera looks, about the vertical from x, and above the horizon [deg]."""
-ROOM = 1.1
-"""Size of a picture in shares of what it must hold."""
+ELEVATION = -15.0
+"""Direction in which the camera looks, above the horizon [deg]."""
+ROOM = 1.15
+"""Size of a picture in shares of what it must hold; the same share is between neighbouring arms."""
+SLENDER = 4.0 / 3.0, 7.0 / 3.0
+"""Widths of pictures that are cropped to the arms, in shares of their heights."""
+TIMES = 40
+"""Instants of the motions at which a scene is laid out that is for no others."""
+CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+"""Of a box, in shares of its half edges, shape (8, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,12 +40,16 @@ class Scene:
         places: Where the positions of each arm's joints stand in the state, one array (n,) an experiment.
         motions: Reference motion of each.
         duration: Of the longest motion [s].
+        times: Instants that the scene is laid out for [s].
+        azimuth: Direction in which the camera looks, about the vertical from x [deg].
     """
 
     model: mujoco.MjModel
     places: tuple[Indices, ...]
     motions: tuple[Callable[[Array], tuple[Array, Array, Array]], ...]
     duration: float
+    times: Array
+    azimuth: float
 
     def put(self, data: mujoco.MjData, t: float) -> None:
         """Move every arm to where it is at a time [s] of its motion."""
@@ -51,33 +57,48 @@ class Scene:
             data.qpos[places] = motion(np.array([t]))[0][0]
         mujoco.mj_kinematics(self.model, data)
 
+    def seen(self) -> Array:
+        """Corners of all arms at all instants to the right, up and towards the camera, shape (k, 3) [m]."""
+        data, found = mujoco.MjData(self.model), list[Array]()
+        for t in self.times:
+            self.put(data, float(t))
+            found.append(_corners(self.model, data))
+        return np.vstack(found) @ np.transpose(_directions(self.azimuth))
+
+    def height(self, width: int) -> int:
+        """Pixels of a picture that is as high as the arms need, even as films want it; within `SLENDER`."""
+        across, up, _ = np.ptp(self.seen(), axis=0)
+        return 2 * round(0.5 * width / float(np.clip(across / up, *SLENDER)))
+
 
 @silenced()
-def scene(experiments: Sequence[Experiment]) -> Scene:
-    """Put the arms of some experiments side by side, from left to right in their order.
+def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
+    """Put the arms of some experiments side by side, from left to right in their order, seen where they are widest.
+
+    Args:
+        experiments: Their motions.
+        times: Instants that will be looked at [s], None for all of the motions.
 
     Raises:
         ModelFileError: If a model file cannot be compiled.
     """
-    # To the right of the first, as the camera sees it.
-    right, _, _ = _directions()
+    motions = tuple(experiment.trajectory for experiment in experiments)
+    duration = max(motion.duration for motion in motions)
+    instants = np.linspace(0.0, duration, TIMES) if times is None else np.array(times)
     try:
-        whole = _drawn(experiments[0])
-        for light in list(whole.lights):
-            whole.delete(light)
-        sun = {"type": mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, "diffuse": [0.6] * 3, "castshadow": False}
-        whole.worldbody.add_light(pos=[0.0, 0.0, 5.0], dir=[-0.3, 0.3, -1.0], **sun)
-        for floor in _planes(whole):
-            floor.size[:2] = 0.0  # without end
-        for material in whole.materials:
-            material.reflectance = 0.0  # a film without is smaller, and drawn in half the time
-        step = BESIDE * reach(experiments[0])
-        for k, experiment in enumerate(experiments[1:], start=1):
-            arm = _drawn(experiment)
-            for element in [*arm.lights, *_planes(arm)]:
+        arms = [drawn_arm(each.plant.robot, each.plant.payload if each.loaded else None) for each in experiments]
+        swept = [_swept(arm, motion(instants)[0]) for arm, motion in zip(arms, motions, strict=True)]
+        azimuth = _azimuth(swept)
+        right, _, towards = _directions(azimuth)
+        furnish(arms[0], sunlight=0.3 * (right - towards) - np.array([0.0, 0.0, 1.0]))
+        extents = [(each @ right).min() for each in swept], [(each @ right).max() for each in swept]
+        gap, place = (ROOM - 1.0) * max(np.ptp(each @ right) for each in swept), 0.0
+        for k, arm in enumerate(arms[1:], start=1):
+            for element in [*arm.lights, *planes(arm)]:
                 arm.delete(element)
-            whole.attach(arm, prefix=_prefix(k), frame=whole.worldbody.add_frame(pos=k * step * right))
-        model = whole.compile()
+            place += extents[1][k - 1] - extents[0][k] + gap
+            arms[0].attach(arm, prefix=_prefix(k), frame=arms[0].worldbody.add_frame(pos=place * right))
+        model = arms[0].compile()
     except ValueError as error:
         path = experiments[0].plant.robot.model
         raise ModelFileError(f"robot model {path}: {str(error).splitlines()[0]}") from error
@@ -86,14 +107,7 @@ def scene(experiments: Sequence[Experiment]) -> Scene:
         np.array([model.jnt_qposadr[j] for j, name in enumerate(names) if _owner(name) == k])
         for k in range(len(experiments))
     )
-    motions = tuple(experiment.trajectory for experiment in experiments)
-    return Scene(model, places, motions, max(motion.duration for motion in motions))
-
-
-def reach(experiment: Experiment) -> float:
-    """Sum of the distances from each body to the next [m], the payload's included."""
-    spec = _drawn(experiment)
-    return float(sum(np.linalg.norm(body.pos) for body in spec.bodies[1:]))
+    return Scene(model, places, motions, duration, instants, azimuth)
 
 
 def watch(shown: Scene) -> None:
@@ -155,47 +169,52 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
 
 
 def overview(shown: Scene, aspect: float) -> mujoco.MjvCamera:
-    """A camera that sees every arm all along its motion, in a picture `aspect` times as wide as it is high."""
-    data, model = mujoco.MjData(shown.model), shown.model
-    solid = model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE)
-    found: list[Array] = []
-    for t in np.linspace(0.0, shown.duration, 40):
-        shown.put(data, float(t))
-        radius = np.concatenate([model.geom_rbound[solid], np.zeros(model.njnt)])
-        centers = np.concatenate([data.geom_xpos[solid], data.xanchor]) @ np.transpose(_directions())
-        found += [(centers - radius[:, None]).min(axis=0), (centers + radius[:, None]).max(axis=0)]
-    low, high = np.min(found, axis=0), np.max(found, axis=0)
-    half = 0.5 * (high - low)  # to the right, up, towards the camera
-    slope = np.tan(np.radians(0.5 * model.vis.global_.fovy))
+    """A camera that sees every arm at the scene's instants, in a picture `aspect` times as wide as it is high."""
+    seen = shown.seen()
+    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+    slope = np.tan(np.radians(0.5 * shown.model.vis.global_.fovy))
+    across, up, towards = (seen - middle).T
     camera = mujoco.MjvCamera()
-    camera.lookat = 0.5 * (low + high) @ np.array(_directions())
-    camera.azimuth, camera.elevation = AZIMUTH, ELEVATION
-    camera.distance = half[2] + ROOM * max(half[1] / slope, half[0] / (aspect * slope))
+    camera.lookat = middle @ np.array(_directions(shown.azimuth))
+    camera.azimuth, camera.elevation = shown.azimuth, ELEVATION
+    camera.distance = (towards + ROOM * np.maximum(np.abs(up) / slope, np.abs(across) / (aspect * slope))).max()
     return camera
 
 
-def _directions() -> tuple[Array, Array, Array]:
-    """Right, up and towards the viewer in the camera's picture, unit vectors of the world."""
-    a, e = np.radians(AZIMUTH), np.radians(ELEVATION)
+def _swept(arm: mujoco.MjSpec, q: Array) -> Array:
+    """Corners of the boxes about an arm's shapes at all of some positions (N, n), shape (k, 3) [m]."""
+    model = arm.copy().compile()
+    data = mujoco.MjData(model)
+    found: list[Array] = []
+    for position in q:
+        data.qpos[:] = position
+        mujoco.mj_kinematics(model, data)
+        found.append(_corners(model, data))
+    return np.vstack(found)
+
+
+def _corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Corners of the boxes about all shapes but planes, and anchors of joints, shape (k, 3) [m]."""
+    solid = model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE)
+    center, half = model.geom_aabb[solid, None, :3], model.geom_aabb[solid, None, 3:]
+    turned = (center + CORNERS * half) @ data.geom_xmat[solid].reshape(-1, 3, 3).transpose(0, 2, 1)
+    return np.vstack([(data.geom_xpos[solid, None] + turned).reshape(-1, 3), data.xanchor])
+
+
+def _azimuth(swept: Sequence[Array]) -> float:
+    """Direction in which to look [deg], so that arms are seen from where they spread widest."""
+    spread = sum(np.cov(each[:, :2].T) for each in swept)
+    widest = np.linalg.eigh(spread)[1][:, -1]
+    found = np.degrees(np.arctan2(widest[1], widest[0])) + 90.0
+    return float((found + 45.0) % 180.0 - 45.0 + (0.0 if (found + 45.0) % 180.0 > 90.0 else 180.0))
+
+
+def _directions(azimuth: float) -> tuple[Array, Array, Array]:
+    """Right, up and towards the viewer in a camera's picture, unit vectors of the world."""
+    a, e = np.radians(azimuth), np.radians(ELEVATION)
     ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([np.sin(a), -np.cos(a), 0.0])
     return right, np.cross(right, ahead), -ahead
-
-
-def _planes(spec: mujoco.MjSpec) -> list[mujoco.MjsGeom]:
-    return [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_PLANE]
-
-
-def _drawn(experiment: Experiment) -> mujoco.MjSpec:
-    """An arm as its file draws it, with what it carries."""
-    robot = experiment.plant.robot
-    spec = full_spec(robot.model, robot.flange)
-    stand_in(spec, robot)
-    body = mount_payload(spec, experiment.plant.payload if experiment.loaded else None)
-    if experiment.loaded:
-        add_payload_shape(body, experiment.plant.payload)
-        body.geoms[-1].rgba = [0.55, 0.57, 0.6, 1.0]
-    return spec
 
 
 def _prefix(number: int) -> str:

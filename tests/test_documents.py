@@ -90,6 +90,25 @@ def test_every_document_is_in_the_navigation_of_the_site():
     assert held == {place for place in shown if not GENERATED.fullmatch(place)}
 
 
+def titles(nav: object) -> dict[str, str]:
+    """What a navigation calls each page, however nested."""
+    if isinstance(nav, str):
+        return {}
+    if isinstance(nav, list):
+        return {place: title for each in nav for place, title in titles(each).items()}
+    found = [{nav[title]: title} if isinstance(nav[title], str) else titles(nav[title]) for title in nav]
+    return {place: title for each in found for place, title in each.items()}
+
+
+def test_the_navigation_calls_a_page_as_its_heading_does():
+    nav = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+    called = {place: title for place, title in titles(nav).items() if (DOCS / place).exists() and title != "Home"}
+    assert len(called) > 40
+    for place, title in called.items():
+        heading = re.search(r"^# (.*)$", (DOCS / place).read_text(encoding="utf-8"), re.MULTILINE)
+        assert heading[1] == title, place
+
+
 def test_the_rates_on_the_page_of_studies_are_those_of_the_page_on_coverage():
     page = (
         (ROOT / "docs" / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]

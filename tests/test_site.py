@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from places import ROOT
 
-from scenarios.commands import COMMANDS
+from scenarios.commands import GROUPS
 from scenarios.json_schemas import schemas
 
 SITE = ROOT / "docs" / "site"
@@ -36,8 +36,12 @@ def test_equations_are_set_as_mathml_in_a_line_and_by_themselves():
 
 def test_every_command_has_a_section_with_its_options():
     page = made("command_pages")["commands_page"]()
-    assert re.findall(r"^## rx90 (\S+)$", page, re.MULTILINE) == list(COMMANDS)
-    section = page.partition("## rx90 predict\n")[2].partition("\n## ")[0]
+    titles = [*(name.capitalize() for name in GROUPS), "Exit statuses"]
+    assert re.findall(r"^## (.+)$", page, re.MULTILINE) == titles
+    for group, members in GROUPS.items():
+        section = page.partition(f"\n## {group.capitalize()}\n")[2].partition("\n## ")[0]
+        assert re.findall(r"^### rx90 (\S+)$", section, re.MULTILINE) == list(members)
+    section = page.partition("### rx90 predict\n")[2].partition("\n### ")[0]
     assert re.search(r"^\| `SCENARIO` \| .*error sources \|$", section, re.MULTILINE)
     assert re.search(r"^\| `--option KEY=VALUE` \| .*repeatable \|$", section, re.MULTILINE)
 
@@ -117,24 +121,43 @@ def test_the_site_is_built_without_a_warning(site):
         assert not loaded, page
 
 
-@pytest.mark.slow
-def test_the_site_is_searched_in_a_folder_without_a_server(site):
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
+@pytest.fixture(scope="module")
+def chromium():
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
         pytest.skip("needs a Chromium in the path")
     playwright = pytest.importorskip("playwright.sync_api")
     with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        view, said = browser.new_page(viewport={"width": 1280, "height": 900}), []
-        view.on("console", lambda message: said.append(message.text))
-        view.on("pageerror", lambda error: said.append(str(error)))
-        view.goto((site / "tutorial" / "rx90.html").as_uri())
-        view.locator(".md-search__input").click()
-        view.keyboard.type("armature")
-        view.wait_for_selector(".md-search-result__link", timeout=30_000)
-        assert re.match(r"\d+ matching documents", view.locator(".md-search-result__meta").inner_text())
-        assert said == []
+        browser = play.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield browser
         browser.close()
+
+
+@pytest.mark.slow
+def test_the_site_is_searched_in_a_folder_without_a_server(site, chromium):
+    view, said = chromium.new_page(viewport={"width": 1280, "height": 900}), []
+    view.on("console", lambda message: said.append(message.text))
+    view.on("pageerror", lambda error: said.append(str(error)))
+    view.goto((site / "tutorial" / "rx90.html").as_uri())
+    view.locator(".md-search__input").click()
+    view.keyboard.type("armature")
+    view.wait_for_selector(".md-search-result__link", timeout=30_000)
+    assert re.match(r"\d+ matching documents", view.locator(".md-search-result__meta").inner_text())
+    assert said == []
+
+
+@pytest.mark.slow
+def test_no_table_is_cut_at_1280_pixels_and_no_page_scrolls_sideways(site, chromium):
+    cut = (
+        "[...document.querySelectorAll('.md-typeset__scrollwrap')].filter((e) => e.scrollWidth > e.clientWidth).length"
+    )
+    for width in (1280, 390):
+        view = chromium.new_page(viewport={"width": width, "height": 900})
+        for page in site.rglob("*.html"):
+            view.goto(page.as_uri())
+            assert view.evaluate("document.documentElement.scrollWidth") <= width, page.name
+            assert width < 1280 or view.evaluate(cut) == 0, page.name
+        view.close()
 
 
 @pytest.mark.slow

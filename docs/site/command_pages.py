@@ -5,7 +5,7 @@ import os
 
 from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.status import MEANINGS
-from scenarios.commands import COMMANDS, command
+from scenarios.commands import GROUPS, command
 
 HEAD = """# Commands
 
@@ -24,7 +24,9 @@ STATUSES = """## Exit statuses
 def commands_page() -> str:
     """Every command with its arguments, then the exit statuses."""
     os.environ["COLUMNS"] = "100"
-    sections = "\n".join(_section(name, summary) for name, summary in COMMANDS.items())
+    sections = ""
+    for group, members in GROUPS.items():
+        sections += f"## {group[0].upper()}{group[1:]}\n\n" + "\n".join(map(_section, members, members.values()))
     return HEAD + sections + STATUSES + "".join(f"| {s:d} | {_cell(text)} |\n" for s, text in MEANINGS.items())
 
 
@@ -32,7 +34,7 @@ def _section(name: str, summary: str) -> str:
     parser = OneLineParser(prog=f"rx90 {name}", add_help=False)
     command(name).add_arguments(parser)
     usage = " ".join(parser.format_usage().removeprefix("usage: ").split())
-    text = f"## rx90 {name}\n\n{summary[0].upper()}{summary[1:]}.\n\n```text\n{_folded(usage)}\n```\n\n"
+    text = f"### rx90 {name}\n\n{summary[0].upper()}{summary[1:]}.\n\n```text\n{_folded(usage)}\n```\n\n"
     rows = [_row(parser, action) for action in parser._actions if action.help != argparse.SUPPRESS]
     return text + ("| argument | what |\n|---|---|\n" + "".join(rows) + "\n" if rows else "")
 

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
-    add("--height", type=WIDTH, default=360, metavar="N", help="pixels (default 360)")
+    add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
     add("--fps", type=FPS, default=8.0, metavar="X", help="frames per second of a GIF or MP4 (default 8)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
@@ -55,18 +55,21 @@ def main(options: argparse.Namespace) -> Status:
     if path is not None and path.suffix.lower() not in WRITERS:
         raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
     setup = setup_of(load_scenario(options.scenario))
-    shown = scene(setup.experiments)
-    if options.at is not None and options.at > shown.duration:
-        raise ScenarioError(f"--at {options.at:g} s: the motion ends at {shown.duration:g} s; name a time up to that")
+    motions = setup.experiments
+    duration = max(motion.trajectory.duration for motion in motions)
+    if options.at is not None and options.at > duration:
+        raise ScenarioError(f"--at {options.at:g} s: the motion ends at {duration:g} s; name a time up to that")
     if path is None:
-        watch(shown)
+        watch(scene(motions))
         return Status.PASSED
     held = right_to_write(options, path.parent, [path.name], command="rx90 view")
-    times = frames(shown.duration, options.fps)
+    times = frames(duration, options.fps)
     if path.suffix.lower() == ".png":
-        times = (0.5 * shown.duration if options.at is None else options.at,)
-    drawn = pictures(shown, times, width=options.width, height=options.height)
-    names = ", ".join(experiment.name for experiment in setup.experiments)
+        times = (0.5 * duration if options.at is None else options.at,)
+    shown, width = scene(motions, times), options.width
+    height = shown.height(width) if options.height is None else options.height
+    drawn = pictures(shown, times, width=width, height=height)
+    names = ", ".join(experiment.name for experiment in motions)
     labelled = (
         captioned(picture, f"{setup.scenario.name}, from left: {names}; {t:.1f} s")
         for t, picture in zip(times, drawn, strict=True)
@@ -74,8 +77,8 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing(), under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
         WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
-    said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}"
-    more = {"pictures": len(times), "width": options.width, "height": options.height}
+    said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}"
+    more = {"pictures": len(times), "width": width, "height": height}
     result = Written.model_validate({"out": str(path), **more})
     show(Report(printable(said), (), result.model_dump(mode="json")), options)
     return Status.PASSED

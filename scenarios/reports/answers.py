@@ -6,7 +6,6 @@ from pathlib import Path
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
 from scenarios.reports.content import (
     NONE,
-    VERDICT,
     Cell,
     Column,
     Mood,
@@ -14,24 +13,17 @@ from scenarios.reports.content import (
     Report,
     Table,
     cells,
-    number,
-    percent,
+    plus_minus,
 )
 
-COLUMNS = (
-    Column(title="Problem", words=True),
-    Column(title="Method", words=True),
-    Column(title="Joint"),
-    Column(title="Gain", unit="N (m)/unit"),
-    Column(title="2 sigma", unit="%"),
-    VERDICT,
-)
+MEANING = "Gains with two stated standard deviations, where the method states any."
 
 
 def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
-    """A row a problem, method and joint; of a call without an answer, one with its failure."""
-    lines = [line for row in rows for line in _lines(row)]
-    parts = (_counted(rows), Table(columns=COLUMNS, rows=tuple(lines)), Paragraph(f"Answers in {path}."))
+    """A table a problem, a row a joint, its gains by all methods beside each other."""
+    problems = dict.fromkeys(row.problem for row in rows)
+    tables = (side_by_side(problem, [row for row in rows if row.problem == problem]) for problem in problems)
+    parts = (_counted(rows), *tables, Paragraph(MEANING), Paragraph(f"Answers in {path}."))
     return Report(f"{len(rows)} answers", parts, Answers(answers=list(rows)).model_dump(mode="json"))
 
 
@@ -48,17 +40,25 @@ def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
     return Paragraph(said, Mood.BAD if failed else Mood.PLAIN, strong=True)
 
 
-def _lines(row: AnswerRow) -> list[tuple[Cell, ...]]:
+def side_by_side(problem: str, rows: Sequence[AnswerRow]) -> Table:
+    """Gains of a problem by joint, a column a method; a call without an answer has its failure in every row.
+
+    Args:
+        problem: Its name.
+        rows: Answers to it.
+    """
+    joints = max((len(row.claims) for row in rows), default=0)
+    columns = (Column(title="Joint"), *(Column(title=row.method, unit="N (m)/unit", words=True) for row in rows))
+    lines = (cells(str(j + 1), *(_answer(row, j) for row in rows)) for j in range(max(joints, 1)))
+    return Table(title=problem, columns=columns, rows=tuple(lines))
+
+
+def _answer(row: AnswerRow, joint: int) -> Cell:
     if row.failure is not None:
-        return [cells(row.problem, row.method, NONE, NONE, NONE, Cell(row.failure, Mood.BAD))]
-    return [
-        cells(
-            row.problem,
-            row.method,
-            str(joint),
-            number(claim.value, ".4f"),
-            percent(None if claim.std is None or not claim.value else 2.0 * claim.std / abs(claim.value), ".2f"),
-            Cell("refused", Mood.DOUBTFUL) if claim.value is None else Cell("identified", Mood.GOOD),
-        )
-        for joint, claim in enumerate(row.claims, 1)
-    ]
+        return Cell(row.failure, Mood.BAD)
+    claim = row.claims[joint] if joint < len(row.claims) else None
+    if claim is None:
+        return Cell(NONE)
+    if claim.value is None:
+        return Cell("refused", Mood.DOUBTFUL)
+    return Cell(f"{claim.value:.5g}" if claim.std is None else plus_minus(claim.value, 2.0 * claim.std))

@@ -5,7 +5,19 @@ from collections.abc import Sequence
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.support.arrays import Array
 from scenarios.reports.bare_links import links_parts
-from scenarios.reports.content import NONE, VERDICT, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import (
+    NONE,
+    VERDICT,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    percent,
+    rounded,
+)
 from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
 from scenarios.reports.gains import joints_named, reason_paragraph, sentence
 from scenarios.reports.payload_forecast import if_loaded_parts
@@ -134,4 +146,5 @@ def _essential(each: BareParameter) -> bool:
 
 
 def _numbers(each: BareParameter) -> tuple[str, str, str, str]:
-    return each.parameter, f"{each.estimate:.4f}", f"{2.0 * each.std:.4f}", each.unit
+    spread = 2.0 * each.std
+    return each.parameter, rounded(each.estimate, spread), rounded(spread, spread), each.unit

@@ -13,7 +13,7 @@ from scenarios.reports.gains import gain_unit, joints_named
 COLUMNS = (
     Column(title="Change", unit="%"),
     Column(title="2 sigma", unit="%"),
-    Column(title="relative to\ncommon scale", unit="%"),
+    Column(title="Relative to\ncommon scale", unit="%"),
     Column(title="2 sigma", unit="%"),
     VERDICT,
 )

@@ -1,7 +1,8 @@
 """What a report says, as values: paragraphs, tables, figures, and the same as one JSON object."""
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -60,7 +61,7 @@ class Table:
         title: One line above it, empty for none.
         columns: Headings; the first columns, as many as tell the rows apart, say what a row is about.
         rows: Cells, one tuple a row.
-        shown: Rows that are enough for a screen; None for all.
+        shown: Rows that are enough for a screen, 0 for a table to be asked for; None for all.
         rest: What a screen says in place of the others.
         file_only: Whether it is too large for a screen.
     """
@@ -77,6 +78,19 @@ class Table:
         """How many columns say what a row is about: the first ones that tell rows apart, one if none do."""
         counts = range(1, len(self.columns))
         return next((k for k in counts if len({row[:k] for row in self.rows}) == len(self.rows)), 1)
+
+    @property
+    def verdict_early(self) -> "Table":
+        """The same with its verdict behind the first column, where a narrow page shows it too."""
+        if VERDICT not in self.columns:
+            return self
+        last = self.columns.index(VERDICT)
+        order = [0, last, *(k for k in range(1, len(self.columns)) if k != last)]
+        columns, rows = (
+            tuple(self.columns[k] for k in order),
+            tuple(tuple(row[k] for k in order) for row in self.rows),
+        )
+        return replace(self, columns=columns, rows=rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +117,15 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading within a report."""
+    """A heading within a report.
+
+    Attributes:
+        text: The words.
+        folded: Whether a page shows what is below it only when asked.
+    """
 
     text: str
+    folded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +161,14 @@ class Picture:
     height: int
 
 
-Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a page shows at a glance, and text says elsewhere: names and values."""
+
+    pairs: tuple[tuple[str, str], ...]
+
+
+Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture | Facts
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +196,23 @@ def number(value: float | None, form: str, unit: str = "") -> str:
 def percent(share: float | None, form: str = ".3f") -> str:
     """A share in percent, without the sign: the heading has it. A dash for none."""
     return number(None if share is None else 100.0 * share, form)
+
+
+def rounded(value: float | None, spread: float | None) -> str:
+    """A number with as many decimals as two digits of its spread need; four where there is none. A dash for none.
+
+    Args:
+        value: The number.
+        spread: What it may be off by, of the same unit.
+    """
+    return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
+
+
+def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
+    """A unit and numbers in it; lengths below a metre in millimetres."""
+    if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):
+        return unit, numbers
+    return "mm", tuple(None if each is None else 1e3 * each for each in numbers)
 
 
 def plus_minus(value: float, spread: float) -> str:

@@ -4,7 +4,20 @@ from collections.abc import Sequence
 
 from ident.diagnosis.alternative import two_digits
 from ident.support.arrays import Array
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Table, cells, number, percent
+from scenarios.reports.content import (
+    NONE,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Table,
+    cells,
+    in_unit,
+    number,
+    percent,
+    rounded,
+)
 from scenarios.reports.gains import gain_unit
 from scenarios.results.models.cost import CostJoint, CostQuantity, ResultCost
 
@@ -60,8 +73,9 @@ def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
 def _weight_row(each: CostQuantity, *, judged: bool) -> tuple[Cell, ...]:
     numbers = [each.a_priori, _twice(each.a_priori_std)]
     numbers += [each.found, _twice(each.found_std)] if judged else []
-    numbers.append(each.true if judged else each.stated)
-    return cells(f"weight: {each.quantity}", *(number(value, ".4f") for value in numbers), each.unit)
+    unit, shown = in_unit(each.unit, *numbers, each.true if judged else each.stated)
+    spreads = [shown[1]] * 2 + [shown[3]] * 3 if judged else [shown[1]] * 3
+    return cells(f"weight: {each.quantity}", *(rounded(*pair) for pair in zip(shown, spreads, strict=True)), unit)
 
 
 def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) -> Table:

@@ -12,14 +12,14 @@ from ident.support.arrays import Array
 from ident.support.extras import needed_extra
 from scenarios.support.errors import ScenarioError
 
-CAPTION = 0.035
-"""Height of the caption's letters in shares of the picture's."""
+CAPTION = 0.02
+"""Height of the caption's letters in shares of the picture's width."""
 
 
 def captioned(picture: Array, text: str) -> Image.Image:
     """A picture (height, width, 3) with a line of text in its upper left corner, smaller if it would not fit."""
     image = Image.fromarray(np.asarray(picture, dtype=np.uint8))
-    draw, size = ImageDraw.Draw(image), CAPTION * image.height
+    draw, size = ImageDraw.Draw(image), CAPTION * image.width
     length = draw.textlength(text, font=ImageFont.load_default(size))
     font = ImageFont.load_default(size * min(1.0, 0.95 * image.width / length))
     where = 0.02 * image.width, 0.02 * image.height

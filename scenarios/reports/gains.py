@@ -9,15 +9,26 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
 from ident.support.naming import joint_list
-from scenarios.reports.content import NONE, Column, Mood, Paragraph, Table, cells, percent
+from scenarios.reports.content import (
+    NONE,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Table,
+    cells,
+    in_unit,
+    percent,
+    rounded,
+)
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.gains import ResultGain, ResultParameter
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
-    Column(title="residual", unit="%", file_only=True),
-    Column(title="payload", unit="%", file_only=True),
-    Column(title="model", unit="%", file_only=True),
+    Column(title="Residual", unit="%", file_only=True),
+    Column(title="Payload", unit="%", file_only=True),
+    Column(title="Model", unit="%", file_only=True),
 )
 """The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
 MEANING = (
@@ -102,9 +113,15 @@ def reason_paragraph(joint: int, reason: str) -> Paragraph:
     return Paragraph(sentence(f"Joint {joint}: {reason}"))
 
 
+def quantity_row(name: str, unit: str, value: float | None, *spreads: float | None) -> tuple[Cell, ...]:
+    """A row of a number, by the first of its spreads rounded as that is, these, and the unit."""
+    shown, numbers = in_unit(unit, value, *spreads)
+    return cells(name, *(rounded(each, numbers[1]) for each in numbers), shown)
+
+
 def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:
     """The payload parameters that a method found on its way, in a table if there are any."""
-    rows = tuple(cells(p.parameter, f"{p.estimate:.4f}", f"{2.0 * p.std:.4f}", UNITS[p.parameter]) for p in found)
+    rows = tuple(quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in found)
     columns = (
         Column(title="Payload", words=True),
         Column(title="Found"),

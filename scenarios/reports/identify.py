@@ -19,8 +19,8 @@ from scenarios.reports.content import (
     Report,
     Table,
     cells,
-    number,
     percent,
+    rounded,
 )
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs
@@ -121,7 +121,7 @@ def _row(gain: ResultGain, unexplained: float | None) -> tuple[Cell, ...]:
     return cells(
         str(gain.joint),
         gain.name or "",
-        number(gain.estimate, ".4f"),
+        rounded(gain.estimate, gain.std and 2.0 * gain.std),
         *interval(gain),
         percent(unexplained, ".1f"),
         Cell("identified", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.DOUBTFUL),

@@ -21,7 +21,7 @@ JOINT_COLUMNS = (
     Column(title="Deviation\nbefore", unit="%"),
     Column(title="Payload\nafter", unit="N m rms"),
     Column(title="Deviation\nafter", unit="%"),
-    Column(title="of weight\nas made", unit="%"),
+    Column(title="Of weight\nas made", unit="%"),
     Column(title="Gain", words=True),
 )
 

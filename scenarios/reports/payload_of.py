@@ -7,17 +7,17 @@ from ident.payload_identification.payload_body import CENTRE, FoundBody
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import DIFFERS, Weighed
 from scenarios.gains_in_use.weighing import found_payload_result
-from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells, plus_minus
+from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, plus_minus
 from scenarios.reports.diagnoses import doubt_paragraphs
-from scenarios.reports.gains import sentence
+from scenarios.reports.gains import quantity_row, sentence
 
 COLUMNS = (
     Column(title="Payload", words=True),
     Column(title="Found"),
     Column(title="2 sigma"),
-    Column(title="residual", file_only=True),
-    Column(title="gains", file_only=True),
-    Column(title="model", file_only=True),
+    Column(title="Residual", file_only=True),
+    Column(title="Gains", file_only=True),
+    Column(title="Model", file_only=True),
     Column(title="Unit", words=True),
 )
 
@@ -32,11 +32,11 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
         diagnosed: What is said of the recordings.
     """
     rows = tuple(
-        cells(
+        quantity_row(
             each.name,
-            f"{each.value:.4f}",
-            *(f"{2.0 * std:.4f}" for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
             each.unit,
+            each.value,
+            *(2.0 * std for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
         )
         for each in body.quantities
     )
@@ -64,8 +64,9 @@ def verdict(body: FoundBody, mood: Mood) -> Paragraph:
     mass = body.of("mass")
     if mass is None:
         return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)
-    centre = [f"{each.name} {plus_minus(each.value, 2.0 * each.std)}" for name in CENTRE if (each := body.of(name))]
-    where = f"; centre of mass at {', '.join(centre)} m" if centre else ""
+    found = [each for name in CENTRE if (each := body.of(name))]
+    centre = [f"{each.name} {plus_minus(1e3 * each.value, 2e3 * each.std)}" for each in found]
+    where = f"; centre of mass at {', '.join(centre)} mm" if centre else ""
     return Paragraph(f"{plus_minus(mass.value, 2.0 * mass.std)} kg (2 sigma){where}.", mood, strong=True)
 
 

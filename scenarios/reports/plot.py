@@ -21,6 +21,7 @@ class Mark(Enum):
     LINE = "line"
     POINTS = "points"
     BARS = "bars"
+    STACK = "stack"
     INTERVALS = "intervals"
 
 
@@ -31,10 +32,14 @@ class Tone(Enum):
     SECOND = "second"
     THIRD = "third"
     FOURTH = "fourth"
+    FIFTH = "fifth"
+    SIXTH = "sixth"
     QUIET = "quiet"
 
 
 TONES = (Tone.FIRST, Tone.SECOND, Tone.THIRD, Tone.FOURTH)
+MANY = (*TONES, Tone.FIFTH, Tone.SIXTH)
+"""Of parts of a whole, which need not be told apart by more than a place in a stack."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,8 +62,9 @@ class Axis:
 
     @property
     def words(self) -> str:
-        """Title and unit."""
-        return f"{self.title} [{self.unit}]" if self.unit else self.title
+        """Title, its first letter a capital, and unit."""
+        title = self.title[:1].upper() + self.title[1:]
+        return f"{title} [{self.unit}]" if self.unit else title
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +76,7 @@ class Series:
         mark: How they are drawn.
         tone: What sets them apart.
         x, y: Places, of one length.
-        low, high: Ends of `INTERVALS` on the axis of numbers, empty for other marks.
+        low, high: Ends of `INTERVALS` and of parts of a `STACK` on the axis of numbers, empty for other marks.
     """
 
     label: str
@@ -105,6 +111,7 @@ class Plot:
         references: Lines across.
         zoom: Whether one may want to look closer along x.
         height: Of its axes [pixel].
+        strip: What stands below it along the same x, on a scale of its own; None for nothing.
     """
 
     title: str
@@ -117,6 +124,7 @@ class Plot:
     references: tuple[Reference, ...] = ()
     zoom: bool = False
     height: int = 180
+    strip: "Plot | None" = None
 
 
 def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:

@@ -15,8 +15,8 @@ from scenarios.reports.content import (
     Report,
     Table,
     cells,
-    number,
     percent,
+    rounded,
 )
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs, many
@@ -63,8 +63,7 @@ def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
     rows = tuple(
         cells(
             str(gain.joint),
-            number(gain.true, ".4f"),
-            number(gain.estimate, ".4f"),
+            *(rounded(value, gain.std and 2.0 * gain.std) for value in (gain.true, gain.estimate)),
             *interval(gain),
             percent(gain.rel_error, "+.3f"),
             percent(gain.tolerance, ".3g"),

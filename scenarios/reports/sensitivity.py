@@ -4,13 +4,27 @@ from collections.abc import Sequence
 
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
-from scenarios.reports.content import Cell, Column, Figure, Heading, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import (
+    NONE,
+    Cell,
+    Column,
+    Figure,
+    Heading,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    percent,
+)
 from scenarios.reports.gains import budget_verdict
 from scenarios.reports.plots.sensitivity import chart
 
 SHOWN = 6
 """Sources a joint that a screen shows; files have all."""
 CHART = "budget"
+WIDEST = 0.5
+"""Width of an index's interval from which on it tells nothing: half of what an index can be."""
 COLUMNS = (
     Column(title="Source", words=True),
     Column(title="Alone", unit="% rms"),
@@ -22,7 +36,8 @@ COLUMNS = (
 )
 MEANING = (
     "Alone: the source at its declared size with all others off. Share: of the sum of mean squares. First and total "
-    "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals."
+    "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
+    "trials are too few for an interval that is narrower than half of 0 to 1."
 )
 
 
@@ -93,4 +108,8 @@ def _table(budget: BudgetJoint) -> Table:
 
 
 def _index(index: Interval | None) -> Cell:
-    return Cell("-" if index is None else f"{index.value:.2f} ({index.low:.2f}..{index.high:.2f})")
+    return Cell(
+        NONE
+        if index is None or index.high - index.low >= WIDEST
+        else f"{index.value:.2f} ({index.low:.2f}..{index.high:.2f})"
+    )

@@ -16,9 +16,9 @@ COLUMNS = (
     Column(title="Lowest"),
     Column(title="Highest"),
     Column(title="Speed"),
-    Column(title="of limit", unit="%"),
+    Column(title="Of limit", unit="%"),
     Column(title="Acceleration"),
-    Column(title="of limit", unit="%"),
+    Column(title="Of limit", unit="%"),
 )
 
 

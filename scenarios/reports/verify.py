@@ -34,9 +34,9 @@ MASSES = (
     Column(title="From", words=True),
     Column(title="Mass", unit="kg"),
     Column(title="2 sigma", unit="kg"),
-    Column(title="residual", unit="kg", file_only=True),
-    Column(title="gains", unit="kg", file_only=True),
-    Column(title="model", unit="kg", file_only=True),
+    Column(title="Residual", unit="kg", file_only=True),
+    Column(title="Gains", unit="kg", file_only=True),
+    Column(title="Model", unit="kg", file_only=True),
     Column(title="Error", unit="%"),
     Column(title="2 sigma", unit="%"),
     VERDICT,
@@ -140,9 +140,9 @@ PREDICTIONS = (
     Column(title="Joint"),
     Column(title="Name", words=True),
     Column(title="Prediction error", unit="% of rms"),
-    Column(title="fit residual", unit="% of rms"),
+    Column(title="Fit residual", unit="% of rms"),
     Column(title="Gain change", unit="% rms"),
-    Column(title="at most", unit="%"),
+    Column(title="At most", unit="%"),
 )
 
 

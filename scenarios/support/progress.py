@@ -3,7 +3,7 @@
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
 FIRST_LINE, LINE_EVERY = 2.0, 10.0
 """Time until the first line without a terminal, and between two of them [s]."""
+
+NARROW = 60
+"""Characters of a terminal below which trials, time left and failures leave no room for a name, a bar and a rate."""
 
 
 class Reporter(Protocol):
@@ -25,7 +28,7 @@ class Reporter(Protocol):
 
 
 @contextmanager
-def reporter(label: str, total: int, done: int, console: "Console") -> Generator[Reporter]:
+def reporter(label: str, total: int, done: int, console: "Console", workers: int) -> Generator[Reporter]:
     """Show the progress of a study.
 
     Args:
@@ -33,47 +36,75 @@ def reporter(label: str, total: int, done: int, console: "Console") -> Generator
         total: Trials of the study.
         done: Those finished before.
         console: On stderr.
+        workers: How many carry out trials at once.
     """
+    count = _Count(total, done, [time.monotonic()] * workers)
     if not console.is_terminal:
-        yield _Lines(label, total, done, console)
+        yield _Lines(label, console, count)
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(elapsed_when_finished=True),
-        TextColumn("{task.fields[failed]} failed"),
-    )
-    with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
-        task = progress.add_task(label, total=total, completed=done, rate="", failed=0)
-        yield _Bar(progress, task, _Count(total, done, time.monotonic()))
+    wide = console.width >= NARROW
+    told = (TextColumn(f"{{task.fields[{name}]}}") for name in (("rate",) if wide else ()) + ("left", "failed"))
+    before = (TextColumn("{task.description}"), BarColumn()) if wide else ()
+    with Progress(*before, MofNCompleteColumn(), *told, console=console) as progress:
+        task = progress.add_task(label, total=total, completed=done, rate="", left="", failed="")
+        yield _Bar(progress, task, count)
 
 
 @dataclass(slots=True)
 class _Count:
-    """Trials finished so far and how fast."""
+    """Trials finished so far, how fast, and how long the others will take.
+
+    Trials come back in batches, as many at a time as there are workers: of those under way counts what their workers
+    have spent on them, no more than such batches took so far. The time left then falls with the clock.
+
+    Attributes:
+        total: Trials of the study.
+        before: Those finished before.
+        begun: When each batch under way began, the earliest first.
+    """
 
     total: int
     before: int
-    started: float
+    begun: list[float]
     finished: int = 0
     failed: int = 0
+    spent: float = 0.0
+    batch: int = 1
+    started: float = field(default_factory=lambda: time.monotonic())
 
     @property
     def done(self) -> int:
         return self.before + self.finished
 
     @property
-    def rate(self) -> float:
-        """Trials a second since the start, 0 before the first."""
-        return self.finished / max(time.monotonic() - self.started, 1e-9)
+    def pace(self) -> float:
+        """Time of one worker for one trial [s]."""
+        return self.spent / max(self.finished, 1)
 
     def add(self, trials: int, failed: int) -> None:
+        now = time.monotonic()
+        self.spent += now - self.begun.pop(0)
+        self.begun.append(now)
         self.finished += trials
         self.failed += failed
+        self.batch = trials
+
+    def rate(self) -> str:
+        """Trials a second, in words."""
+        return f"{len(self.begun) / self.pace if self.pace else 0.0:.1f} per second"
+
+    def left(self) -> str:
+        """The time left in words, empty before the first trial; after the last one what all of them took."""
+        if not self.finished:
+            return ""
+        if self.done == self.total:
+            return f"in {duration(time.monotonic() - self.started)}"
+        now, longest = time.monotonic(), self.batch * self.pace
+        under_way = sum(min(now - each, longest) for each in self.begun)
+        seconds = max((self.total - self.done) * self.pace - under_way, 0.0) / len(self.begun)
+        return f"{duration(seconds)} left"
 
 
 class _Bar:
@@ -82,16 +113,17 @@ class _Bar:
 
     def advance(self, trials: int, failed: int) -> None:
         self._count.add(trials, failed)
-        rate = f"{self._count.rate:.1f} per second"
-        self._progress.update(self._task, completed=self._count.done, rate=rate, failed=self._count.failed)
+        self.tick()
 
     def tick(self) -> None:
-        """The bar redraws itself."""
+        count = self._count
+        failed = f"{count.failed} failed"
+        self._progress.update(self._task, completed=count.done, rate=count.rate(), left=count.left(), failed=failed)
 
 
 class _Lines:
-    def __init__(self, label: str, total: int, done: int, console: "Console") -> None:
-        self._label, self._console, self._count = label, console, _Count(total, done, time.monotonic())
+    def __init__(self, label: str, console: "Console", count: _Count) -> None:
+        self._label, self._console, self._count = label, console, count
         self._next = time.monotonic() + FIRST_LINE
 
     def advance(self, trials: int, failed: int) -> None:
@@ -103,9 +135,8 @@ class _Lines:
         if now < self._next:
             return
         self._next = now + LINE_EVERY
-        left = f", {duration((count.total - count.done) / count.rate)} left" if count.finished else ""
-        done = f"{count.done} of {count.total} trials, {count.rate:.1f} per second{left}, {count.failed} failed"
-        self._console.print(f"{self._label}: {done}", soft_wrap=True)
+        told = [f"{count.done} of {count.total} trials", count.rate(), count.left(), f"{count.failed} failed"]
+        self._console.print(f"{self._label}: {', '.join(filter(None, told))}", soft_wrap=True)
 
 
 def duration(seconds: float) -> str:

@@ -5,7 +5,7 @@ import pytest
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import NoPicture
-from sim.viewer import overview, pictures, scene
+from sim.viewer import ROOM, overview, pictures, scene
 
 T = 3.7
 
@@ -38,17 +38,57 @@ def test_every_arm_stands_where_its_motion_puts_it(shown, experiments):
         np.testing.assert_allclose(data.xaxis[k * arm.njnt : (k + 1) * arm.njnt], alone.xaxis, atol=1e-12)
 
 
-def test_arms_stand_from_left_to_right_and_apart(shown):
+def boxes(shown, right, t):
+    """Extent of each arm to the right at a time, shape (arms, 2)."""
     data = mujoco.MjData(shown.model)
-    shown.put(data, 0.0)
-    places = np.array([data.xanchor[p[0]] for p in shown.places])
-    camera = overview(shown, 1.5)
-    azimuth = np.radians(camera.azimuth)
+    shown.put(data, t)
+    found = np.full((len(shown.places), 2), (np.inf, -np.inf))
+    owners = [
+        int(name.split()[1][:-1]) if (name := shown.model.body(b).name).startswith("motion ") else 0
+        for b in shown.model.geom_bodyid
+    ]
+    for geom, k in enumerate(owners):
+        if shown.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+            continue
+        center, half = shown.model.geom_aabb[geom].reshape(2, 3)
+        R = data.geom_xmat[geom].reshape(3, 3)
+        middle, reach = (data.geom_xpos[geom] + R @ center) @ right, np.abs(right @ R) @ half
+        found[k] = min(found[k, 0], middle - reach), max(found[k, 1], middle + reach)
+    return found
+
+
+@pytest.mark.parametrize("t", [T, 9.1, 14.2, 16.0])
+def test_arms_stand_from_left_to_right_and_a_share_of_their_width_apart(experiments, t):
+    shown = scene(experiments, [t])
+    azimuth = np.radians(overview(shown, 1.5).azimuth)
     right = np.array([np.sin(azimuth), -np.cos(azimuth), 0.0])  # of MuJoCo's camera, which looks along its azimuth
-    steps = np.diff(places @ right)
-    reach = 1.32  # the RX-90: 0.42, 0.45, 0.45 m as drawn, to the wrist
-    np.testing.assert_allclose(steps, 1.3 * reach, rtol=1e-9)
-    np.testing.assert_allclose(np.diff(places, axis=0), np.outer(steps, right), atol=1e-12)
+    found = boxes(shown, right, t)
+    widest = np.diff(found, axis=1).max()
+    np.testing.assert_allclose(found[1:, 0] - found[:-1, 1], (ROOM - 1.0) * widest, rtol=1e-9)
+
+
+def test_arms_do_not_meet_all_along_their_motions(shown):
+    azimuth = np.radians(shown.azimuth)
+    for t in shown.times:
+        found = boxes(shown, np.array([np.sin(azimuth), -np.cos(azimuth), 0.0]), t)
+        assert (found[1:, 0] > found[:-1, 1]).all()
+
+
+def test_arms_are_seen_where_they_are_widest(experiments):
+    shown = scene(experiments[:1], [T])
+    widths = {
+        turn: np.diff(boxes(shown, np.array([np.cos(turn), np.sin(turn), 0.0]), T)).item()
+        for turn in np.radians(np.arange(0.0, 180.0, 5.0))
+    }
+    azimuth = np.radians(shown.azimuth)
+    seen = np.diff(boxes(shown, np.array([np.sin(azimuth), -np.cos(azimuth), 0.0]), T)).item()
+    assert seen > 0.95 * max(widths.values())
+    assert min(widths.values()) < 0.7 * seen
+
+
+def test_a_picture_is_as_high_as_the_arms_need(experiments):
+    four, one = scene(experiments, [T]), scene(experiments[:1], [T])
+    assert (four.height(600), one.height(600)) == (258, 450)  # 7 : 3 and 4 : 3, even numbers
 
 
 def test_loaded_arms_alone_show_their_payload(shown, experiments):

@@ -91,7 +91,8 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         label = f"{study.kind} {study.scenario.name}"
         if missing:
             place.forget_lost()
-            with reporter(label, study.count, study.count - sum(map(len, missing)), console) as progress:
+            before = study.count - sum(map(len, missing))
+            with reporter(label, study.count, before, console, workers.count()) as progress:
                 tasks, unfinished = _tasks(study, missing, workers.count()), Unfinished(missing)
                 with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
                     for task, outcome in results:

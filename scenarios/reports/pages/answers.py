@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
-from scenarios.reports.answers import answers_report
+from scenarios.reports.answers import MEANING, answers_report, side_by_side
 from scenarios.reports.content import Column, Heading, Paragraph, Part, Report, Table, cells
 from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
 from scenarios.support.errors import ScenarioError
@@ -28,10 +29,10 @@ def page(folder: Path) -> Report:
     if not rows:
         raise ScenarioError(f"{one_line(path)}: contains no answer; create answers with rx90 compare FOLDER --out")
     told = answers_report(rows, path)
-    parts: list[Part] = [told.parts[0], Paragraph(UNKNOWN)]
+    parts: list[Part] = [told.parts[0], Paragraph(UNKNOWN), Paragraph(MEANING)]
     for problem in dict.fromkeys(row.problem for row in rows):
         own = [row for row in rows if row.problem == problem]
-        parts += [Heading(problem), *_drawn(own), _table(own, path), *_reasons(own)]
+        parts += [Heading(problem), *_drawn(own), replace(side_by_side(problem, own), title=""), *_reasons(own)]
     parts += _origin(rows)
     return Report(told.title, tuple(parts), told.document)
 
@@ -44,30 +45,35 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
     shown = best[: len(TONES)]
     left = len(best) - len(shown)
     names = tuple(str(joint) for joint in range(1, max(len(row.claims) for row in shown) + 1))
+    middles = [_middle([row.claims[j].value for row in best if j < len(row.claims)]) for j in range(len(names))]
     series = [
         intervals(
             row.method,
             [name for name, claim in zip(names, row.claims, strict=False) if claim.value is not None],
-            [about(claim.value, 2.0 * (claim.std or 0.0)) for claim in row.claims if claim.value is not None],
+            [
+                about(100.0 * (claim.value / middle - 1.0), 200.0 * (claim.std or 0.0) / abs(middle))
+                for middle, claim in zip(middles, row.claims, strict=False)
+                if claim.value is not None
+            ],
             tone,
         )
         for row, tone in zip(shown, TONES, strict=False)
     ]
     more = f" {left} more in the table only." if left else ""
     plot = Plot(
-        title="Gains by joint",
+        title="Gains about the median of all methods",
         caption=f"Bars: two stated deviations; without a bar, the method states no standard deviation.{more}",
         x=Axis(title="joint", categories=names),
-        y=Axis(title="gain", unit="N (m)/unit"),
+        y=Axis(title="gain", unit="% from the median", zero=True),
         series=tuple(series),
     )
     return [plot]
 
 
-def _table(rows: Sequence[AnswerRow], path: Path) -> Table:
-    """What methods answered to a problem, without its name in every row."""
-    (told,) = (part for part in answers_report(rows, path).parts if isinstance(part, Table))
-    return replace(told, columns=told.columns[1:], rows=tuple(row[1:] for row in told.rows))
+def _middle(gains: Sequence[float | None]) -> float:
+    """The median of the gains that there are."""
+    found = [gain for gain in gains if gain is not None]
+    return median(found) if found else 1.0
 
 
 def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:

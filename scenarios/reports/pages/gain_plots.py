@@ -1,6 +1,6 @@
 """Plots of gains: how sure each is, what that is made of, how far it is off where the truth is known."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from scenarios.reports.content import Paragraph
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, about, intervals, values
@@ -10,9 +10,10 @@ JOINT = "joint"
 
 
 def error_plot(gains: Sequence[ResultGain]) -> Plot:
-    """Errors with their intervals beside the tolerance; a joint without a gain has its tolerance alone."""
+    """Errors with their intervals beside the tolerance; a joint without a gain has neither."""
     names = tuple(str(gain.joint) for gain in gains)
     found = [gain for gain in gains if gain.rel_error is not None]
+    there = [str(gain.joint) for gain in found]
     errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
     return Plot(
         title="Error of each gain, with its interval",
@@ -23,30 +24,35 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
         series=(
-            intervals("tolerance", names, [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in gains], Tone.QUIET),
-            intervals("error, 2 sigma", [str(gain.joint) for gain in found], errors, Tone.FIRST),
+            intervals("Tolerance", there, [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in found], Tone.QUIET),
+            intervals("Error, 2 sigma", there, errors, Tone.FIRST),
         ),
     )
 
 
-def value_plot(gains: Sequence[ResultGain], unit: str) -> Plot:
-    """Gains with their intervals."""
-    found = [(str(gain.joint), gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
+def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
+    """Gains with their intervals in percent, about nominal ones where there are any.
+
+    Args:
+        gains: One a joint.
+        nominal: Gains of joints that were believed before, by their numbers; None for the gains themselves.
+    """
+    found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
+    if nominal:
+        found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]
+    about_what = "the a-priori gain" if nominal else "the gain"
+    ends = list[tuple[float, float, float]]()
+    for joint, estimate, std in found:
+        middle = nominal[joint] if nominal else estimate
+        ends.append(about(100.0 * (estimate / middle - 1.0), 200.0 * std / abs(middle)))
     return Plot(
-        title="Gains, with their intervals",
+        title=f"Interval of each gain, about {about_what}",
         caption=(
             "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number."
         ),
         x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
-        y=Axis(title="gain", unit=unit),
-        series=(
-            intervals(
-                "gain, 2 sigma",
-                [name for name, _, _ in found],
-                [about(value, 2.0 * std) for _, value, std in found],
-                Tone.FIRST,
-            ),
-        ),
+        y=Axis(title="gain", unit=f"% from {about_what}", zero=True),
+        series=(intervals("Gain, 2 sigma", [str(joint) for joint, _, _ in found], ends, Tone.FIRST),),
     )
 
 
@@ -54,9 +60,9 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
     """What each interval is made of."""
     found = [(gain, abs(gain.estimate)) for gain in gains if gain.estimate is not None]
     shares = {
-        "residual": [(gain.residual_std or 0.0) / size for gain, size in found],
-        "payload": [(gain.payload_std or 0.0) / size for gain, size in found],
-        "model": [(gain.model_std or 0.0) / size for gain, size in found],
+        "Residual": [(gain.residual_std or 0.0) / size for gain, size in found],
+        "Payload": [(gain.payload_std or 0.0) / size for gain, size in found],
+        "Model": [(gain.model_std or 0.0) / size for gain, size in found],
     }
     tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
     return Plot(

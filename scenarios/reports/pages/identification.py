@@ -3,14 +3,15 @@
 from dataclasses import replace
 from pathlib import Path
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.arm import Arm
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
-from scenarios.reports.content import Heading, Paragraph, Part, Report
+from scenarios.reports.content import Facts, Heading, Paragraph, Part, Report
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import MOODS, counted
-from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.gains import note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, kept_paragraphs, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
@@ -22,6 +23,7 @@ from scenarios.reports.run import conclusion, judged_table
 from scenarios.reports.unseen import unseen_parts, unseen_verdict
 from scenarios.results.fit_rows import Fit, read_fit
 from scenarios.results.models.run import Result
+from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RECORD, RecordFile, identify_words, read_record, read_result, recorded_problem
 from scenarios.support.errors import ScenarioError
 
@@ -39,7 +41,8 @@ def page(folder: Path) -> Report:
     except IdentificationError as error:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     names = provenance.named([motion.log for motion in fit.motions])
-    parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), *_gains(result, fit, given.arm.revolute)]
+    parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), _facts(result, record, given)]
+    parts += _gains(result, fit, given.arm.revolute)
     if result.unseen is not None:
         parts += [Heading("A motion that no fit has seen"), *unseen_parts(result.unseen)]
     if result.cost is not None:
@@ -51,18 +54,36 @@ def page(folder: Path) -> Report:
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
         *(torque_plot(each, names, fit.begins) for each in fit.rows),
-        Heading("Residual: spectrum"),
+        Heading("Residual: spectrum", folded=True),
         Paragraph(SPECTRUM),
         *(spectrum_plot(each, fit.row_period, lag) for each, lag in zip(fit.rows, fit.correlation, strict=True)),
     ]
     for what in ("position", "speed"):
         drawn = (against(each, what) for each in fit.rows)
-        parts += [Heading(f"Residual against {what}"), Paragraph(AGAINST), *drawn]
+        parts += [Heading(f"Residual against {what}", folded=True), Paragraph(AGAINST), *drawn]
     parts += [Heading("Outliers"), *outliers(fit.rows, names)]
     parts += _motion(fit, names, given.arm)
     parts += provenance.assumed(record, provenance.payloads(record, given), given.arm)
     parts += _repeated(folder, record, result)
     return Report(record.title, tuple(parts), result.model_dump(mode="json"))
+
+
+def _facts(result: Result, record: RecordFile, given: GivenProblem) -> Facts:
+    """How many joints have a gain, how far it is off or may be, the fit, what was mounted, when."""
+    found = [gain for gain in result.gains if gain.estimate is not None and gain.std is not None]
+    pairs = [("Joints found", f"{len(found)} of {len(result.gains)}")]
+    if found and result.judged:
+        worst = max(found, key=lambda gain: abs(gain.rel_error or 0.0))
+        pairs.append(
+            ("Worst error", f"{two_digits(100.0 * (worst.rel_error or 0.0), sign='+')} %, joint {worst.joint}")
+        )
+    elif found:
+        share, joint = max((2.0 * (gain.std or 0.0) / abs(gain.estimate or 1.0), gain.joint) for gain in found)
+        pairs.append(("Widest interval", f"± {two_digits(100.0 * share)} %, joint {joint}"))
+    masses = dict.fromkeys(f"{payload.mass:g} kg" for payload in provenance.payloads(record, given).values())
+    pairs.append(("Relative residual", f"{100.0 * result.fit.rel_error_norm:.2f} %"))
+    pairs.append(("Payload", " and ".join(masses) or "none"))
+    return Facts((*pairs, ("Date", record.created[:10])))
 
 
 def _verdict(result: Result) -> Paragraph:
@@ -82,7 +103,8 @@ def _gains(result: Result, fit: Fit, revolute: Array) -> list[Part]:
     else:
         shares = [fit.residual_share(joint) for joint in range(len(result.gains))]
         table = identified_table(result.gains, shares, revolute)
-        plot = value_plot(result.gains, gain_unit(revolute))
+        believed = {} if result.cost is None else {each.joint: each.a_priori_gain for each in result.cost.joints}
+        plot = value_plot(result.gains, {joint: gain for joint, gain in believed.items() if gain})
     told = (
         f"{result.fit.rows} rows by {result.fit.method}, relative residual {100.0 * result.fit.rel_error_norm:.2f} %."
     )

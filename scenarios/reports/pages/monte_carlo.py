@@ -61,7 +61,7 @@ def coverage_plot(joints: Sequence[JointRows]) -> Plot:
         caption=(f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage."),
         x=Axis(title="joint", categories=names),
         y=Axis(title="held", unit="% of gains"),
-        series=(intervals("within 2 sigma", tuple(found), [in_percent(each) for each in found.values()], Tone.FIRST),),
+        series=(intervals("Within 2 sigma", tuple(found), [in_percent(each) for each in found.values()], Tone.FIRST),),
         references=(Reference("", 100.0 * NORMAL),),
     )
 
@@ -108,12 +108,12 @@ def error_plot(joint: int, rows: JointRows) -> Plot:
         y=Axis(title="density", unit="1/%", zero=True),
         series=(
             Series(
-                label="errors",
+                label="Errors",
                 mark=Mark.LINE,
                 x=values(np.repeat(edges, 2)),
                 y=values(np.r_[0.0, np.repeat(density, 2), 0.0]),
             ),
-            Series(label="as claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised(rows, x))),
+            Series(label="As claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised(rows, x))),
         ),
         references=tuple(Reference("", limit, upright=True) for limit in limits),
         height=130,

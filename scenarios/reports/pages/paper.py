@@ -55,8 +55,8 @@ def gain_plot(found: PaperResult) -> Plot:
         x=Axis(title="joint", categories=names),
         y=Axis(title="gain", unit="N m/unit"),
         series=(
-            intervals("ours", list(ours), list(ours.values()), Tone.FIRST),
-            intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
+            intervals("Ours", list(ours), list(ours.values()), Tone.FIRST),
+            intervals("The paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
     )
 
@@ -76,8 +76,8 @@ def mass_plot(found: PaperResult) -> Plot:
         x=Axis(title="", categories=names),
         y=Axis(title="mass", unit="kg"),
         series=(
-            intervals("ours", names, [about(*each) for each in ours], Tone.FIRST),
-            intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
+            intervals("Ours", names, [about(*each) for each in ours], Tone.FIRST),
+            intervals("The paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
         references=(Reference("", found.cases[0]["M"].true),),
     )

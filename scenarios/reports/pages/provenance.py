@@ -55,7 +55,8 @@ def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Map
     parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in about.items())))
     if digests:
         columns = (Column(title="File", words=True), Column(title="SHA-256", words=True))
-        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in digests.items())))
+        rest = f"SHA-256 of {len(digests)} files"
+        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in digests.items()), shown=0, rest=rest))
     return parts
 
 

@@ -1,15 +1,19 @@
 """The page of an error budget: what to buy down first, each source's cost by joint, the ranking."""
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from scenarios.experiments.studies.budget import BudgetJoint, ranking, study_budget
 from scenarios.experiments.studies.stored import read_study
 from scenarios.reports.content import Figure, Heading, Report
 from scenarios.reports.pages import provenance
-from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.reports.plot import MANY, TONES, Axis, Mark, Plot, Reference, Series, Tone, values
 from scenarios.reports.sensitivity import sensitivity_report
 
+OTHERS = "All others"
 LARGEST = 10
 """Sources that a plot shows."""
 
@@ -35,18 +39,20 @@ def page(folder: Path) -> Report:
 
 
 def share_plot(found: Sequence[BudgetJoint], order: Sequence[str]) -> Plot:
-    """Shares of the largest sources in each joint's sum of mean squares."""
+    """Shares in each joint's sum of mean squares: every joint's largest source, others that are large, the rest."""
     names = tuple(str(budget.joint) for budget in found)
-    largest = order[: len(TONES)]
+    named = [source for source in order if any(each.costs and each.costs[0].source == source for each in found)]
+    largest = [*named, *(source for source in order if source not in named)][: max(len(TONES), len(named))]
     shares = [{cost.source: 100.0 * cost.share for cost in budget.costs} for budget in found]
-    bars = {source: [each.get(source, 0.0) for each in shares] for source in largest}
-    tones = dict(zip(largest, TONES, strict=False))
-    others = [100.0 - sum(each.get(source, 0.0) for source in largest) for each in shares]
-    series = [
-        Series(label=source, mark=Mark.BARS, tone=tones[source], x=names, y=values(numbers))
-        for source, numbers in bars.items()
-    ]
-    series.append(Series(label="all others", mark=Mark.BARS, tone=Tone.QUIET, x=names, y=values(others)))
+    series, low = list[Series](), np.zeros(len(found))
+    for source, tone in zip(
+        [*largest, OTHERS], [*itertools.islice(itertools.cycle(MANY), len(largest)), Tone.QUIET], strict=True
+    ):
+        rest = 100.0 - low
+        own = rest if source == OTHERS else np.array([each.get(source, 0.0) for each in shares])
+        ends = {"y": values(own), "low": values(low), "high": values(low + own)}
+        series.append(Series(label=source, mark=Mark.STACK, tone=tone, x=names, **ends))
+        low = low + own
     return Plot(
         title="Contribution of each source to each joint's error",
         caption=(

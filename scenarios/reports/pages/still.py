@@ -7,6 +7,8 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
+from PIL import Image
+
 from ident.support.naming import one_line
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.reports.content import Paragraph, Picture, Report
@@ -15,7 +17,8 @@ from scenarios.results.scene import scene_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
-WIDTH, HEIGHT = 480, 270
+WIDTH = 480
+"""Pixels of a picture."""
 PATIENCE = 60.0
 """How long a picture may take [s]."""
 
@@ -64,7 +67,7 @@ def still(named: str) -> Picture | None:
     """
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "still.png"
-        words = ["view", named, "--render", str(path), "--width", str(WIDTH), "--height", str(HEIGHT)]
+        words = ["view", named, "--render", str(path), "--width", str(WIDTH)]
         command = [sys.executable, "-m", "scenarios", *words]
         try:
             done = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
@@ -72,9 +75,11 @@ def still(named: str) -> Picture | None:
             return None
         if done.returncode or not path.is_file():
             return None
+        with Image.open(path) as drawn:
+            width, height = drawn.size
         return Picture(
             caption=f"Scenario {named}, half-way through its motions, as rx90 view draws it",
             png=path.read_bytes(),
-            width=WIDTH,
-            height=HEIGHT,
+            width=width,
+            height=height,
         )

@@ -1,13 +1,15 @@
 """A report as Markdown: every row of every table, figures by the names of their files."""
 
-from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Picture, Report, Table
+from scenarios.reports.content import Column, Facts, Figure, Heading, Line, Paragraph, Picture, Report, Table
 from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
 
 def render(report: Report, page: Page) -> str:
     """Draw title and parts, an empty line between them."""
-    drawn = [_part(part) for part in report.parts if not isinstance(part, Plot | Picture)]  # a page alone shows these
+    drawn = [
+        _part(part) for part in report.parts if not isinstance(part, Plot | Picture | Facts)
+    ]  # a page alone shows these
     return "\n\n".join([f"# {report.title}", *drawn]) + "\n"
 
 

@@ -15,7 +15,20 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
+from scenarios.reports.content import (
+    Cell,
+    Column,
+    Facts,
+    Figure,
+    Heading,
+    Line,
+    Mood,
+    Paragraph,
+    Part,
+    Picture,
+    Report,
+    Table,
+)
 from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
@@ -55,7 +68,7 @@ def render(report: Report, page: Page) -> str:
 
 
 def _is_text(part: Part) -> bool:
-    return not isinstance(part, Figure | Plot | Picture) and not (isinstance(part, Table) and part.file_only)
+    return not isinstance(part, Figure | Plot | Picture | Facts) and not (isinstance(part, Table) and part.file_only)
 
 
 def _together(before: Part | None, part: Part) -> bool:
@@ -78,7 +91,7 @@ def _print(part: Part, console: Console, width: int) -> None:
             _print_words(text, "bold", console, width)
         case Table():
             _print_table(part, console, width)
-        case Figure() | Plot() | Picture():
+        case Figure() | Plot() | Picture() | Facts():
             pass
 
 

@@ -82,7 +82,8 @@ def test_the_opengl_asked_for_is_kept_for_a_process_that_draws(monkeypatch, aske
         monkeypatch.setenv(OPENGL, asked)
     with without_opengl():
         assert os.environ[OPENGL] == "disable"
-        code = "import os; from scenarios.command_line.surroundings import with_opengl; with_opengl(); "
+        code = "import os; from scenarios.command_line.surroundings import with_opengl, without_opengl\n"
+        code += "with without_opengl():\n  with_opengl(); "  # as a command that is started does
         code += f"print(os.environ.get('{OPENGL}'), '{ASKED}' in os.environ)"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT))
         assert done.stdout == f"{asked} False\n"

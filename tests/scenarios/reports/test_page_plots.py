@@ -36,16 +36,19 @@ def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
     assert plot.x.categories == ("1", "2")
     assert (plot.y.unit, plot.y.zero) == ("%", True)
     found = {series.label: (series.x, series.y) for series in plot.series}
-    assert found == {"residual": (("1",), (5.0,)), "payload": (("1",), (6.0,)), "model": (("1",), (1.4,))}
+    assert found == {"Residual": (("1",), (5.0,)), "Payload": (("1",), (6.0,)), "Model": (("1",), (1.4,))}
 
 
 def test_a_gain_stands_between_two_deviations_of_all_shares_together():
     refused = RefusedGain(joint="j", reason="none", predicted_rel_std=0.35)
-    plot = value_plot(gains(refused, identified(-0.8, 0.012, 0.02)), "N/unit")
-    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "N/unit")
+    found = gains(refused, identified(-0.8, 0.012, 0.02))
+    plot = value_plot(found)
+    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "% from the gain")
     (shown,) = plot.series
-    # hypot(0.012, 0.02 * 0.8) = 0.02, of which two.
-    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (-0.8,), (-0.84,), (-0.76,))
+    # hypot(0.012, 0.02 * 0.8) = 0.02, of which two: 5 % of 0.8.
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (0.0,), (-5.0,), (5.0,))
+    (shown,) = value_plot(found, {1: 3.0, 2: -0.5}).series
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (60.0,), (52.0,), (68.0,))
 
 
 def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
@@ -57,7 +60,8 @@ def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_to
     refused = dict.fromkeys(("estimate", "std", "rel_error", "z"))
     plot = gain_error_plot([verdict(1, **refused, tolerance=0.03), verdict(2)])
     tolerance, error = plot.series
-    assert (tolerance.x, tolerance.low, tolerance.high) == (("1", "2"), (-3.0, -7.0), (3.0, 7.0))
+    # The refused joint does not stretch the axis.
+    assert (tolerance.x, tolerance.low, tolerance.high) == (("2",), (-7.0,), (7.0,))
     assert (error.x, error.y, error.low, error.high) == (("2",), (4.0,), (-2.0,), (10.0,))  # 0.015 is 3 % of 0.5
 
 
@@ -107,7 +111,7 @@ def rows_of(residual: np.ndarray, **more) -> FitRows:
 def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of_it():
     residual = np.array([0.5, -0.25, 0.125, 0.0, 0.75, -0.5])
     plot = torque_plot(rows_of(residual, V=np.arange(1.0, 7.0)), ("bare", "heavy"), (0.0, 0.2, 0.3))
-    measured, predicted, left = plot.series
+    (measured, predicted), (left,) = plot.series, plot.strip.series
     assert measured.y == (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
     assert left.y == (1.25, -0.625, 0.3125, 0.0, 1.875, -1.25)
     np.testing.assert_allclose(predicted.y, np.subtract(measured.y, left.y), rtol=1e-4)  # five digits

@@ -1,10 +1,13 @@
 """Plots as the page's script has them: what is drawn from where to where, in which order."""
 
+import re
+
 import pytest
 
-from scenarios.reports.content import Heading, Paragraph
+from scenarios.reports.content import Facts, Heading, Paragraph, Picture, Report
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone
-from scenarios.reports.renderers.html import blocks
+from scenarios.reports.renderers import Page, renderer
+from scenarios.reports.renderers.html import sections
 from scenarios.reports.renderers.html.specs import ROW, STRIPE, drawn_plots, specification
 
 JOINTS = Axis(title="joint", categories=("10", "9", "2"))
@@ -15,10 +18,36 @@ def plot(*series: Series, **more) -> Plot:
     return Plot(**{"title": "", "caption": "", "x": JOINTS, "y": Axis(title="gain"), "series": series, **more})
 
 
-def test_plots_are_numbered_over_the_whole_page():
-    found = blocks((plot(), plot(), Paragraph("text"), plot(), plot(), Heading("more"), plot()))
-    assert [(each.kind, each.first) for each in found if each.kind == "plots"] == [("plots", k) for k in (0, 2, 4)]
-    assert [len(each.parts) for each in found] == [2, 1, 2, 1, 1]
+def test_parts_stand_below_their_headings_plots_together_and_facts_beside_the_picture():
+    beside = Picture("", b"", 4, 3), Facts((("Date", "today"),))
+    parts = (*beside, plot(), plot(), Paragraph("text"), plot(), Heading("more"), Heading("last", folded=True), plot())
+    found = [(each.heading and each.heading.text, [len(b.parts) for b in each.blocks]) for each in sections(parts)]
+    assert found == [(None, [2, 2, 1, 1]), ("more", []), ("last", [1])]
+
+
+def test_plots_and_their_strips_are_numbered_over_the_whole_page():
+    parts = (plot(BARS), plot(BARS, strip=plot(BARS)), Heading("more"), plot(BARS))
+    page = renderer("html")(Report("Title", parts, {}), Page())
+    assert re.findall(r'class="plot" id="plot(\d)"', page) == ["0", "1", "3"]
+    assert re.findall(r'class="canvas" id="canvas(\d)"', page) == ["0", "1", "2", "3"]
+
+
+def test_links_lead_to_sections_and_some_are_folded():
+    parts = (Paragraph("verdict"), *(Heading(f"H{k}", folded=k == 2) for k in range(3)))
+    page = renderer("html")(Report("Title", parts, {}), Page())
+    assert re.findall(r'<a href="#(\w+)">(\w+)<', page) == [(f"section{k + 1}", f"H{k}") for k in range(3)]
+    assert re.findall(r'<(section|details class="section") id="(\w+)"', page) == [
+        ("section", "section1"),
+        ("section", "section2"),
+        ('details class="section"', "section3"),
+    ]
+    assert "<nav" not in renderer("html")(Report("Title", parts[:2], {}), Page())
+
+
+def test_a_stack_lies_between_the_ends_of_its_parts():
+    part = Series(label="part", mark=Mark.STACK, x=("9",), y=(20.0,), low=(10.0,), high=(30.0,))
+    (layer,) = specification(plot(part))["layer"]
+    assert {name: each["field"] for name, each in layer["encoding"].items()} == {"x": "x", "y": "low", "y2": "high"}
 
 
 def test_the_numbers_of_a_plot_are_those_of_its_series_and_bands(monkeypatch):

@@ -104,14 +104,16 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     (plot,) = [part for part in report.parts if isinstance(part, Plot)]
     (drawn,) = plot.series  # the method that did not answer has none
     assert (drawn.label, drawn.x, drawn.y, drawn.low, drawn.high) == (
-        "ls-2011", ("1", "3"), (0.9, -1.5), (0.86, -1.5), (0.94, -1.5)
+        "ls-2011", ("1", "3"), (0.0, 0.0), (-4.4444, 0.0), (4.4444, 0.0)
     )  # fmt: skip
     assert plot.x.categories == ("1", "2", "3")
-    assert plot.y.unit == "N (m)/unit"  # nobody says here which joints slide
+    assert plot.y.unit == "% from the median"
     tables = [part for part in report.parts if isinstance(part, Table)]
     said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
-    assert said[0][0] == ["ls-2011", "1", "0.9000", "4.44", "identified"]
-    assert [row[-1] for row in said[0]] == ["identified", "refused", "identified", "MethodTimedOut"]
+    assert [column.title for column in tables[0].columns] == ["Joint", "ls-2011", "slow"]
+    assert tables[0].columns[1].unit == "N (m)/unit"  # nobody says here which joints slide
+    late = "MethodTimedOut"
+    assert said[0] == [["1", "0.90 +- 0.04", late], ["2", "refused", late], ["3", "-1.5", late]]
     assert said[1] == [["slow", "all", "took longer than 60 s"], ["ls-2011", "2", "too light"]]
     assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]
     assert len(report.document["answers"]) == 2
@@ -150,10 +152,15 @@ def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand
     assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
     assert monday.caption.endswith("states no standard deviation. 2 more in the table only.")
     assert tuesday.caption.endswith("states no standard deviation.")
-    assert [(series.x, series.y) for series in tuesday.series] == [(("1",), (3.0,)), (("1", "2"), (4.0, 5.0))]
+    # About 3.5 in the middle of 3 and 4.
+    assert [(series.x, series.y) for series in tuesday.series] == [
+        (("1",), (-14.286,)), (("1", "2"), (14.286, 0.0))
+    ]  # fmt: skip
     assert tuesday.x.categories == ("1", "2")  # of the method that has most
     tables = [part for part in report.parts if isinstance(part, Table)]
-    assert [len(table.rows) for table in tables] == [14, 2, 3, 2]  # gains and reasons; gains; what was asked
+    assert [len(table.rows) for table in tables] == [2, 2, 2, 2]  # joints and reasons; joints; what was asked
+    assert [len(table.columns) for table in tables] == [8, 3, 3, 2]  # a column a method
+    assert [cell.text for cell in tables[2].rows[1]] == ["2", "-", "5"]  # m0 says nothing of joint 2
     assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
     assert [[cell.text for cell in row] for row in tables[1].rows] == [
         ["mute", "1", "of mute"], ["mute", "2", "of mute"]

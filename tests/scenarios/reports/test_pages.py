@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from page_parts import Elements
 
 from scenarios.reports.content import (
+    VERDICT,
     Cell,
     Column,
     Figure,
@@ -160,6 +162,24 @@ def test_every_tone_differs_from_others_without_its_colour():
     assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
     fills = sorted(style.fill for style in STYLES.values())
     assert min(np.diff(fills)) >= 0.15
+
+
+def test_a_verdict_stands_behind_the_first_column_of_a_page_and_last_elsewhere():
+    columns = (Column(title="Joint"), Column(title="Gain"), Column(title="Error"), VERDICT)
+    report = Report("T", (Table(columns=columns, rows=(cells("1", "0.5", "0.1", "passed"),)),), {})
+    cellsof = re.findall(r"<t[hd] [^>]*>([^<]+)</t", renderer("html")(report, Page()))
+    assert cellsof == ["Joint", "Verdict", "Gain", "Error", "1", "passed", "0.5", "0.1"]
+    assert renderer("text")(report, Page()).split() == [
+        "T",
+        "Joint",
+        "Gain",
+        "Error",
+        "Verdict",
+        "1",
+        "0.5",
+        "0.1",
+        "passed",
+    ]
 
 
 def test_a_cell_keeps_its_mood():

@@ -6,7 +6,21 @@ import pytest
 
 from ident.estimation.estimators.nls import FRICTIONS
 from scenarios.reports.bare import TERMS
-from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
+from scenarios.reports.content import (
+    Column,
+    Figure,
+    Heading,
+    Line,
+    Mood,
+    Paragraph,
+    Report,
+    Table,
+    cells,
+    in_unit,
+    percent,
+    rounded,
+)
+from scenarios.reports.gains import quantity_row
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.reports.renderers.text import blocks, continued, fold
 
@@ -232,3 +246,13 @@ def test_every_term_of_friction_that_is_told_has_its_meaning():
     known = {"Fv", "Fc", "off", *(name for terms in FRICTIONS.values() for name in terms)}
     assert set(TERMS) == known
     assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())
+
+
+def test_numbers_have_the_decimals_that_two_digits_of_their_spread_need_and_short_lengths_are_in_millimetres():
+    assert [rounded(11.78412, spread) for spread in (0.59, 0.059, 0.0099, 12.0)] == ["11.78", "11.784", "11.7841", "12"]
+    assert [rounded(0.5, None), rounded(0.5, 0.0), rounded(None, 0.1)] == ["0.5000", "0.5000", "-"]
+    assert in_unit("m", 0.25, None, -0.003) == ("mm", (250.0, None, -3.0))
+    assert in_unit("m", 0.25, -1.0) == ("m", (0.25, -1.0))
+    assert in_unit("kg", 0.25) == ("kg", (0.25,))
+    row = quantity_row("x", "m", 0.0123, 0.0041, 0.00051)
+    assert [cell.text for cell in row] == ["x", "12.3", "4.1", "0.5", "mm"]

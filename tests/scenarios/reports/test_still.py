@@ -1,15 +1,26 @@
 """A still of the arm on a page: only what was drawn to its end."""
 
+import io
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 from scenarios.reports.content import Paragraph, Report
 from scenarios.reports.pages.still import still, why_another, with_picture
 from scenarios.support.errors import UnknownName
 from sim.errors import RobotError
+
+
+def _png() -> bytes:
+    drawn = io.BytesIO()
+    Image.new("RGB", (7, 5)).save(drawn, format="PNG")
+    return drawn.getvalue()
+
+
+PNG = _png()
 
 
 @pytest.mark.parametrize(
@@ -20,14 +31,14 @@ def test_a_picture_is_shown_where_it_was_drawn_to_its_end(status, written, late,
         if late:
             raise subprocess.TimeoutExpired(command, timeout)
         if written:
-            Path(command[command.index("--render") + 1]).write_bytes(b"\x89PNG")
+            Path(command[command.index("--render") + 1]).write_bytes(PNG)
         return SimpleNamespace(returncode=status)
 
     monkeypatch.setattr(subprocess, "run", drawn)
     found = still("nominal")
     assert (found is not None) == (status == 0 and written and not late)
     if found is not None:
-        assert (found.png, found.width, found.height) == (b"\x89PNG", 480, 270)
+        assert (found.png, found.width, found.height) == (PNG, 7, 5)
 
 
 def test_a_record_that_is_none_gives_no_picture(tmp_path):

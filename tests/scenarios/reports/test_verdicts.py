@@ -105,6 +105,6 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     mass, z = quantity("mass", "kg", 7.0531, 0.0241), quantity("z", "m", 0.1432, 0.0008)
     body = FoundBody(quantities=(mass, z), refused={}, possible=None)
     said = payload_verdict(body, Mood.PLAIN)
-    assert said.text == "7.05 +- 0.05 kg (2 sigma); centre of mass at z 0.1432 +- 0.0016 m."
+    assert said.text == "7.05 +- 0.05 kg (2 sigma); centre of mass at z 143.2 +- 1.6 mm."
     without = FoundBody(quantities=(z,), refused={}, possible=None)
     assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,11 +12,11 @@ from scipy import stats
 
 import scenarios.experiments.studies.budget as study_budget_module
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.budget import NEEDED, BudgetJoint, Interval, SourceCost, ranking
+from scenarios.experiments.studies.budget import NEEDED, Budget, BudgetJoint, Interval, SourceCost, ranking
 from scenarios.experiments.studies.joint_rows import JointRows
 from scenarios.experiments.studies.statistics import joint_statistics
 from scenarios.experiments.studies.stored import StoredStudy
-from scenarios.reports.content import Paragraph
+from scenarios.reports.content import Paragraph, Table
 from scenarios.reports.error_density import MOST as MOST_CLAIMS
 from scenarios.reports.error_density import panels, promised, reach, varies
 from scenarios.reports.pages import sensitivity
@@ -23,6 +24,7 @@ from scenarios.reports.pages.monte_carlo import _refused, _worst, coverage_plot,
 from scenarios.reports.pages.sensitivity import cost_plot
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.plot import Plot
+from scenarios.reports.sensitivity import sensitivity_report
 from scenarios.support.errors import StudyError
 
 
@@ -154,7 +156,7 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     order = ranking([budget, budget])
     assert order == ["b", "d", "e", "a", "c", "f"]
     found = {series.label: series.y for series in source_shares([budget], order).series}
-    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "all others": (8.0,)}
+    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "All others": (8.0,)}
     plot = cost_plot(budget, order[:3], 0.7)
     (bars,) = plot.series
     assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
@@ -162,6 +164,31 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     assert plot.caption.startswith("The 3 largest of 6 sources")
     assert [each.at for each in plot.references] == [0.7]
     assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_every_joint_s_largest_source_is_drawn_and_the_stack_reaches_the_whole():
+    joints = [
+        budget_of(j, [cost(f"own {j}", 0.4, 0.01), *(cost(f"shared {k}", 0.11, 0.01) for k in range(5))])
+        for j in range(1, 7)
+    ]
+    plot = source_shares(joints, ranking(joints))
+    labels = [series.label for series in plot.series]
+    assert sorted(labels[:-1]) == [f"own {j}" for j in range(1, 7)]  # more than there are tones for methods
+    assert len({series.tone for series in plot.series}) == 7
+    for below, above in pairwise(plot.series):
+        assert below.high == above.low
+    assert (plot.series[0].low, plot.series[-1].high) == ((0.0,) * 6, (100.0,) * 6)
+    assert plot.series[-1].y == (60.0,) * 6
+
+
+def test_an_index_whose_interval_is_half_of_what_it_can_be_is_withheld():
+    narrow, wide = (Interval(value=0.3, low=0.1, high=0.1 + width) for width in (0.49, 0.5))
+    found = replace(cost("a", 1.0, 0.01), first=narrow, total=wide)
+    report = sensitivity_report(
+        Budget(scenario="s", trials=9, joints=[budget_of(1, [found])]), load_scenario("nominal")
+    )
+    (table,) = (part for part in report.parts if isinstance(part, Table))
+    assert [cell.text for cell in table.rows[0][-2:]] == ["0.30 (0.10..0.59)", "-"]
 
 
 def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_joint_at_most(tmp_path, monkeypatch):

@@ -41,22 +41,40 @@ def told(console: Console) -> list[str]:
 
 def test_a_line_tells_what_is_done_how_fast_and_how_long_it_will_take(clock):
     console = piped()
-    with reporter("a study", 1000, 100, console) as report:
+    with reporter("a study", 1000, 100, console, 3) as report:
         clock.now += 20.0
         report.advance(30, 2)
-        report.advance(50, 5)  # too soon for another line
+        clock.now += 5.0
+        report.advance(30, 5)  # too soon for another line
         clock.now += LINE_EVERY
         report.tick()
-    # 30 in 20 s are 1.5 per second, 870 are left; then 80 in 30 s are 2.7 per second, 820 are left: 307.5 s.
+    # 30 trials took a worker 20 s; of 870, the two others have spent as much on 60: 810 x 2 / 3 s by three workers.
+    # Then 60 took 45 s, 0.75 s each; 840 are left, of which workers have spent 15 s, 10 s and 22.5 s, a batch's time.
     assert told(console) == [
-        "a study: 130 of 1000 trials, 1.5 per second, 9 min 40 s left, 2 failed",
-        "a study: 180 of 1000 trials, 2.7 per second, 5 min 8 s left, 7 failed",
+        "a study: 130 of 1000 trials, 4.5 per second, 3 min 0 s left, 2 failed",
+        "a study: 160 of 1000 trials, 4.0 per second, 3 min 14 s left, 7 failed",
     ]
+
+
+def test_the_time_left_falls_with_the_clock_until_a_batch_takes_longer_than_those_before(clock):
+    console, left = piped(), list[int]()
+    with reporter("a study", 400, 0, console, 2) as report:
+        clock.now += 100.0
+        report.advance(50, 0)
+        report.advance(50, 0)
+        for _ in range(12):
+            clock.now += LINE_EVERY
+            report.tick()
+    for line in told(console)[1:]:
+        minutes, seconds = re.search(r"second, (?:(\d+) min )?(\d+) s left", line).groups()
+        left.append(60 * int(minutes or 0) + int(seconds))
+    # 300 trials of 2 s by two workers are 300 s; those under way do not count for more than theirs, 100 s.
+    assert left == [*range(290, 199, -10), 200, 200]
 
 
 def test_nothing_is_told_before_it_is_time(clock):
     console = piped()
-    with reporter("a study", 7, 3, console) as report:
+    with reporter("a study", 7, 3, console, 2) as report:
         for wait in (FIRST_LINE, LINE_EVERY):
             before = len(told(console))
             clock.now += wait - 0.01
@@ -74,7 +92,7 @@ def test_nothing_is_told_before_it_is_time(clock):
 )
 def test_the_time_that_is_left_is_told_in_units_one_can_grasp(clock, left, words):
     console = piped()
-    with reporter("a study", left + 12, 0, console) as report:
+    with reporter("a study", left + 12, 0, console, 1) as report:
         clock.now += 12.0
         report.advance(12, 0)
     assert words in told(console)[0]
@@ -82,7 +100,7 @@ def test_the_time_that_is_left_is_told_in_units_one_can_grasp(clock, left, words
 
 def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):
     console = Console(file=io.StringIO(), force_terminal=True, width=120, color_system=None)
-    with reporter("a study", 8, 3, console) as report:
+    with reporter("a study", 8, 3, console, 1) as report:
         clock.now += 2.0
         report.advance(5, 4)
         report.tick()
@@ -90,6 +108,15 @@ def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):
     assert "a study ━" in last
     for words in ("8/8", "2.5 per second", "4 failed"):
         assert words in last
+
+
+def test_a_narrow_terminal_shows_trials_time_left_and_failures_uncut(clock):
+    console = Console(file=io.StringIO(), force_terminal=True, width=40, color_system=None)
+    with reporter("a study of some length", 4000, 0, console, 1) as report:
+        clock.now += 700.0
+        report.advance(1000, 12)
+    shown = [line for line in told(console) if "left" in line]
+    assert shown[-1].split("2K")[-1].split() == ["1000/4000", "35", "min", "0", "s", "left", "12", "failed"]
 
 
 @pytest.mark.parametrize(
@@ -155,7 +182,7 @@ def test_colours_that_are_forced_make_no_terminal_of_a_pipe(monkeypatch):
 def test_quiet_work_says_nothing(capsys):
     with stages_of("reading", console(Namespace(quiet=True))) as under_way:
         under_way.begin("weighing", 3)
-    with reporter("a study", 7, 3, console(Namespace(quiet=True))) as report:
+    with reporter("a study", 7, 3, console(Namespace(quiet=True)), 2) as report:
         report.advance(4, 0)
     console(Namespace(quiet=True)).print("a word")
     assert capsys.readouterr().err == ""
@@ -175,10 +202,9 @@ def test_a_search_tells_how_long_it_will_take_from_what_it_has_tried_itself(cloc
     assert told(output) == ["motions: 600 of 1000, 4 s left, better", "motions: 850 of 1000, 4 s left, best"]
 
 
-def test_the_bar_of_a_finished_study_tells_how_long_it_took():
-    clock = Clock()
-    console = Console(file=io.StringIO(), force_terminal=True, width=120, color_system=None, get_time=lambda: clock.now)
-    with reporter("a study", 8, 3, console) as report:
+def test_the_bar_of_a_finished_study_tells_how_long_it_took(clock):
+    console = Console(file=io.StringIO(), force_terminal=True, width=120, color_system=None)
+    with reporter("a study", 8, 3, console, 1) as report:
         clock.now += 83.0
         report.advance(5, 0)
-    assert "0:01:23" in [line for line in told(console) if "a study" in line][-1]
+    assert "in 1 min 23 s" in [line for line in told(console) if "a study" in line][-1]

@@ -9,7 +9,19 @@ from itertools import groupby
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
+from scenarios.reports.content import (
+    Column,
+    Facts,
+    Figure,
+    Heading,
+    Line,
+    Mood,
+    Paragraph,
+    Part,
+    Picture,
+    Report,
+    Table,
+)
 from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 from scenarios.reports.renderers.html.library import drawing_library
@@ -24,17 +36,23 @@ CODE = re.compile(r"`([^`\n]+)`")
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Parts that stand together: plots beside each other, anything else alone.
+    """Parts that stand together: plots beside each other, facts beside a picture, anything else alone.
 
     Attributes:
         kind: What they are, in a template's words.
         parts: They.
-        first: Number of the first plot among those of the page.
     """
 
     kind: str
     parts: tuple[Part, ...]
-    first: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading, None before the first one, and what is below it."""
+
+    heading: Heading | None
+    blocks: tuple[Block, ...]
 
 
 def render(report: Report, page: Page) -> str:
@@ -47,12 +65,20 @@ def render(report: Report, page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"heading": heading, "prose": prose, "picture": _picture, "figure": _figure}
-    plots = [part for part in report.parts if isinstance(part, Plot)]
+    templates.filters |= {
+        "heading": heading,
+        "prose": prose,
+        "picture": _picture,
+        "figure": _figure,
+    }
+    plots = [each for part in report.parts if isinstance(part, Plot) for each in canvases(part)]
     return templates.get_template("page.html.j2").render(
         title=report.title,
         maker=MARK,
-        blocks=blocks(report.parts),
+        sections=sections(report.parts),
+        number={id(plot): k for k, plot in enumerate(plots)}.__getitem__,
+        id=id,
+        canvases=canvases,
         moods={mood: mood.value for mood in Mood},
         legend=legend,
         style=Markup(_own("page.css")),
@@ -63,17 +89,26 @@ def render(report: Report, page: Page) -> str:
     )
 
 
-def blocks(parts: tuple[Part, ...]) -> list[Block]:
-    """The parts, plots that follow each other together."""
-    found, count = list[Block](), 0
+def sections(parts: tuple[Part, ...]) -> list[Section]:
+    """The parts by headings; plots that follow each other together, likewise pictures and facts."""
+    found, heading, blocks = list[Section](), None, list[Block]()
     for kind, members in groupby(parts, key=_kind):
-        if kind == "plots":
-            together = tuple(members)
-            found.append(Block(kind, together, count))
-            count += len(together)
-        else:
-            found += [Block(kind, (part,)) for part in members]
-    return found
+        together = tuple(members)
+        if kind in ("plots", "glance"):
+            blocks.append(Block(kind, together))
+            continue
+        for part in together:
+            if isinstance(part, Heading):
+                found.append(Section(heading, tuple(blocks)))
+                heading, blocks = part, []
+            else:
+                blocks.append(Block(kind, (part,)))
+    return [*found, Section(heading, tuple(blocks))]
+
+
+def canvases(plot: Plot) -> list[Plot]:
+    """A plot and the strip below it."""
+    return [plot] if plot.strip is None else [plot, plot.strip]
 
 
 def heading(column: Column) -> str:
@@ -98,8 +133,8 @@ def _kind(part: Part) -> str:
             return "table"
         case Figure():
             return "figure"
-        case Picture():
-            return "picture"
+        case Picture() | Facts():
+            return "glance"
         case Plot():
             return "plots"
 

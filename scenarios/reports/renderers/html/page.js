@@ -3,23 +3,43 @@ const views = new Array(plots.length);
 const rows = (s) => s.x.map((x, i) => ({ x, y: s.y?.[i], low: s.low?.[i], high: s.high?.[i] }));
 const started = performance.now();
 
+const canvas = (k) => document.getElementById("canvas" + k);
+const along = ([a, b], [c, d]) => Math.min(b, d) - Math.max(a, c) > 0.5 * Math.max(b - a, d - c); // of one clock
+let linking = false, wanted = null;
+
 async function draw(k) {
   if (views[k]) return;
   views[k] = true;
-  const plot = plots[k], figure = document.getElementById("plot" + k), place = figure.querySelector(".canvas");
+  const plot = plots[k], place = canvas(k);
   for (const source of plot.vega.data) if (plot.data[source.name]) source.values = rows(plot.data[source.name]);
   const { view } = await vegaEmbed(place, plot.vega, { mode: "vega", renderer: "svg", actions: false, hover: false });
   views[k] = view;
-  if (plot.zoom) plot.all = view.scale("x").domain().map(Number);
+  if (plot.zoom) {
+    plot.all = view.scale("x").domain().map(Number);
+    view.addSignalListener("zoom_x", (_, seen) => { place.dataset.seen = seen; link(k, seen); });
+  }
   place.style.minHeight = "0";
-  figure.dataset.drawn = "yes";
+  place.closest(".plot").dataset.drawn = "yes";
   if (!document.documentElement.dataset.first) document.documentElement.dataset.first = performance.now() - started;
 }
 
+async function link(k, seen) { // plots along one time show the same part of it
+  if (!seen || (linking && wanted.k !== k)) return; // as told by this very function
+  wanted = { k, seen };
+  if (linking) return;
+  linking = true;
+  for (let now = null; now !== wanted;) {
+    now = wanted;
+    const others = [...plots.keys()].filter((other) => other !== k && plots[other].all && along(plots[k].all, plots[other].all));
+    await Promise.all(others.map((other) => views[other].signal("zoom_x", now.seen).runAsync()));
+  }
+  linking = false;
+}
+
 const near = new IntersectionObserver((seen) => seen.forEach((each) => {
-  if (each.isIntersecting) { near.unobserve(each.target); draw(+each.target.id.slice(4)); }
+  if (each.isIntersecting) { near.unobserve(each.target); draw(+each.target.id.slice(6)); }
 }), { rootMargin: "200px" });
-document.querySelectorAll(".plot").forEach((figure) => near.observe(figure));
+document.querySelectorAll(".canvas").forEach((place) => near.observe(place));
 
 async function drawAll() {
   for (let k = 0; k < plots.length; k++) {
@@ -57,18 +77,19 @@ function table(k) {
 }
 
 document.querySelectorAll(".plot").forEach((figure) => {
-  const k = +figure.id.slice(4), numbers = figure.querySelector(".numbers");
-  figure.querySelectorAll("button").forEach((button) => button.addEventListener("click", () => zoom(k, button.dataset.do)));
-  figure.querySelector("details").addEventListener("toggle", () => { if (!numbers.firstChild) numbers.append(table(k)); });
+  const own = [...figure.querySelectorAll(".canvas")].map((place) => +place.id.slice(6)), numbers = figure.querySelector(".numbers");
+  figure.querySelectorAll("button").forEach((button) => button.addEventListener("click", () => zoom(own[0], button.dataset.do)));
+  figure.querySelector("details").addEventListener("toggle", () => { if (!numbers.firstChild) numbers.append(...own.map(table)); });
 });
 
 const SMALLER = 1.45; // on paper a plot is drawn wider than its place and shrunk, so that its letters fit those around it
-function fit(paper) {
-  views.forEach((view, k) => {
-    const width = document.getElementById("plot" + k).querySelector(".canvas").clientWidth;
+function fit(paper, among = document) {
+  among.querySelectorAll(".canvas").forEach((place) => {
+    const view = views[+place.id.slice(6)], width = place.clientWidth;
     if (view?.width && width) view.signal("width", width * (paper ? SMALLER : 1)).run();
   });
 }
+document.querySelectorAll("details.section").forEach((section) => section.addEventListener("toggle", () => fit(false, section)));
 window.matchMedia("print").addEventListener("change", (each) => fit(each.matches));
 window.addEventListener("beforeprint", () => fit(true));
 window.addEventListener("afterprint", () => fit(false));

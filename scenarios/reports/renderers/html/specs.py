@@ -42,6 +42,8 @@ STYLES = {
     Tone.SECOND: Style("var(--second)", (5, 2), "square", 1.4, 0.65),
     Tone.THIRD: Style("var(--third)", (3, 1), "triangle-up", 1.6, 0.35),
     Tone.FOURTH: Style("var(--fourth)", (7, 2, 1, 2), "diamond", 1.4, 0.15),
+    Tone.FIFTH: Style("var(--fifth)", (1, 2), "cross", 1.5, 0.8),
+    Tone.SIXTH: Style("var(--sixth)", (9, 3), "triangle-down", 1.7, 0.5),
     Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0, 0.0),
 }
 CONFIG: Spec = {
@@ -59,6 +61,7 @@ CONFIG: Spec = {
         "titleFontWeight": "normal",
         "labelLimit": 150,
     },
+    "axisY": {"minExtent": 36},  # a plot and the strip below it begin at the same place
     "aria": False,
 }
 
@@ -73,6 +76,7 @@ def drawn_plots(plots: Sequence[Plot]) -> list[Spec]:
             "data": {f"s{k}": _rows(each) for k, each in enumerate(plot.series)}
             | {"bands": {"x": [start for start, _ in plot.bands], "high": [stop for _, stop in plot.bands]}},
             "zoom": plot.zoom,
+            "title": plot.title,
             "x": plot.x.words,
             "y": plot.y.words,
             "labels": [each.label for each in plot.series],
@@ -150,6 +154,18 @@ def _series(k: int, series: Series, plot: Plot) -> Spec:
             drawn_bar: Spec = {"mark": bar}
             ends = [_ends(upright=not plot.y.categories)] if series.low else []
             return {"data": data, "encoding": encoding, "layer": [drawn_bar, *ends]}
+        case Mark.STACK:
+            part: Spec = {
+                "type": "bar",
+                "color": style.colour,
+                "fillOpacity": max(style.fill, 0.15),
+                "stroke": "var(--ink)",
+            }
+            return {
+                "data": data,
+                "encoding": encoding | _from_to(upright=True, axis=y),
+                "mark": part | {"strokeWidth": 0.5},
+            }
         case Mark.INTERVALS:
             return {"data": data, "encoding": encoding, "layer": _interval(style, upright=not plot.y.categories)}
 
@@ -170,9 +186,9 @@ def _ends(*, upright: bool) -> Spec:
     return {"mark": {"type": "rule", "color": "var(--ink)", "strokeWidth": 1.0}, "encoding": _from_to(upright=upright)}
 
 
-def _from_to(*, upright: bool) -> Spec:
+def _from_to(*, upright: bool, axis: Mapping[str, object] | None = None) -> Spec:
     along = "y" if upright else "x"
-    return {along: {"field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
+    return {along: {**(axis or {}), "field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
 
 
 def _beside(plot: Plot) -> list[str]:

@@ -32,8 +32,7 @@ of `rx90 excite --protocol holds --evaluations 1000`, logged at 30 Hz. Root mean
 
 """
 TAIL = """
-Where the share within 2 sigma is well below 95 %, intervals are too small, for a reason not found yet;
-prove gains with a second weight (`rx90 verify`) before they go into a driver.
+Prove gains with a second weight (`rx90 verify`) before they go into a driver.
 """
 
 

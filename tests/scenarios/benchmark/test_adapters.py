@@ -2,11 +2,13 @@
 
 import importlib
 import json
+import runpy
 import sys
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,6 +150,14 @@ def test_packages_that_a_method_imports_are_recorded_with_their_versions():
     assert function.packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
 
 
+@pytest.fixture
+def writer(monkeypatch) -> dict[str, Any]:
+    """What writes the page, which imports its neighbours as a script does."""
+    docs = ROOT / "docs"
+    monkeypatch.syspath_prepend(docs)
+    return runpy.run_path(str(docs / "methods.py"))
+
+
 def compared(folder: Path, name: str, key: str) -> Path:
     place = folder / name
     place.mkdir()
@@ -156,9 +166,8 @@ def compared(folder: Path, name: str, key: str) -> Path:
     return place
 
 
-def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_path):
-    from docs.methods import KEY, document
-
+def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_path, writer):
+    KEY, document = writer["KEY"], writer["document"]
     theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
     (theirs / "check-m.md").write_text("# Method m\n")
     text = document([theirs, ours], "")
@@ -168,9 +177,8 @@ def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_p
     assert "from elsewhere" not in document([ours], "")
 
 
-def test_what_the_document_says_of_comparisons_that_are_not_given_stays(tmp_path):
-    from docs.methods import KEY, document
-
+def test_what_the_document_says_of_comparisons_that_are_not_given_stays(tmp_path, writer):
+    KEY, document = writer["KEY"], writer["document"]
     theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
     text = document([theirs, ours], "")
     assert document([theirs], text) == document([ours], text) == text

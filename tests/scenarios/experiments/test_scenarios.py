@@ -233,7 +233,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
     kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency", "cost"]
-    assert list(result) == [*kept, "diagnoses", "excluded", "untold"]
+    assert list(result) == [*kept, "unseen", "diagnoses", "excluded", "untold"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]

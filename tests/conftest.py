@@ -17,6 +17,7 @@ from ident.payload.payload import Payload
 LONG = (
     "test_interruptions",
     "test_identification",
+    "test_same_faults",
     "test_faults_everywhere",
     "test_extending",
     "test_dask",
@@ -27,6 +28,9 @@ LONG = (
     "test_protocol_runs",
     "test_methods",
     "test_contract",
+    "test_cost",
+    "test_unseen",
+    "test_first_load",
     "test_estimators",
     "test_sensitivity",
     "test_pages",

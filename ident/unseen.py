@@ -194,6 +194,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
         other: What else does, None where nothing is compared.
 
     Raises:
+        Contradiction: If a prediction of zero would be nearer to some joint's currents.
         GainsError: If no joint has a gain in both.
     """
     system = pooled_system(unseen.parts)
@@ -203,6 +204,12 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
         {j: share for j, share in rel_errors(error, system.V, system.joint).items() if j in model.gains.joints}
         for error, model in zip(errors, models, strict=True)
     ]
+    unexplained = [str(j + 1) for j, share in shares[0].items() if share >= 1.0]
+    if unexplained:
+        raise Contradiction(
+            f"{unseen.log.recording.name}, the motion to predict: nothing of the current of joint "
+            f"{', '.join(unexplained)} is predicted; check its unit and sign, its payload, and that it is of this robot"
+        )
     both = sorted(set.intersection(*map(set, shares)))
     if not both:
         raise GainsError("gains: no joint has one here and among those to compare with")

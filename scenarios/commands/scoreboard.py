@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Run every method on what is there, write the page, tell; 1 if a gain is given where none can be."""
+    """Run every method, write the page; 1 if nothing is there, or a gain is given where none can be."""
     from scenarios.benchmark.methods import method_of
     from scenarios.benchmark.methods.call import Limits
     from scenarios.benchmark.scoreboard.board import ANSWERS, scoreboard
@@ -58,4 +58,6 @@ def main(options: argparse.Namespace) -> Status:
         (options.out / PAGE).write_text(renderer("html")(report, Page()), encoding="utf-8")
     show(report, options)
     wrong = any(each.wrong for entry in found.entries for each in entry.refusals)
-    return Status.MISSED if wrong or any(entry.status == "unusable" for entry in found.entries) else Status.PASSED
+    nothing = all(entry.status != "run" for entry in found.entries)
+    failed = wrong or nothing or any(entry.status == "unusable" for entry in found.entries)
+    return Status.MISSED if failed else Status.PASSED

@@ -14,6 +14,9 @@ from sim.errors import ModelFileError
 from sim.model_spec import compiler_reason, lean_spec
 from sim.silenced_mujoco import silenced
 
+PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
+
 
 @silenced()
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
@@ -74,12 +77,22 @@ def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
         Their values, shape (b,).
 
     Raises:
-        ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
+        ModelFileError: If MuJoCo cannot read it, as where a link has no mass; if its links are placeholders.
     """
     model = _compiled(path, flange)
+    links = _links(model)
+    if is_placeholder(links):
+        raise ModelFileError(
+            f"{path}: the model file has the kinematics only, without link masses; give one that has them"
+        )
     damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
     own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
-    return base.regrouping @ base.standard(_links(model).whole, own)
+    return base.regrouping @ base.standard(links.whole, own)
+
+
+def is_placeholder(links: ModelLinks) -> bool:
+    """Whether the links are those that a file of kinematics alone states, as `rx90 run --save` leaves one."""
+    return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
 
 
 def model_links(path: Path, flange: str | None) -> Array | None:

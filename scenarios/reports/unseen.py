@@ -39,7 +39,7 @@ def unseen_verdict(
         return [Paragraph(f"Prediction error {percent(found.rel_error, '.2g')} % {said}.", strong=True)]
     errors = f"{percent(found.rel_error, '.2g')} % with {this}, {percent(found.other_rel_error, '.2g')} % with {other}"
     mood, word = (Mood.GOOD, "PASSED") if found.passed else (Mood.BAD, "FAILED")
-    why = "" if found.verdict != "no different" else ": no more than chance"
+    why = "" if found.verdict != "no different" else ": the difference is no more than chance"
     if why and not found.loaded and found.fitted:
         why += "; a bare motion hardly tells gains apart, one with a weighed payload does"
     return [Paragraph(f"{word}: prediction error {errors}, {said}{why}.", mood, strong=True)]
@@ -68,5 +68,5 @@ def unseen_parts(found: ResultUnseen | None, *, other: str = "others") -> list[P
         rows=tuple(cells(*row) for row in rows),
     )
     notes = [Paragraph(TOLD)] if found.fitted else []
-    notes += [Paragraph(BARE)] if found.fitted and not found.loaded else []
+    notes += [Paragraph(BARE)] if not found.loaded else []
     return [table, *notes, *doubt_paragraphs(found.found)]

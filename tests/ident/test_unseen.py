@@ -11,7 +11,7 @@ from ident.estimation.known_gains import KnownGains, stated_gains
 from ident.payload_identification.gains_outcome import arm_in_use
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
-from ident.support.errors import GainsError
+from ident.support.errors import Contradiction, GainsError
 from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, predicted, used_model
 
 LOG = Motion(Recording(np.arange(9.0), *2 * [np.outer(np.arange(9.0), np.ones(6))], "new"), None)
@@ -47,6 +47,17 @@ def test_a_gain_k_times_too_large_leaves_1_less_1_over_k_of_the_current(structur
     assert found.verdict == BETTER
     assert found.passed
     assert [each.fitted_rel_error for each in found.joints] == [None, None, 0.017, None, None, None]
+
+
+def test_a_motion_of_which_nothing_is_predicted_on_a_joint_is_refused(structure, motion):
+    unseen, base = motion
+    turned = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0]) * GAIN
+    with pytest.raises(Contradiction, match="the motion to predict: nothing of the current of joint 4 is predicted"):
+        predicted(unseen, model(structure, base, turned), model(structure, base, GAIN))
+    assert predicted(unseen, model(structure, base, GAIN), model(structure, base, turned)).verdict == BETTER
+    small = np.array([1.0, 0.51, 1.0, 1.0, 1.0, 1.0]) * GAIN  # 96 % too much current
+    found = predicted(unseen, model(structure, base, small)).joints[1]
+    np.testing.assert_allclose(found.rel_error, 1.0 / 0.51 - 1.0, atol=3e-3)
 
 
 def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):

@@ -2,20 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from ident.arm_parameters.bare import BareArm
 from ident.arm_parameters.links import nearest_links
 from ident.model.structure import Structure
-from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
-from scenarios.experiments.nominal_links import nominal_links
+from scenarios.experiments.nominal_links import is_placeholder, nominal_links
 from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError
 
-PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
 NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
@@ -32,7 +27,7 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
         return Unknown(NO_GAINS)
     try:
         nominal = nominal_links(model, flange)
-        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
+        if is_placeholder(nominal):
             return Unknown("the model file has the kinematics only, without link masses")
         found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:

@@ -86,12 +86,12 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(cells, tmp_path, capsys
 
 def test_what_is_missing_is_told_with_how_to_get_it(tmp_path, capsys):
     (tmp_path / "nothing").mkdir()
-    found = board(capsys, tmp_path / "nothing", tmp_path / "out")
+    found = board(capsys, tmp_path / "nothing", tmp_path / "out", status=1)
     assert len(found) == len(list(RECIPES.glob("*.toml")))
     assert {each["status"] for each in found.values()} == {"missing"}
     assert all(each["get"] and each["source"] and each["licence"] for each in found.values())
     assert {name for name, each in found.items() if each["untried"]} == {"EMPS", "FactoryNet"}
-    assert main(["scoreboard", str(tmp_path / "nothing"), "--out", str(tmp_path / "out"), "--force"]) == 0
+    assert main(["scoreboard", str(tmp_path / "nothing"), "--out", str(tmp_path / "out"), "--force"]) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert "0 of 6 recordings run" in said
     assert "ur10/exciting.db3. Clone the repository" in said

@@ -14,11 +14,16 @@ from printed import printed
 from weighed_cell import MODEL, identified, off
 
 import ident
+import rx90_mjcf
+from ident.model.arm import load_arm
+from ident.model.structure import structure_of
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.nominal_links import PLACEHOLDER, is_placeholder, model_base, nominal_links
 from scenarios.results.models.run import Result
 from scenarios.results.record import read_result
+from sim.errors import ModelFileError
 
 PLAIN = ["--option", "friction=viscous-coulomb"]
 
@@ -164,3 +169,14 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     assert "--unseen: bare recordings give no gains to predict with" in only_line(capsys)
     assert main(["verify", *words[1:], "--compare-with", "1,1,1,1,1,1"]) == 2
     assert "--compare-with: no motion is given to predict with both" in only_line(capsys)
+
+
+def test_a_file_of_kinematics_alone_predicts_nothing(tmp_path):
+    links = nominal_links(rx90_mjcf.MJCF, None)
+    assert not is_placeholder(links)
+    assert is_placeholder(replace(links, own=np.tile(PLACEHOLDER, (6, 1))))
+    text = '<body pos="0 0 {0}"><joint axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    path = tmp_path / "bare.xml"
+    path.write_text(f"<mujoco><worldbody>{text.format(0.3)}{text.format(0.7)}</body></body></worldbody></mujoco>")
+    with pytest.raises(ModelFileError, match=r"bare\.xml: the model file has the kinematics only"):
+        model_base(path, None, structure_of(load_arm(path)).base)

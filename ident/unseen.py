@@ -25,7 +25,7 @@ from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload_identification.gains_outcome import UNKNOWN, ArmInUse, arm_in_use, predicted_torque, rel_errors
 from ident.payload_identification.verification import LEVEL
-from ident.preparation import DOUBTED, Policy, joined, prepare, refusal_of
+from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.motion import Motion
 from ident.support.arrays import Array
 from ident.support.errors import Contradiction, GainsError, PayloadError
@@ -118,19 +118,48 @@ def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains
         other: Gains that these are held against, as of a data sheet.
 
     Raises:
-        IdentificationError: If the motion is one of those, is spoilt or cannot be observed; if no motion was bare.
+        IdentificationError: As `predict_with`.
+    """
+    assert identified.prepared is not None, "an identification has what it was found from"
+    return predict_with(estimated_gains(identified.estimate), identified.prepared, log, other=other)
+
+
+def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: KnownGains | None = None) -> Unseen:
+    """Predict a motion with gains in use and the arm that bare motions show with them, and with others likewise.
+
+    Args:
+        gains: The gains.
+        prepared: The motions that they, or the arm, have seen.
+        log: The motion, with its payload if it carries one.
+        other: Gains that these are held against, as of a data sheet.
+
+    Raises:
+        IdentificationError: If the motion is one of those, is spoilt or cannot be observed; if nothing of a joint's
+            current is predicted; if no motion was bare.
         PayloadError: If mass or centre of its payload is not known.
         GainsError: If no joint has a gain in both.
     """
-    assert identified.prepared is not None, "an identification has what it was found from"
-    prepared = identified.prepared
     problem, observing = prepared.problem, prepared.observing
     unseen = unseen_motion(
         log, prepared.motions, problem.structure, observing=observing, gains=problem.options, policy=prepared.policy
     )
-    found = used_model(arm_in_use(problem, estimated_gains(identified.estimate)), problem.structure)
-    rival = None if other is None else used_model(arm_in_use(problem, other), problem.structure)
-    return predicted(unseen, found, rival)
+    models = [used_model(arm_in_use(problem, each), problem.structure) for each in (gains, other) if each is not None]
+    return explained(predicted(unseen, *models))
+
+
+def explained(found: Unseen) -> Unseen:
+    """A prediction, if it is nearer to each joint's currents than zero is: else the log is not what it is taken for.
+
+    Raises:
+        Contradiction: If not.
+    """
+    without = [str(each.joint + 1) for each in found.joints if each.rel_error is not None and each.rel_error >= 1.0]
+    if without:
+        raise Contradiction(
+            f"{found.name}, the motion to predict: nothing of the current of joint {', '.join(without)} is predicted; "
+            "check its unit and sign, its payload, and that it is of this robot"
+        )
+    return found
 
 
 def used_model(found: ArmInUse, structure: Structure) -> UsedModel:
@@ -194,7 +223,6 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
         other: What else does, None where nothing is compared.
 
     Raises:
-        Contradiction: If a prediction of zero would be nearer to some joint's currents.
         GainsError: If no joint has a gain in both.
     """
     system = pooled_system(unseen.parts)
@@ -204,12 +232,6 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
         {j: share for j, share in rel_errors(error, system.V, system.joint).items() if j in model.gains.joints}
         for error, model in zip(errors, models, strict=True)
     ]
-    unexplained = [str(j + 1) for j, share in shares[0].items() if share >= 1.0]
-    if unexplained:
-        raise Contradiction(
-            f"{unseen.log.recording.name}, the motion to predict: nothing of the current of joint "
-            f"{', '.join(unexplained)} is predicted; check its unit and sign, its payload, and that it is of this robot"
-        )
     both = sorted(set.intersection(*map(set, shares)))
     if not both:
         raise GainsError("gains: no joint has one here and among those to compare with")

@@ -137,13 +137,5 @@ def _solved(A: Array, b: Array) -> Array:
 def _through(x: Array, y: Array, d: Array, s: Array) -> CubicSpline:
     """The spline of these slopes s; d are those of the straight lines between points."""
     h = np.diff(x).reshape(-1, *[1] * (y.ndim - 1))
-    powers = np.empty((4, *d.shape))
-    powers[0], powers[1] = y[:-1], s[:-1]
-    bend = s[:-1] + s[1:]
-    bend -= 2.0 * d
-    bend /= h
-    np.subtract(d, s[:-1], out=powers[2])
-    powers[2] /= h
-    powers[2] -= bend
-    np.divide(bend, h, out=powers[3])
-    return CubicSpline(x, powers)
+    bend = (s[:-1] + s[1:] - 2.0 * d) / h
+    return CubicSpline(x, np.stack((y[:-1], s[:-1], (d - s[:-1]) / h - bend, bend / h)))

@@ -141,7 +141,7 @@ class Observation:
         return self.full_rate
 
     @cached_property
-    def moving(self) -> Kinematics:
+    def kinematics(self) -> Kinematics:
         """The arm along the motion, at the samples where torques are evaluated."""
         return Kinematics.of(self.structure.arm, self.recorded.states)
 

@@ -16,9 +16,8 @@ ASKED = "RX90_MUJOCO_GL"
 @contextlib.contextmanager
 def without_opengl() -> Generator[None]:
     """Let MuJoCo be imported without an OpenGL: what computes alone needs none, whatever the shell asks for."""
-    asked = os.environ.get(
-        ASKED, os.environ.get(OPENGL, "")
-    )  # in a process that a command started, what its shell asked
+    # In a process that a command started: what its shell asked.
+    asked = os.environ.get(ASKED, os.environ.get(OPENGL, ""))
     os.environ[OPENGL], os.environ[ASKED] = "disable", asked
     try:
         yield

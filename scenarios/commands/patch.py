@@ -105,7 +105,7 @@ def _unseen(
     from tempfile import TemporaryDirectory
 
     from ident.estimation.gain_options import GainOptions
-    from ident.unseen import UsedModel, predicted, unseen_motion
+    from ident.unseen import UsedModel, explained, predicted, unseen_motion
     from scenarios.experiments.nominal_links import model_base
     from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
 
@@ -116,11 +116,11 @@ def _unseen(
         path = Path(folder) / options.model.name
         path.write_bytes(copy)
         given, patched = (model_base(each, options.flange, structure.base) for each in (options.model, path))
-    return predicted(
-        unseen,
-        UsedModel(gains=gains.known, base=patched, fitted={}),
-        UsedModel(gains=(nominal or gains).known, base=given, fitted={}),
+    nominal_gains = (nominal or gains).known
+    models = (
+        UsedModel(gains=of, base=base, fitted={}) for of, base in ((gains.known, patched), (nominal_gains, given))
     )
+    return explained(predicted(unseen, *models))
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:

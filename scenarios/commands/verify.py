@@ -1,6 +1,7 @@
 """`rx90 verify`."""
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scenarios.command_line.gains_file_arguments import add_compared_gains, known_gains
@@ -69,21 +70,18 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 
 def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
     """A motion that neither these gains nor the arm of the bare motions has seen, None where none is given."""
-    from ident.payload_identification.gains_outcome import arm_in_use
-    from ident.unseen import predicted, unseen_motion, used_model
+    from ident.unseen import predict_with
     from scenarios.gains_in_use.known_gains_problem import check_unseen
 
-    problem, structure = prepared.problem, prepared.problem.structure
+    structure = prepared.problem.structure
     log = unseen_log(options, log_description(options, structure.arm.joint_names))
     if log is None:
         return None
     check_unseen(file, [], [log.recording])
-    bare = [motion for motion in prepared.motions if motion.payload is None]
-    unseen = unseen_motion(log, bare, structure, observing=prepared.observing, gains=problem.options)
+    bare = tuple(motion for motion in prepared.motions if motion.payload is None)
     given = options.compare_with
-    rivals = [] if given is None else [known_gains(given, structure.arm)]
-    models = [used_model(arm_in_use(problem, each), structure) for each in (file.known, *rivals)]
-    return predicted(unseen, *models)
+    other = None if given is None else known_gains(given, structure.arm)
+    return predict_with(file.known, replace(prepared, motions=bare), log, other=other)
 
 
 def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:

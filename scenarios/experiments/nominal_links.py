@@ -16,6 +16,7 @@ from sim.silenced_mujoco import silenced
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
+KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
 @silenced()
@@ -82,9 +83,7 @@ def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
     model = _compiled(path, flange)
     links = _links(model)
     if is_placeholder(links):
-        raise ModelFileError(
-            f"{path}: the model file has the kinematics only, without link masses; give one that has them"
-        )
+        raise ModelFileError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
     damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
     own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
     return base.regrouping @ base.standard(links.whole, own)

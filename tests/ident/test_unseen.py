@@ -12,7 +12,7 @@ from ident.payload_identification.gains_outcome import arm_in_use
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import Contradiction, GainsError
-from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, predicted, used_model
+from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, explained, predicted, used_model
 
 LOG = Motion(Recording(np.arange(9.0), *2 * [np.outer(np.arange(9.0), np.ones(6))], "new"), None)
 """Its samples are nobody's: what they give is made apart."""
@@ -53,10 +53,12 @@ def test_a_motion_of_which_nothing_is_predicted_on_a_joint_is_refused(structure,
     unseen, base = motion
     turned = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0]) * GAIN
     with pytest.raises(Contradiction, match="the motion to predict: nothing of the current of joint 4 is predicted"):
-        predicted(unseen, model(structure, base, turned), model(structure, base, GAIN))
+        explained(predicted(unseen, model(structure, base, turned), model(structure, base, GAIN)))
+    found = predicted(unseen, model(structure, base, turned))  # asked of any gains, it is a number
+    np.testing.assert_allclose(found.joints[3].rel_error, 2.0, atol=3e-3)
     assert predicted(unseen, model(structure, base, GAIN), model(structure, base, turned)).verdict == BETTER
     small = np.array([1.0, 0.51, 1.0, 1.0, 1.0, 1.0]) * GAIN  # 96 % too much current
-    found = predicted(unseen, model(structure, base, small)).joints[1]
+    found = explained(predicted(unseen, model(structure, base, small))).joints[1]
     np.testing.assert_allclose(found.rel_error, 1.0 / 0.51 - 1.0, atol=3e-3)
 
 

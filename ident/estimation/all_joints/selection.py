@@ -299,5 +299,7 @@ def _belief(free: Fitted, form: str) -> Belief:
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
     noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence, 0.0))), held)
     shown = np.abs(seen) < STRONGEST
+    if not shown.any():
+        return ANY_DRIVE
     found = likeliest(seen[shown], noise[shown])
     return Belief(found.mean, max(found.std, SPREAD_SHARE * found.mean))

@@ -59,7 +59,7 @@ class Torques:
     @cached_property
     def links(self) -> Dynamics:
         """What moves behind transmissions."""
-        return Dynamics.of(self.motion.observation.moving, self.chi - self.rotors)
+        return Dynamics.of(self.motion.observation.kinematics, self.chi - self.rotors)
 
     @cached_property
     def inertia(self) -> Array:

@@ -6,7 +6,7 @@ from ident.arm_parameters.bare import BareArm
 from ident.arm_parameters.links import nearest_links
 from ident.model.structure import Structure
 from ident.support.errors import NoBody
-from scenarios.experiments.nominal_links import is_placeholder, nominal_links
+from scenarios.experiments.nominal_links import KINEMATICS_ONLY, is_placeholder, nominal_links
 from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError
@@ -28,7 +28,7 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
     try:
         nominal = nominal_links(model, flange)
         if is_placeholder(nominal):
-            return Unknown("the model file has the kinematics only, without link masses")
+            return Unknown(KINEMATICS_ONLY)
         found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:
         return Unknown(str(error))

@@ -324,6 +324,8 @@ def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say(loaded
     np.testing.assert_allclose(believed[0].mean, 0.055, rtol=1e-3)
     most = selection._belief(fake(loaded, np.array([0.04, 0.07, 0.49]), np.full(N, 0.01)), "load")
     np.testing.assert_allclose(most.mean, 0.2, rtol=1e-3)
+    nobody = selection._belief(fake(loaded, np.array([0.6, -0.7, 1.0]), np.full(N, 0.01)), "load")
+    assert nobody == selection.ANY_DRIVE
 
 
 def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives(loaded):

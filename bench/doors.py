@@ -22,7 +22,6 @@ from ident.recordings.files import converted, write_recording
 from ident.recordings.formats import format_of
 from ident.recordings.formats.columns import Chosen, Request
 from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.joint_state_messages import message_layout
 from ident.recordings.formats.resolution import Resolved, resolved
 from ident.recordings.recording import Recording
 
@@ -45,30 +44,19 @@ def csv(log: Recording, path: Path, separator: str, names: list[str]) -> None:
 
 
 def bag(log: Recording, folder: Path, storage: StoragePlugin, packed: bool) -> None:
-    """Messages with names, positions and efforts; the bytes of the first with other numbers."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    header = store.types["std_msgs/msg/Header"](store.types["builtin_interfaces/msg/Time"](0, 0), "base_link")
-    first = store.types[KIND](header, list(JOINTS), log.q[0], np.empty(0), log.v[0])
-    raw = bytes(store.serialize_cdr(first, KIND))
-    layout = message_layout(raw)
-    assert layout.effort is not None
-    rows = np.tile(np.frombuffer(raw, dtype=np.uint8), (SAMPLES, 1))
+    """Messages with names, positions and efforts."""
+    store = get_typestore(Stores.LATEST)
+    State, Header, Time = (store.types[kind] for kind in (KIND, "std_msgs/msg/Header", "builtin_interfaces/msg/Time"))
     ns = np.round(1e6 * np.arange(SAMPLES)).astype(np.int64) + 1_710_000_000 * 10**9
-    for start, values in (
-        (4, (ns // 10**9).astype("<i4")[:, None]),
-        (8, (ns % 10**9).astype("<u4")[:, None]),
-        (layout.position, log.q.astype("<f8")),
-        (layout.effort, log.v.astype("<f8")),
-    ):
-        size = values.shape[1] * values.itemsize
-        rows[:, start : start + size] = np.ascontiguousarray(values).view(np.uint8)
     writer = Writer(folder, version=9, storage_plugin=storage)
     if packed:
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
     with writer:
         topic = writer.add_connection("/joint_states", KIND, typestore=store)
-        for time_ns, row in zip(ns.tolist(), rows, strict=True):
-            writer.write(topic, time_ns, row.tobytes())
+        for time_ns, q, v in zip(ns.tolist(), log.q, log.v, strict=True):
+            header = Header(Time(*divmod(time_ns, 10**9)), "base_link")
+            state = State(header, list(JOINTS), q, np.empty(0), v)
+            writer.write(topic, time_ns, store.serialize_cdr(state, KIND))
 
 
 def own_names() -> list[str]:

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.methods import with_method
+from scenarios.experiments.files.settings import with_method
 from scenarios.experiments.run import run
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.prediction.budget import predicted_budget

@@ -12,7 +12,7 @@ from ident.preparation import SIMULATED
 from ident.recordings.recording import Recording
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.simulated import as_identified
+from scenarios.experiments.run import as_identified
 from sim.record import record
 from sim.sensors import SensorOptions, noise_streams
 

@@ -10,16 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from coverage_claims import JointClaims, Target, curves, joint_claims
 from scipy import stats
 
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.calibration import GRID, Calibration, calibration
-from scenarios.experiments.studies.coverage import Coverage, JointClaims, Target, joint_claims
 from scenarios.experiments.studies.folder import STUDY, StudyFolder
 from scenarios.experiments.studies.joint_rows import COLUMNS, rows_in
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.pass_rule import FALSE_ALARM
-from scenarios.experiments.studies.statistics import joint_statistics
+from scenarios.experiments.studies.statistics import Coverage, joint_statistics
 from scenarios.experiments.trials import run_trials
 from scenarios.reports.content import (
     NONE,
@@ -36,7 +36,6 @@ from scenarios.reports.content import (
     percent,
 )
 from scenarios.reports.files import write_figures, write_markdown
-from scenarios.reports.plots.calibration import curves
 from scenarios.support.versions import versions
 
 TARGET, HONEST = Target(low=0.93, high=0.975), float(2.0 * stats.norm.cdf(2.0) - 1.0)
@@ -47,7 +46,7 @@ CALIBRATED = "fleet"
 LEVEL, DRAWS = 0.95, 20_000
 REPEATED, SAME = 3, 1e-6
 HEAD = (
-    "How often the intervals of the default method hold the injected gains. Wanted on every joint: that 2 sigma hold "
+    "How often the intervals of the default method contain the injected gains. Target for every joint: 2 sigma contain "
     f"it in {100 * TARGET.low:g} to {100 * TARGET.high:g} % of the trials, with a median sigma of at most {WIDEST} "
     "times the spread of the errors. Written by `make coverage` from the folders that `rx90 monte-carlo` left; nothing "
     "here is typed by hand."
@@ -55,16 +54,16 @@ HEAD = (
 MEANING = (
     "Refused: trials that gave no gain for the joint; failed: trials without any estimate. Bias, with its own standard "
     "deviation, spread, 95th percentile and largest magnitude are of the relative error. Within: share of the trials "
-    "with a gain that err by less than 1 or 2 of the deviations that they state, of honest ones 68.3 % and 95.4 %; in "
-    "brackets its 95 % interval (Clopper and Pearson). Width: median of the stated deviation over the spread."
+    "with a gain whose error is below 1 or 2 stated deviations (68.3 % and 95.4 % if these are correct), in brackets "
+    "its 95 % interval (Clopper and Pearson). Width: median of the stated deviation over the spread."
 )
 RANKS = (
-    "The rank of z, error over stated deviation, in the standard normal distribution is uniform if deviations are "
-    "honest. The curve is the share of ranks up to each, less the rank: intervals that are too wide make it fall left "
-    "and rise right of the middle, too narrow ones the reverse, a bias pushes all of it to one side. The band holds "
-    f"the whole curve of honest intervals at once in {100 * LEVEL:g} % of studies (Säilynoja, Bürkner and Vehtari "
-    f"2022, by {DRAWS} simulated curves), each joint by itself. Joints of one trial share its payload and err "
-    "together; the band of all joints allows for the correlation that their z have here."
+    "If the stated deviations are correct, the ranks of z, the error over the stated deviation, in the standard normal "
+    "distribution are uniform. The curve is the empirical distribution of the ranks minus the uniform one. Intervals "
+    "that are too wide make it fall in the left half and rise in the right half, too narrow ones the reverse; a bias "
+    f"shifts the whole curve to one side. In {100 * LEVEL:g} % of studies with correct intervals the band contains the "
+    f"whole curve of a joint (Säilynoja, Bürkner and Vehtari 2022, by {DRAWS} simulated curves). The errors of the "
+    "joints in one trial are correlated, as they share the payload; the band of all joints includes this correlation."
 )
 
 
@@ -115,7 +114,7 @@ def covered(folder: Path) -> Covered:
 
 def standing(found: Coverage) -> str:
     side = TARGET.side(found)
-    return side if side == "inside" or not TARGET.reached_by(found) else f"{side}, its interval reaches inside"
+    return side if side == "inside" or not TARGET.reached_by(found) else f"{side}, not significantly"
 
 
 def misses(study: Covered) -> list[str]:
@@ -124,7 +123,7 @@ def misses(study: Covered) -> list[str]:
     for joint in study.joints:
         of = joint.statistics.joint
         if joint.cover_2 and standing(joint.cover_2) != "inside":
-            said.append(f"Joint {of}: 2 sigma hold {share(joint.cover_2)} %, {standing(joint.cover_2)}.")
+            said.append(f"Joint {of}: 2 sigma contain {share(joint.cover_2)} %, {standing(joint.cover_2)}.")
         if joint.width and joint.width > WIDEST:
             said.append(f"Joint {of}: sigma is {joint.width:.2f} times the spread, more than {WIDEST}.")
     return said
@@ -153,7 +152,7 @@ def share(found: Coverage | None) -> str:
 
 
 def summary(studies: list[Covered]) -> Table:
-    titles = ("Scenario", "Method", "Trials", "Gains", "inside", "outside, may be inside", "outside", "too wide")
+    titles = ("Scenario", "Method", "Trials", "Gains", "inside", "outside, not significantly", "outside", "too wide")
     rows = []
     for study in studies:
         found = [joint for joint in study.joints if joint.cover_2]
@@ -251,7 +250,7 @@ def calibration_parts(study: Covered) -> list[Part]:
     title = study.name
     return [
         Heading(f"Calibration over {study.name}"),
-        Figure("coverage", "Ranks of z with the band of honest intervals", lambda: curves(found, title)),
+        Figure("coverage", "Ranks of z with the band of correct intervals", lambda: curves(found, title)),
         calibration_table(found),
         Paragraph(RANKS),
     ]
@@ -317,9 +316,10 @@ def departure(study: Covered) -> float:
 def page(studies: list[Covered], repeated: Paragraph) -> Report:
     trials = min(study.trials for study in studies)
     chance = (
-        f"Chance alone puts the share of honest 2 sigma, {100 * HONEST:.1f} %, outside the target in "
-        f"{100 * by_chance(trials):.1f} % of studies of {trials} trials, joint by joint; it is marked all the same, "
-        f"and whether its interval reaches inside. A width is known to {100 / np.sqrt(2 * trials):.1f} %."
+        f"By chance, the share of correct 2 sigma, {100 * HONEST:.1f} %, is outside the target for "
+        f"{100 * by_chance(trials):.1f} % of the joints in studies of {trials} trials. Not significantly: the 95 % "
+        f"interval of the share reaches into the target. The relative standard deviation of a width is "
+        f"{100 / np.sqrt(2 * trials):.1f} %."
     )
     parts: list[Part] = [Paragraph(HEAD), summary(studies), Paragraph(chance)]
     for study in studies:

@@ -62,7 +62,7 @@ def page(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> Report:
     parts += [Heading("Sound logs"), Paragraph(ABOUT_SOUND)]
     parts += [sound_table(sound, "Arm", lambda each: each.case.arm)]
     parts += [sound_table(sound, "Condition", lambda each: each.case.condition)]
-    parts += [Heading("Mistakes named in sound logs"), wrong_table(sound)]
+    parts += [Heading("False alarms in sound logs"), wrong_table(sound)]
     parts += [Heading("Faults"), Paragraph(ABOUT_FAULTS), power_table(faulty)]
     parts += [Heading("By size"), size_table(faulty)]
     parts += [Heading("Named otherwise"), Paragraph(ABOUT_CONFUSED), confusion_table(faulty)]
@@ -72,19 +72,21 @@ def page(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> Report:
 
 
 ABOUT_SOUND = (
-    "Simulated by two simulators under hostile conditions, and real; half of the arms were kept apart while constants "
-    "were set. A mistake is named wherever a diagnosis accuses a log, the payload or the model's geometry; what the "
-    "model lacks (elasticity, a law of friction) is no accusation. Refused: a gain, or all. Off: gains further from "
-    "the truth than three claimed standard deviations, of gains given."
+    "Logs of two simulators under difficult conditions, and real logs; half of the arms were not used to set "
+    "constants. A false alarm is a diagnosis of a fault in a log, the payload or the model's geometry; effects that "
+    "the model lacks (elasticity, a law of friction) are not counted. Refused: a gain, or all. Off: gains further from "
+    "the truth than three stated standard deviations, of all gains given."
 )
 ABOUT_FAULTS = (
-    "One fault at a time in sound logs under ordinary conditions. Named: the fault that was put in, its joints and "
-    "logs, its size within 20 % or three standard deviations, or one that the kinematics cannot tell from it, or a "
-    "rival that the diagnosis lists. Silence is harmless where no gain moves by more than one claimed deviation, "
-    "harmful beyond three. Unseen: without noise the fault leaves no residual, so that no log can show it."
+    "One fault at a time in sound logs under ordinary conditions. Named: the injected fault with its joints and logs "
+    "and its size within 20 % or three standard deviations, or a fault that the kinematics cannot distinguish from it, "
+    "or a rival that the diagnosis lists. A fault that is not named is harmless if no gain moves by more than one "
+    "stated deviation, harmful beyond three. Unseen: without noise the fault leaves no residual, so no log can show it."
 )
-ABOUT_CONFUSED = "Rows are what was put in, columns what was named in its place."
-ABOUT_SILENT = "Not named, warned of at most, and a gain moves by more than three claimed deviations."
+ABOUT_CONFUSED = "Rows: the injected fault. Columns: the fault that was named instead."
+ABOUT_SILENT = (
+    "Faults that were not named, at most warned of, and that move a gain by more than three stated deviations."
+)
 
 
 def upper(hits: int, of: int) -> float:
@@ -107,13 +109,13 @@ def summary(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> str:
     harmful = [each for each in faulty if _harmful(each)]
     unseen = sum(not each.judged.visible for each in harmful)
     return (
-        f"In {len(fair)} sets of sound logs of {len({each.case.arm for each in fair})} arms a mistake was named "
-        f"{sum(each.accused for each in fair)} times (on arms kept apart: "
+        f"In {len(fair)} sets of sound logs of {len({each.case.arm for each in fair})} arms, a false alarm was given "
+        f"{sum(each.accused for each in fair)} times (on arms that were not used to set constants: "
         f"{share(sum(each.accused for each in apart), len(apart))}), and gains were refused "
-        f"{sum(each.refused for each in fair)} times. Of {len(seen)} faults that logs can show {named} were named "
-        f"({100.0 * named / max(1, len(seen)):.0f} %), and of {len(faulty)} in all {other} were named otherwise. "
-        f"{len(harmful)} faults were passed over that move a gain by more than three claimed deviations, {unseen} of "
-        "them such as no log can show."
+        f"{sum(each.refused for each in fair)} times. Of {len(seen)} faults that logs can show, {named} were named "
+        f"({100.0 * named / max(1, len(seen)):.0f} %); of all {len(faulty)} faults, {other} were named as another one. "
+        f"{len(harmful)} faults that move a gain by more than three stated deviations were not named; {unseen} of "
+        "them cannot be seen in any log."
     )
 
 
@@ -129,7 +131,7 @@ def sound_table(sound: Sequence[Sound], title: str, key: Callable[[Sound], str])
     columns = (
         Column(title=title, words=True),
         Column(title="Sets of logs"),
-        Column(title="Mistake named"),
+        Column(title="False alarms"),
         Column(title="Upper bound", unit="%"),
         Column(title="Refused"),
         Column(title="Gains off"),

@@ -16,8 +16,8 @@ from ident.recordings.motion import Motion
 from ident.support.arrays import Array
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import MOTIONS
-from scenarios.experiments.named_files import robot_of
-from scenarios.experiments.simulated import Simulated
+from scenarios.experiments.robots import robot_of
+from scenarios.experiments.run import Simulated
 
 VERSION = 2
 """Of this file, one more where logs change."""

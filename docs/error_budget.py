@@ -18,12 +18,12 @@ HOME = Path(__file__).parent
 HEAD = """# Error budgets
 
 Written by `make error-budget` from the folders that `rx90 sensitivity` left; nothing here is typed by hand. Sizes and
-distributions of the sources stand in `[sources]` of each scenario's file; many are assumed. **A budget is a statement
-about those sizes**, and about one method of identification. Overlay them with yours before you buy anything.
+distributions of the sources are in `[sources]` of each scenario's file; many are assumed. **A budget is a statement
+about those sizes**, and about one method of identification. Replace them by yours before you decide what to improve.
 
-Numbers are root mean squares of the relative error of the gain from each source alone [%], that of the method with
-every source off included. "Added up one by one" sums the sources' variances, and their biases by sign: where it meets
-"all together", errors do not conspire. What `rx90 predict` says of the same sources: [predicted
+Numbers are root mean squares of the relative error of the gain from each source alone [%], including the error of the
+method without any source. "Added up one by one" sums the sources' variances, and their biases by sign: if it equals
+"all together", the errors are additive. What `rx90 predict` predicts for the same sources: [predicted
 budgets](predicted-budget.md).
 """
 SOBOL = """In brackets the Sobol indices of first and total order with all sources on, from {samples} rows; the 95 %

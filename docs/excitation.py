@@ -23,17 +23,17 @@ SCENARIOS = ("nominal", "mass-only", "ur10e", "tx40", "panda", "stanford")
 RANDOM = 200
 HARMONICS, DURATION = 20, 20.0
 EVALUATIONS = 6000
-HEAD = f"""# What a search for a motion buys
+HEAD = f"""# What a search for a motion gains
 
 Written by `make excitation`; nothing is typed by hand. Predicted standard deviation of the gain of the worst wanted
 joint [%], by the method of the scenario and with what it knows of its payload (all of it, in `mass-only` its mass).
 
 **Random**: the best of {RANDOM} random motions, each as large as range, speed and acceleration of its joints allow,
-then shrunk until it keeps torques and distances too; the column beside it counts those that ever did. **Own**: the
-motion that the scenario ships, the outcome of a longer search or of one for another scenario. **Searched**: what
-`rx90 excite` finds with --evaluations {EVALUATIONS}, seed 0, knowing nothing of the scenario's own motion. Random
-and searched motions last {DURATION:g} s and have {HARMONICS} harmonics. **Time** is that of the processor, one core,
-for the search; two minutes on two cores are 240 s.
+then reduced until torques and distances are within limits too; the next column counts the motions for which this is
+possible. **Own**: the motion of the scenario, from a longer search or one for another scenario. **Searched**: what
+`rx90 excite` finds with --evaluations {EVALUATIONS}, seed 0, without the scenario's own motion. Random
+and searched motions last {DURATION:g} s and have {HARMONICS} harmonics. **Time** is the processor time of
+the search, on one core; two minutes on two cores are 240 s.
 
 | Robot | Scenario | Random | of them fitted | Own | Searched | Below random by | Motions tried | Time [s] |
 |---|---|---|---|---|---|---|---|---|

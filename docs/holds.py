@@ -32,7 +32,7 @@ of `rx90 excite --protocol holds --evaluations 1000`, logged at 30 Hz. Root mean
 
 """
 TAIL = """
-Prove gains with a second weight (`rx90 verify`) before they go into a driver.
+Verify the gains with a second payload (`rx90 verify`) before you enter them in a driver.
 """
 
 

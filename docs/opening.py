@@ -60,7 +60,7 @@ def holds(text: str) -> str:
         rows = [row for row in tables(text)[0] if row["protocol"] == protocol]
         counts = [row["within 2 sigma"].split(" of ") for row in rows]
         inside, of = (sum(int(each[k]) for each in counts) for k in (0, 1))
-        said.append(f"from {protocol} {of} gains are given, and 2 sigma hold {100.0 * inside / of:.0f} %")
+        said.append(f"{protocol} give {of} gains, and 2 sigma contain the true value of {100.0 * inside / of:.0f} %")
     return f"On {len(rows)} robots, {' of them; '.join(said)} of them."
 
 
@@ -75,7 +75,9 @@ def excitation(text: str) -> str:
 def payloads(text: str) -> str:
     shown = [re.findall(r"\d+", row["Joints shown"]) for row in tables(text)[0]]
     own, weight = (sum(each[k] == each[2] for each in shown) for k in (0, 1))
-    return f"A designed weight shows every joint in {weight} of {len(shown)} scenarios, their own payloads in {own}."
+    return (
+        f"A designed payload identifies every joint in {weight} of {len(shown)} scenarios, their own payloads in {own}."
+    )
 
 
 def verify(text: str) -> str:
@@ -85,7 +87,7 @@ def verify(text: str) -> str:
     found, of = (sum(numbers([row[key] for row in large])) for key in ("named", "trials"))
     alarms, clean = (sum(int(row["false alarms"].split(" of ")[k]) for row in said) for k in (0, 1))
     return (
-        f"The mass that a joint weighs tells its gain's error within {within}; errors of {large[0]['injected']} are "
+        f"The mass from one joint gives its gain's error within {within}; errors of {large[0]['injected']} are "
         f"named in {found:g} of {of:g} trials, {alarms} of {clean} verdicts on sound gains are false alarms."
     )
 

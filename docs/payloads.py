@@ -13,14 +13,14 @@ from opening import write_page
 HOME = Path(__file__).parent
 OUT = Path("out") / "payloads"
 SCENARIOS = ("nominal", "mass-only", "ur10e", "tx40", "panda", "stanford")
-HEAD = """# What a designed weight shows
+HEAD = """# What a designed payload identifies
 
 Written by `make payloads`, which runs `rx90 payload` on the built-in scenarios; nothing is typed by hand. Predicted
 standard deviation of the gain of the worst joint [%], all joints wanted, along the scenario's own motion: with its
-**own** payload and with the best **weight** that may be mounted; **as made** adds what tolerances of its drawing and
-the scale cost. It is of steel, no heavier than the robot's rated load, and keeps torques and distances along that
-motion. A motion that was searched for a payload leaves little room for another: `rx90 payload --excite` searches one
-for the weight. Where its own payload is the better one, the command says so.
+**own** payload and with the best designed one that may be mounted (**weight**); **as made** includes the tolerances of
+the drawing and the scale. It is of steel, no heavier than the robot's rated load, and within the limits of torque and
+distance along that motion. If the motion was searched for the scenario's own payload, that payload may be the better
+one, and the command says so; `rx90 payload --excite` also searches a motion for the designed payload.
 
 | Scenario | Own [kg] | Own [%] | Weight [%] | As made [%] | Shape [mm] | Mass [kg] | Rated load [kg] | Joints shown |
 |---|---|---|---|---|---|---|---|---|

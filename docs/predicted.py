@@ -30,9 +30,9 @@ the trials drew / simulated, less the error of the trial with every source off, 
 differ by more than a tenth and by more than 0.05 %, of a noise also by more than three standard errors of so few
 trials, they stand **bold**.
 
-Of those that differ the estimate is made again, from the logs that prediction expects with the source on: that tells
-where they part. Either the estimate is not linear in the source, since data choose a model with it that they do not
-choose without, or a simulated log is not the expected one, in which control is perfect and nothing is stepped.
+Where they differ, the gains are estimated again from the logs that the prediction assumes with the source on, to find
+the cause. Either the estimate is not linear in the source, because another model is selected with it than
+without it, or a simulated log differs from the assumed one, which has perfect control and no time steps.
 """
 SHARE, SMALL, ERRORS = 0.1, 5e-4, 3.0
 NOT_LINEAR = "the estimate is not linear in it"

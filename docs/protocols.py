@@ -19,20 +19,20 @@ NAMES = tuple(sorted(path.stem for path in (HOME / "protocols").glob("*.toml")))
 JOINTS = range(5)
 """Those whose gains the payloads show."""
 SLOPE = "plant.errors.gain_by_temperature"
-HEAD = """# Half an hour on the robot
+HEAD = """# Recording protocols
 
 Written by `make protocols`, which runs `rx90 monte-carlo` on every scenario of `docs/protocols`; nothing in the tables
 is typed by hand. Each scenario is `field` with cogging, gains and friction that depend on temperature, and a protocol
-of its own, {trials} seeds, identified by the default method. Its sizes stand in the files; that of friction against
+of its own, {trials} seeds, identified by the default method. Its sizes are in the files; that of friction against
 temperature, the pauses of five minutes for every change of the payload and how far drives warm up are assumed.
 """
 TAIL = """
-A gain is that of its temperature: magnets weaken as they warm up. **Against the cold drive** counts as an error what
-the drives were warmer; **at its own temperature** holds the gain against what it truly was in the middle of the loaded
-motions, from the currents of one run. Whoever uses gains on a robot at work, warm as it then is, wants the second.
+A gain depends on temperature: magnets weaken as they warm up. **Against the cold drive** compares the gain with the
+true one of a cold drive, so warming is an error; **at its own temperature** compares it with the true one in the middle
+of the loaded motions of the same run. The second matters if the gains are used on a robot that is warm from work.
 """
 RATIO = """The ratio is that of the rms over all five joints, below 1 where the step helps. The same seeds draw the same
-robots on either side, and the interval draws seeds again in pairs: one that holds 1 says that they do not tell.
+robots before and after, and the interval is a bootstrap of pairs of seeds: if it contains 1, there is no clear effect.
 """
 
 

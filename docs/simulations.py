@@ -4,8 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.run import Trial, ready_trial, simulate_batch
-from scenarios.experiments.simulated import Simulated
+from scenarios.experiments.run import Simulated, Trial, ready_trial, simulate_batch
 from sim.errors import SimulationError
 
 TOGETHER = 10

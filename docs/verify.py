@@ -23,7 +23,7 @@ from ident.preparation import SIMULATED
 from ident.recordings.motion import Motion
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import Setup
-from scenarios.experiments.simulated import Simulated
+from scenarios.experiments.run import Simulated
 
 HERE = Path(__file__).parent
 SCENARIOS = {"nominal": str(HERE / "verify" / "nominal.toml"), "field": "field-two-weights"}
@@ -130,12 +130,12 @@ def all_rows(folder: Path) -> pd.DataFrame:
 PAGE = """# What a verification says of the gains
 
 Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
-motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,
-once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` is
+motions and 7.025 kg; a mass of 4.275 kg, not used for identification, is then estimated with these gains, once as they
+were found, once with a random error of up to {largest:g} % in one random gain. `nominal` has noise alone; `field` is
 `field-two-weights`, a robot with load friction, drift, friction by direction, elastic joints, a tilted base and wrong
 kinematics at once, and payloads as weighed.
 
-![True error of each gain against the mass that its joint weighs](verify.png)
+![True error of each gain against the mass estimated from its joint](verify.png)
 
 | scenario | correlation of both errors | rms difference | its size in stated deviations | false alarms |
 |---|---|---|---|---|

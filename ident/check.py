@@ -10,7 +10,7 @@ from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.joint_limits import beyond_limits
 from ident.diagnosis.link_masses import link_mass_consistency
-from ident.diagnosis.plausibility import check_joints, check_load
+from ident.diagnosis.plausibility import cause_of, check_joints, check_load
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
 from ident.diagnosis.samples.temperature import Warmth, temperature
 from ident.estimation.estimate import GainEstimate
@@ -117,7 +117,7 @@ def check(
             estimate = _estimate(problem)
             check_load(estimate)
         except IdentificationError as error:
-            refused = error
+            refused = cause_of(error, problem)
     findings = diagnose(prepared.logs(), estimate, _estimate)
     found_all = joined(findings, Diagnosed(diagnoses=tuple(found)))
     if estimate is not None:
@@ -148,7 +148,7 @@ def _diagnoses_of(log: Examined) -> list[Diagnosis]:
     """Everything that one log shows by itself."""
     found = [*(each for own in log.diagnoses.values() for each in own), *log.repairs]
     if log.unfit is not None:
-        sentence = f"it cannot be filtered: {log.unfit.reason}"
+        sentence = f"the log cannot be filtered: {log.unfit.reason}"
         found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(log.recording.name,)))
     return found
 

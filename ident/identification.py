@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.diagnosis.effects import NO_RESULT, Estimate
+from ident.diagnosis.estimate_model import NO_RESULT, Estimate
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
-from ident.diagnosis.plausibility import check_load
+from ident.diagnosis.plausibility import cause_of, check_load
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions
@@ -137,9 +137,10 @@ def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:
         raise_for(prepared, diagnose(prepared.logs()) if prepared.policy.doubt else Diagnosed())
+        cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:
-            raise type(error)(f"{error}; {prepared.diagnoses[0].sentence}") from error
-        raise
+            raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from error
+        raise cause from error
     return estimate
 
 

@@ -283,7 +283,7 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
     """One line on what is wrong with logs, the worst first."""
     worst = wrong[0]
     rivals = f" (or {' or '.join(worst.rivals[:2])})" if worst.rivals else ""
-    more = f"; {len(wrong) - 1} more with rx90 check" if len(wrong) > 1 else ""
+    more = f"; rx90 check lists {len(wrong) - 1} more" if len(wrong) > 1 else ""
     advice = f"; {worst.advice}" if worst.advice else ""
     return f"{worst.sentence}{rivals}{advice}{more}"
 

@@ -2,8 +2,9 @@
 
 The torque that arm and payload take, over the gain, is the current (paper, eq. 7). The arm comes from bare motions with
 the same gains, or from a model file. Other gains are held against it on the same motion: time blocks of it say whether
-one predicts better than the other, or only by chance. A factor common to all gains cancels on a bare motion, where arm
-and gains change alike; with a weighed payload it does not.
+one predicts better than the other, or only by chance. Whether it predicts at all is another question: the fit says how
+far off it may be. A factor common to all gains cancels on a bare motion, where arm and gains change alike; with a
+weighed payload it does not.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,13 +14,14 @@ from functools import partial
 import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
-from ident.diagnosis.diagnosis import Diagnosed, Severity
-from ident.diagnosis.plausibility import check_different
-from ident.estimation.cross_validation import TIME_BLOCKS
+from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Severity
+from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
+from ident.estimation import cross_validation
+from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
-from ident.estimation.known_gains import KnownGains, estimated_gains
-from ident.estimation.problem import ObservedMotion
+from ident.estimation.known_gains import KnownGains, check_signs, estimated_gains
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import Identification
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
@@ -28,7 +30,7 @@ from ident.payload_identification.verification import LEVEL
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.motion import Motion
 from ident.support.arrays import Array
-from ident.support.errors import Contradiction, GainsError, PayloadError
+from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
 BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
 
@@ -42,12 +44,19 @@ class UnseenJoint:
         rel_error: Norm of the prediction's error over that of the currents.
         other_rel_error: The same with other gains, None where there are none.
         fitted_rel_error: The same of the residual of the motions that the arm was fitted to, None of a model file.
+        largest: `rel_error` beyond which the motion is not predicted.
     """
 
     joint: int
     rel_error: float | None
     other_rel_error: float | None
     fitted_rel_error: float | None
+    largest: float | None
+
+    @property
+    def exceeds(self) -> bool:
+        """Whether the motion is not predicted."""
+        return self.rel_error is not None and self.largest is not None and self.rel_error > self.largest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +84,8 @@ class Unseen:
 
     @property
     def passed(self) -> bool:
-        """Whether there was nothing to beat, or it was."""
-        return self.verdict in (None, BETTER)
+        """Whether every joint's currents are predicted, and what was to be beaten is."""
+        return self.verdict in (None, BETTER) and not any(each.exceeds for each in self.joints)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -101,25 +110,18 @@ class UsedModel:
     Attributes:
         gains: Of some joints or all.
         base: Base parameters of the arm, friction among them, shape (b,).
-        fitted: Relative residual of the motions that these were fitted to, by joint from 0; empty of a model file.
+        covariance: Of these from the residuals, shape (b, b); zero where nobody knows it.
+        fits: How well the motions that these were fitted to predict each other, by joint from 0; empty of a model file.
     """
 
     gains: KnownGains
     base: Array
-    fitted: Mapping[int, float]
+    covariance: Array
+    fits: Mapping[int, JointPrediction]
 
 
 def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains | None = None) -> Unseen:
-    """Predict a motion that an identification has not seen with the gains found, and with others.
-
-    Args:
-        identified: The gains, with the motions that they were found from.
-        log: The motion, with its payload if it carries one.
-        other: Gains that these are held against, as of a data sheet.
-
-    Raises:
-        IdentificationError: As `predict_with`.
-    """
+    """Predict a motion that an identification has not seen, as `predict_with` does, with the gains found."""
     assert identified.prepared is not None, "an identification has what it was found from"
     return predict_with(estimated_gains(identified.estimate), identified.prepared, log, other=other)
 
@@ -134,39 +136,28 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
         other: Gains that these are held against, as of a data sheet.
 
     Raises:
-        IdentificationError: If the motion is one of those, is spoilt or cannot be observed; if nothing of a joint's
-            current is predicted; if no motion was bare.
+        IdentificationError: If the motion is one of those, is spoilt or cannot be observed; if no motion was bare.
         PayloadError: If mass or centre of its payload is not known.
-        GainsError: If no joint has a gain in both.
+        GainsError: If no joint has a gain in both, or one has another sign.
     """
+    if other is not None:
+        check_signs(gains, other)
     problem, observing = prepared.problem, prepared.observing
     unseen = unseen_motion(
         log, prepared.motions, problem.structure, observing=observing, gains=problem.options, policy=prepared.policy
     )
-    models = [used_model(arm_in_use(problem, each), problem.structure) for each in (gains, other) if each is not None]
-    return explained(predicted(unseen, *models))
+    models = [used_model(arm_in_use(problem, each), problem) for each in (gains, other) if each is not None]
+    return predicted(unseen, *models)
 
 
-def explained(found: Unseen) -> Unseen:
-    """A prediction, if it is nearer to each joint's currents than zero is: else the log is not what it is taken for.
-
-    Raises:
-        Contradiction: If not.
-    """
-    without = [str(each.joint + 1) for each in found.joints if each.rel_error is not None and each.rel_error >= 1.0]
-    if without:
-        raise Contradiction(
-            f"{found.name}, the motion to predict: nothing of the current of joint {', '.join(without)} is predicted; "
-            "check its unit and sign, its payload, and that it is of this robot"
-        )
-    return found
-
-
-def used_model(found: ArmInUse, structure: Structure) -> UsedModel:
-    """An arm that was found from bare motions with gains in use."""
-    rows = found.arm.selected.final.fit.rows
-    fitted = {j: rows.residual_share(j) for j in found.gains.joints.tolist() if j in rows.unknowns}
-    return UsedModel(gains=found.gains, base=found.base(structure), fitted=fitted)
+def used_model(found: ArmInUse, problem: Problem) -> UsedModel:
+    """An arm that was found from the bare motions of a problem with gains in use."""
+    return UsedModel(
+        gains=found.gains,
+        base=found.base(problem.structure),
+        covariance=found.covariance(problem.structure, problem.options),
+        fits={each.joint: each for each in cross_validation.predicted(found.arm.selected.final.fit.rows)},
+    )
 
 
 def unseen_motion(
@@ -202,11 +193,15 @@ def unseen_motion(
     if not policy.repeats:
         check_different([each.recording for each in (*seen, log)])
     bare = [each for each in seen if each.payload is None]
-    own = door([log])
-    found = Diagnosed(diagnoses=own.diagnoses)
-    if policy.doubt:
-        compared = diagnose(door([*bare, log]).logs())
-        found = joined(found, more=[each for each in compared.diagnoses if name in each.logs])
+    try:
+        own = door([log])
+        compared = diagnose(door([*bare, log]).logs()) if policy.doubt else Diagnosed()
+    except IdentificationError as error:
+        if name in str(error):
+            raise
+        raise type(error)(f"{name}, the motion to predict: {error}") from error
+    of_it = [each for each in compared.diagnoses if not bare or name in each.logs]
+    found = joined(Diagnosed(diagnoses=own.diagnoses), more=of_it)
     wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
     if wrong:
         mounted = "; if it carries a payload, state it" if log.payload is None else ""
@@ -234,7 +229,8 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     ]
     both = sorted(set.intersection(*map(set, shares)))
     if not both:
-        raise GainsError("gains: no joint has one here and among those to compare with")
+        raise GainsError("gains: no joint has a gain in both sets, so they cannot be compared")
+    largest = _largest(system, unseen, found)
     overall = [float(np.sqrt(np.mean([share[j] ** 2 for j in both]))) for share in shares]
     return Unseen(
         name=unseen.log.recording.name,
@@ -244,7 +240,8 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
                 joint=j,
                 rel_error=shares[0].get(j),
                 other_rel_error=None if other is None else shares[1].get(j),
-                fitted_rel_error=found.fitted.get(j),
+                fitted_rel_error=found.fits[j].fitted if j in shares[0] and j in found.fits else None,
+                largest=largest.get(j),
             )
             for j in range(unseen.parts[0].observation.structure.arm.n)
         ),
@@ -262,6 +259,24 @@ def _current_error(system: PooledSystem, unseen: UnseenMotion, model: UsedModel)
     per_torque[model.gains.joints] = 1.0 / model.gains.value
     given = np.isin(system.joint, model.gains.joints)
     return np.where(given, predicted_torque(system, model.base, payload) * per_torque[system.joint] - system.V, 0.0)
+
+
+def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, float]:
+    """Relative error of each joint's current beyond which the motion is not predicted, by joint from 0.
+
+    `SPOILS` times what is expected: what the fit is off by in time blocks of its own motions that it has not seen, with
+    what deviations of the arm, of the payload and of the gain, which takes the payload's torque alone, make of these
+    currents. No more than `LARGE_RESIDUAL`, which stands for a model file as well.
+    """
+    carried, found = (unseen.log.payload or UNKNOWN).known_part(), dict[int, float]()
+    for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
+        at = system.joint == j
+        of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
+        of_payload = np.sum((system.W_L[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
+        moved = (of_arm + of_payload) / (g**2 * np.sum(system.V[at] ** 2))
+        expected = np.hypot(model.fits[j].share, np.sqrt(moved)) if j in model.fits else np.inf
+        found[j] = float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
+    return found
 
 
 def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[int]) -> str:

@@ -22,8 +22,7 @@ from scenarios.command_line.streams_and_signals import (
 )
 from scenarios.command_line.surroundings import foreign_packages, without_opengl
 from scenarios.commands import COMMANDS, NEEDED, command
-from scenarios.commands.main_parser import parser_of
-from scenarios.commands.overview import overview
+from scenarios.commands.overview import overview, parser_of
 from scenarios.experiments.files.tables import find_scenario
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
@@ -33,10 +32,7 @@ TRACEBACK = "RX90_TRACEBACK"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Args:
-        arguments: Without the program's name; those of the process if None.
+    """Run the command line, as the process was called if there are no arguments.
 
     Returns:
         The exit status; a command line that cannot be parsed exits at once with status 2, help with 0.
@@ -104,7 +100,7 @@ def _command(arguments: list[str]) -> Status:
     name = next((word for word in arguments if not word.startswith("-")), None)
     parser = parser_of([] if name is None else [name])
     if name is not None and name not in COMMANDS:
-        advice = nearest(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
+        advice = nearest(name, COMMANDS) or f"; known: {', '.join(COMMANDS)}"
         parser.error(f"no command {quoted(name)}{advice}")
     unreadable = next((word for word in arguments if not is_text(word)), None)
     if unreadable is not None:

@@ -1,7 +1,7 @@
 """JSON Schema of the files that users write and read, generated from what validates them; `make schemas` writes them.
 
 A file of this repository names its schema relative to itself, `#:schema ../schemas/scenario.schema.json`, one that a
-command writes in full (`scenarios.experiments.files.schema_line`).
+command writes in full (`scenarios.experiments.files.toml_text`).
 """
 
 import json
@@ -22,10 +22,9 @@ from scenarios.benchmark.scoreboard.results import Scoreboard
 from scenarios.design.results import NewRobot, PayloadDesign, Sampled, Searched
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.gains import GainsFile
-from scenarios.experiments.files.listed import ListedScenarios
 from scenarios.experiments.files.motions import LARGEST, LONGEST
 from scenarios.experiments.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
-from scenarios.experiments.files.schema_line import ENDING, FOLDER
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.experiments.studies.budget import Budget
 from scenarios.experiments.studies.statistics import StudyResult
 from scenarios.gains_in_use.results import GainComparison, Patched, Torques
@@ -35,7 +34,7 @@ from scenarios.results.models.bare import BareResult
 from scenarios.results.models.check import Check
 from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import ProblemFile
-from scenarios.results.written import Converted, Written
+from scenarios.results.written import Converted, ListedScenarios, Written
 from sim.robot_files import RobotTable
 
 RESULTS: dict[str, type[BaseModel]] = {
@@ -70,20 +69,17 @@ Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
 class PayloadFile(BaseModel):
-    """A payload as weighed and drawn, in the frame of the last link.
-
-    Attributes:
-        inertia: About the centre of mass [kg m^2]; may be left out where `known` is `mass`.
-        inertia_std: Standard deviations [kg m^2].
-    """
+    """A payload as weighed and drawn, in the frame of the last link."""
 
     model_config = ConfigDict(extra="forbid")
     mass: Positive = Field(description="[kg]")
     mass_std: float = Field(0.0, ge=0.0, description="standard deviation [kg]")
     com: Triple | None = Field(None, description="centre of mass [m]")
     com_std: Triple | None = Field(None, description="standard deviation, per axis [m]")
-    inertia: InertiaTable | None = None
-    inertia_std: InertiaTable | None = None
+    inertia: InertiaTable | None = Field(
+        None, description="About the centre of mass [kg m^2]; may be left out where `known` is `mass`"
+    )
+    inertia_std: InertiaTable | None = Field(None, description="Standard deviations [kg m^2]")
     known: Known = Field("all", description="what identification may use of it")
 
 

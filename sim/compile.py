@@ -138,19 +138,15 @@ def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
     return state
 
 
-def friction_constants(model: mujoco.MjModel) -> Array:
-    """Dry friction of the driven joints, then of the coupled motors [N m], shape (n + c,)."""
-    return np.concatenate((model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]))
+def drive_constants(model: mujoco.MjModel, name: str) -> Array:
+    """Constants of the driven joints, then of the coupled motors, shape (n + c,).
 
-
-def damping_constants(model: mujoco.MjModel) -> Array:
-    """Viscous friction of the driven joints, then of the coupled motors [N m s/rad], shape (n + c,)."""
-    return np.concatenate((model.dof_damping[-model.nu :], model.tendon_damping[coupling_tendons(model)]))
-
-
-def rotor_constants(model: mujoco.MjModel) -> Array:
-    """Rotor inertia of the driven joints, then of the coupled motors [kg m^2], shape (n + c,)."""
-    return np.concatenate((model.dof_armature[-model.nu :], model.tendon_armature[coupling_tendons(model)]))
+    Args:
+        model: The compiled plant.
+        name: `frictionloss` [N m], `damping` [N m s/rad] or `armature` [kg m^2].
+    """
+    joints, tendons = getattr(model, f"dof_{name}"), getattr(model, f"tendon_{name}")
+    return np.concatenate((joints[-model.nu :], tendons[coupling_tendons(model)]))
 
 
 def _give_drives(spec: mujoco.MjSpec) -> None:

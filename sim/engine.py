@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from ident.support.arrays import Array
-from sim.varying import State, Varied, Varying
+from sim.varying import Varied, Varying
 
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """What MuJoCo warns about when it resets a bad state."""
@@ -84,14 +84,12 @@ class Engine:
         if self._varying is not None:
             rows = self._rows
             self._applied[rows] = self._varying.torque(
-                State(
-                    t=self._time,
-                    q=self.q[rows],
-                    dq=self._dq[rows],
-                    v=np.clip(self.current[rows], *self._range),  # as MuJoCo does of what it is given
-                    ddq=self._ddq[rows],
-                    rubbing=self._rubbing[rows],
-                )
+                t=self._time,
+                q=self.q[rows],
+                dq=self._dq[rows],
+                v=np.clip(self.current[rows], *self._range),  # as MuJoCo does of what it is given
+                ddq=self._ddq[rows],
+                rubbing=self._rubbing[rows],
             )
             self._batch.set_models(self._models)  # as the batch asks for after an edit
             self._time += self._period

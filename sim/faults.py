@@ -1,7 +1,5 @@
 """Why a run is no recording: it diverged, a drive stood at its limit, a joint left its range."""
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 
@@ -35,28 +33,24 @@ def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | No
     first = first_at_limit(v, limit, rate)
     if first is None:
         return None
+    joint, since = first
     return Saturated(
-        f"{e.name}: drive of {model.joint(first.joint).name} at its limit of {limit[first.joint]:g} for more than "
-        f"{SATURATED_TOO_LONG:g} s from t = {first.time:.3f} s; "
+        f"{e.name}: drive of {model.joint(joint).name} at its limit of {limit[joint]:g} for more than "
+        f"{SATURATED_TOO_LONG:g} s from t = {since:.3f} s; "
         + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
     )
 
 
-@dataclass(frozen=True, slots=True)
-class AtLimit:
-    """A drive that stands at its limit for too long: its joint, from 0, and since when [s]."""
-
-    joint: int
-    time: float
-
-
-def first_at_limit(v: Array, limit: Array, rate_hz: float) -> AtLimit | None:
-    """The first drive that needs its largest current, or more, for `SATURATED_TOO_LONG`; None if there is none.
+def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
+    """The first drive that needs its largest current, or more, for `SATURATED_TOO_LONG`.
 
     Args:
         v: Currents [drive units], shape (N, n).
         limit: Largest ones [drive units], shape (n,).
         rate_hz: Samples a second [Hz].
+
+    Returns:
+        Its joint, from 0, and since when [s]; None if there is none.
     """
     run = max(1, round(SATURATED_TOO_LONG * rate_hz))
     at_limit = np.abs(v) >= limit
@@ -68,7 +62,7 @@ def first_at_limit(v: Array, limit: Array, rate_hz: float) -> AtLimit | None:
     if not long.any():
         return None
     k, j = np.argwhere(long)[0]
-    return AtLimit(joint=int(j), time=float(k / rate_hz))
+    return int(j), float(k / rate_hz)
 
 
 def _left_range(e: Experiment, model: mujoco.MjModel, q: Array) -> LimitReached | None:

@@ -3,7 +3,7 @@
 Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so
 that whatever an effect does to a model is in it; effects that act in every control period are asked through the same
 `term` that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing
-is left over on them. Drives warm up along the way as their currents say.
+is left over on them. Drives warm up along the way as their currents say. Whether drives bear a motion is told by them.
 
     tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
 """
@@ -15,13 +15,14 @@ from functools import lru_cache
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.compile import lean_model
-from sim.effects import EFFECTS
+from sim.compile import bare_arm, lean_model
+from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import ControlStep
 from sim.effects.temperature import varies as warmth_acts
 from sim.effects.temperature import warming
-from sim.errors import NoCurrent, SimulationError
+from sim.errors import NoCurrent, Saturated, SimulationError
 from sim.experiment import Experiment
+from sim.faults import SATURATED_TOO_LONG, first_at_limit
 from sim.plant import PayloadBody, Plant
 from sim.rigid import Frictionless, frictionless, inertias, torque_along
 from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before
@@ -40,6 +41,8 @@ NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0,
 """Stands for a payload that a motion does not carry, whatever it is: plants that differ in it alone are one."""
 TABLES_KEPT = 64
 """Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
+RATE = 100.0
+"""Samples a second; ten make the time that is too long at a limit [Hz]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,3 +212,26 @@ def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int) -> _Rubbing:
 def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
     """Torque of everything but friction [N m], shape (N, n); plants that differ in friction alone share it."""
     return torque_along(model, motion, states_of(motion, rate_hz).t)
+
+
+def check_torque_limits(experiments: Sequence[Experiment]) -> None:
+    """Check that no drive needs its largest current for long, on an arm without model errors.
+
+    Raises:
+        Saturated: At the first motion in which one does.
+        PlantError: If a plant cannot be compiled.
+    """
+    sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
+    for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
+        drives, robot = e.plant.drives, e.plant.robot
+        over = first_at_limit(v, drives.current_limit, RATE)
+        if over is None:
+            continue
+        joint, since = over
+        name = bare_arm(robot.model, drives.rotor_inertia, robot.flange).joint(joint).name
+        most, limit = float(abs(v[:, joint]).max()), drives.current_limit[joint]
+        raise Saturated(
+            f"{e.name}: drive of {name} would need up to {most:.4g} where its limit is {limit:g}, for more than "
+            f"{SATURATED_TOO_LONG:g} s from t = {since:.2f} s; "
+            + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion")
+        )

@@ -47,24 +47,13 @@ def record(
     Raises:
         SimulationError: The first run that could not be built, diverged, saturated or reached a limit.
     """
-    outcomes = try_record(experiments, streams, threads=threads, advanced=advanced)
-    recordings = [outcome for outcome in outcomes if isinstance(outcome, Recording)]
-    for outcome in outcomes:
+    found = sorted(each_record(experiments, streams, threads=threads, advanced=advanced), key=lambda each: each[0])
+    recordings = list[Recording]()
+    for _, outcome in found:
         if isinstance(outcome, SimulationError):
             raise outcome
+        recordings.append(outcome)
     return recordings
-
-
-def try_record(
-    experiments: Sequence[Experiment],
-    streams: Sequence[NoiseStreams],
-    *,
-    threads: int,
-    advanced: Advanced = no_progress,
-) -> list[Recording | SimulationError]:
-    """As `record`, but a run that fails is returned as its error and the others are kept."""
-    outcomes = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
-    return [outcomes[i] for i in range(len(experiments))]
 
 
 def each_record(
@@ -74,7 +63,7 @@ def each_record(
     threads: int,
     advanced: Advanced = no_progress,
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
-    """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all.
+    """As `record`, one outcome at a time with the number of its experiment: a run that fails is its error.
 
     Motions of a robot whose drives warm up follow one another, others run side by side: an experiment with `earlier`
     above 0 then stands right behind the one before it.

@@ -1,18 +1,11 @@
 """Robot files: a robot as TOML, every number with its origin and its source."""
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    NonNegativeFloat,
-    PositiveFloat,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, ValidationError, model_validator
 
 from ident.support.arrays import Array
 from ident.support.toml_files import read_toml
@@ -45,18 +38,10 @@ class FrictionTable(_Table):
     source: Source
 
 
-class LengthTable(_Table):
-    """The same of a number above 0.
-
-    Attributes:
-        value: The number.
-        origin: Where it comes from.
-        source: Who says so.
-    """
+class LengthTable(FrictionTable):
+    """The same of a number above 0."""
 
     value: PositiveFloat
-    origin: Origin
-    source: Source
 
 
 class JointsTable(_Table):
@@ -207,15 +192,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
         name=table.name,
         model=folder / table.model,
         flange=table.flange,
-        drives=DriveTruth(
-            gain=drives.gain.array(),
-            amplifier_offset=drives.amplifier_offset.array(),
-            rotor_inertia=drives.rotor_inertia.array(),
-            viscous_friction=drives.viscous_friction.array(),
-            coulomb_friction=drives.coulomb_friction.array(),
-            coulomb_asymmetry=drives.coulomb_asymmetry.array(),
-            current_limit=drives.current_limit.array(),
-        ),
+        drives=DriveTruth(**{field.name: getattr(drives, field.name).array() for field in fields(DriveTruth)}),
         max_velocity=drives.max_velocity.array(),
         max_acceleration=drives.max_acceleration.array(),
         home=table.home.array(),

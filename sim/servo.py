@@ -56,7 +56,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
     for error, effect in EFFECTS.items():
         if effect.varies(experiment.plant.errors):
             raise ControllerError(
-                f'{name}: controller.law = "native" leaves no time for a model error that acts in every control '
+                f'{name}: controller.law = "native" cannot simulate a model error that acts in every control '
                 f"period, as {error} does; {OTHERWISE}"
             )
     n = experiment.plant.robot.n

@@ -11,9 +11,9 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.compile import damping_constants, friction_constants, rotor_constants
+from sim.compile import drive_constants
 from sim.effects import EFFECTS, ModelErrors
-from sim.effects.effect import Build, ControlStep
+from sim.effects.effect import Build, ControlStep, each_drive
 from sim.effects.wrist_coupling import coupling_tendons
 from sim.plant import Plant
 
@@ -41,27 +41,6 @@ class Varied:
     warmth: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class State:
-    """B simulations at the start of a control period; arrays are (B, n), of the driven joints.
-
-    Attributes:
-        t: Time since the start of the motion [s].
-        q: Positions [rad].
-        dq: Speeds [rad/s].
-        v: Currents [drive units].
-        ddq: Accelerations in the last physics step [rad/s^2].
-        rubbing: Torque of dry friction in the last physics step [N m].
-    """
-
-    t: float
-    q: Array
-    dq: Array
-    v: Array
-    ddq: Array
-    rubbing: Array
-
-
 def varied(
     plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None
 ) -> Varied | None:
@@ -81,7 +60,7 @@ def varied(
 
 def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
     """What acts on a plant in a control period, constant friction where nothing varies; arguments as `varied`."""
-    constant, n = friction_constants(model), plant.robot.n
+    constant, n = drive_constants(model, "frictionloss"), plant.robot.n
     turns = np.eye(len(constant), n)
     for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
         row[[coupling.motor, coupling.turns_with]] = 1.0
@@ -89,8 +68,8 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
         errors=plant.errors,
         build=Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step),
         constant=constant,
-        damping=damping_constants(model),
-        inertia=rotor_constants(model),
+        damping=drive_constants(model, "damping"),
+        inertia=drive_constants(model, "armature"),
         turns=turns,
         warmth=np.zeros(n) if warmth is None else warmth,
     )
@@ -118,36 +97,38 @@ class Varying:
             np.stack([getattr(m, name) for m in members])
             for name in ("constant", "damping", "inertia", "turns", "warmth")
         )
-        self._drive = tuple(
-            np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
-            for name in ("gain", "amplifier_offset", "coulomb_asymmetry")
-        )
+        self._drive = each_drive(builds, "gain", "amplifier_offset", "coulomb_asymmetry")
         self._period = period
         self._written = [_friction_fields(model) for model in models]
         self._before: ControlStep | None = None
 
-    def torque(self, state: State) -> Array:
+    def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
         """Write the friction of a control period, and return the torque beside that of the drives.
 
         Args:
-            state: At its start.
+            t: Time since the start of the motion [s].
+            q: Positions of the driven joints at the start of the period [rad], shape (B, n).
+            dq: Their speeds [rad/s], shape (B, n).
+            v: Currents [drive units], shape (B, n).
+            ddq: Accelerations in the last physics step [rad/s^2], shape (B, n).
+            rubbing: Torque of dry friction in the last physics step [N m], shape (B, n).
 
         Returns:
             Torques [N m], shape (B, n).
         """
         step = ControlStep(
-            t=state.t,
+            t=t,
             period=self._period,
-            q=state.q,
-            dq=state.dq,
-            v=state.v,
+            q=q,
+            dq=dq,
+            v=v,
             constant=self._constant,
-            speed=(self._turns @ state.dq[:, :, None])[:, :, 0],
+            speed=(self._turns @ dq[:, :, None])[:, :, 0],
             friction=self._constant.copy(),
             damping=self._damping.copy(),
-            torque=np.zeros_like(state.dq),
+            torque=np.zeros_like(dq),
             turns=self._turns,
-            transmitted=self._transmitted(state),
+            transmitted=self._transmitted(ddq, rubbing),
             warmth=self.warmth,
         )
         for add in self._terms:
@@ -158,14 +139,14 @@ class Varying:
                 joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
         return step.torque
 
-    def _transmitted(self, state: State) -> Array:
+    def _transmitted(self, ddq: Array, rubbing: Array) -> Array:
         """What links took over in the period before: drives and friction less what sped up the rotors."""
         before = self._before
         if before is None:
-            return np.zeros_like(state.dq)
+            return np.zeros_like(ddq)
         gain, offset, asymmetry = self._drive
-        spun = self._inertia * (self._turns @ state.ddq[:, :, None])[:, :, 0] + before.damping * before.speed
-        motors = gain * (before.v - offset) - asymmetry + before.torque + state.rubbing
+        spun = self._inertia * (self._turns @ ddq[:, :, None])[:, :, 0] + before.damping * before.speed
+        motors = gain * (before.v - offset) - asymmetry + before.torque + rubbing
         return motors - (self._turns.transpose(0, 2, 1) @ spun[:, :, None])[:, :, 0]
 
 

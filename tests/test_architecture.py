@@ -1,6 +1,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 from places import ROOT
@@ -24,6 +25,7 @@ OURS = set(ALLOWED)
 FILES = [path for package in ALLOWED for path in sorted((ROOT / package).rglob("*.py"))]
 
 
+@cache
 def imported(path) -> set[str]:
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from one_process import Outcome
 from places import ROOT
 from quick import quick_scenario
 from recipes import (
     PACKAGES,
     RECIPES,
-    Outcome,
     copy_of_packages,
     follow,
     patched,
@@ -34,8 +34,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios import load
 from scenarios.cli import main
-from scenarios.experiments.run import Run
-from scenarios.experiments.simulated import as_identified
+from scenarios.experiments.run import Run, as_identified
 from scenarios.results.run_folder import save_run
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])

@@ -15,7 +15,7 @@ def test_a_page_of_measurements_begins_with_what_its_tables_say(name):
     assert text.splitlines()[2].startswith("**")
 
 
-PAGE = """# What a designed weight shows
+PAGE = """# What a designed payload identifies
 
 Written by a script.
 
@@ -29,7 +29,7 @@ Written by a script.
 
 def test_a_result_is_read_from_the_table_and_replaces_the_one_before():
     once = OPENING["opened"]("payloads.md", PAGE)
-    said = "**A designed weight shows every joint in 2 of 3 scenarios, their own payloads in 1.**"
+    said = "**A designed payload identifies every joint in 2 of 3 scenarios, their own payloads in 1.**"
     assert once == PAGE.replace("\n\nWritten", f"\n\n{said}\n\nWritten", 1)
     other = OPENING["opened"]("payloads.md", once.replace("4 after", "5 after"))
     assert other.splitlines()[2] == said.replace("2 of 3", "3 of 3")

@@ -21,7 +21,8 @@ COVER = "MUTANTS_COVER"
 CONTEXT = "MUTANTS_CONTEXT"
 """The test that is running, for the processes it starts."""
 MEMORY = 16 << 30
-"""Address space of a process [bytes]: a mutant must not take the machine with it."""
+"""What a process may write to [bytes]: a mutant must not take the machine with it. Address space that is only reserved
+does not count: the JavaScript engine that draws plots reserves more than any machine has."""
 TOO_LONG = 99
 """Exit status of a test that passed its limit."""
 
@@ -111,7 +112,7 @@ class Contexts:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, resource.getrlimit(resource.RLIMIT_DATA)[1]))
     config.pluginmanager.register(Plan(os.environ[PLAN]))
     if COVER in os.environ:
         config.pluginmanager.register(Contexts(os.environ[COVER]))

@@ -2,7 +2,7 @@
 
 Nothing in them has newtons, so that one gain is free; links that joints share tie the others to it. With one gain of
 scale 1 the model of all joints at once gives log |g_j| - log |g_r| of every joint j beside a joint r, and all else in
-the unit of g_r. With gains that are known, all of it is in SI.
+the unit of g_r. With gains that are known, all of it is in SI; ratios are held against those that are believed.
 """
 
 from collections.abc import Sequence
@@ -12,13 +12,10 @@ import numpy as np
 
 from ident.arm_parameters.parameter_values import Parameter, friction_values, inertial_values
 from ident.estimation.all_joints.columns import joint_columns, shared_parameters
-from ident.estimation.all_joints.friction import own_columns
-from ident.estimation.all_joints.reduction import reduced_joint
 from ident.estimation.all_joints.selection import Selected
-from ident.estimation.all_joints.solution import GivenGain, setting
-from ident.estimation.all_joints.start import friction_z
-from ident.estimation.estimators.nls import AllJointsOptions, chosen_model
-from ident.estimation.fixed_gains import held
+from ident.estimation.all_joints.solution import GivenGain
+from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
+from ident.estimation.fixed_gains import braked_gain, held
 from ident.estimation.identifiability import ratio_refusal
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
@@ -82,7 +79,8 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     Raises:
         NotIdentifiable: If no two joints share anything that shows.
     """
-    braked = _braked(problem, options)
+    columns = joint_columns(problem, shared_parameters(problem))
+    braked = braked_gain(columns, per_motion=options.friction_per_motion)
     selected = _fitted(problem, options, [braked])
     best = _surest(_log_covariance(problem, selected), problem.options.max_rel_std)
     if best != braked.joint:  # in units of the reference itself, deviations of all else need no ratio
@@ -147,19 +145,8 @@ def _check_size(ratios: GainRatios) -> None:
             )
 
 
-def _braked(problem: Problem, options: AllJointsOptions) -> GivenGain:
-    """A gain of scale 1 for the joint whose friction shows surest, with the sign by which friction brakes."""
-    z = list[float]()
-    for each in joint_columns(problem, shared_parameters(problem)):
-        own = own_columns(each, {}, per_motion=options.friction_per_motion)
-        z.append(friction_z(reduced_joint(each, own), own.names))
-    surest = int(np.argmax(np.abs(z)))
-    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
-
-
 def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Selected:
-    per_motion, prior_std = options.friction_per_motion, options.prior_std
-    return chosen_model(setting(problem, per_motion=per_motion, prior_std=prior_std, given=given), options)
+    return chosen_model(setting_of(problem, options, given), options)
 
 
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
@@ -181,3 +168,39 @@ def _surest(C: Array, most: float) -> int:
 def _beside(C: Array) -> Array:
     """Deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
     return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RatioDiscrepancy:
+    """A gain beside what another joint says of it, against gains believed beforehand.
+
+    Attributes:
+        joint: The joint, from 0.
+        rel: (g_j / g_r) here over that of the gains believed, less 1.
+        std: Standard deviation of `rel`, that of the gains believed included: as `rel`, a share of what is believed.
+    """
+
+    joint: int
+    rel: float
+    std: float
+
+
+def ratio_discrepancies(ratios: GainRatios, believed: KnownGains) -> tuple[RatioDiscrepancy, ...]:
+    """Ratios of gains against those of gains believed beforehand; none if the reference has no such gain.
+
+    Args:
+        ratios: From bare motions.
+        believed: Gains of the same arm, as from data sheets.
+    """
+    at = {int(joint): k for k, joint in enumerate(believed.joints)}
+    if ratios.reference not in at:
+        return ()
+    r, C = at[ratios.reference], believed.log_covariance
+    found = list[RatioDiscrepancy]()
+    for joint, k in at.items():
+        if joint != ratios.reference and ratios.given[joint]:
+            share = float(ratios.value[joint] / (believed.value[k] / believed.value[r]))
+            spread = float(C[k, k] + C[r, r] - 2.0 * C[k, r])
+            std = abs(share) * float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
+            found.append(RatioDiscrepancy(joint=joint, rel=share - 1.0, std=std))
+    return tuple(found)

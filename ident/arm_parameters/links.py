@@ -18,8 +18,7 @@ import numpy as np
 from ident.arm_parameters.parameter_values import Parameter
 from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
 from ident.model.base import BaseParameters
-from ident.model.parameters import INERTIAL, STANDARD
-from ident.model.pseudo_inertia import pseudo_inertia
+from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NoBody
 
@@ -124,8 +123,8 @@ def _check_bodies(nominal: ModelLinks) -> None:
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
             raise NoBody(
                 f"link {j + 1} of the model is not physically consistent (its mass is {chi[MASS]:.3g} kg, "
-                "or its moments of inertia cannot be those of any); it cannot be the prior of links "
-                "without data; correct the model"
+                "or its moments of inertia are impossible); it cannot serve as prior for "
+                "links without data; correct the model"
             )
 
 

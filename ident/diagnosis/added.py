@@ -57,21 +57,16 @@ class _Felt:
     held_residual: Array
 
 
-def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
-    """Add columns to the model of all joints.
+def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
+    """What each of many sets of columns adds to the model of all joints, alone beside it.
 
     Args:
         fits: The model.
-        columns: Of each part of the fits, shape (r, m), None where they are zero.
+        choices: Of each set and each part of the fits, columns of shape (r, m), None where they are zero.
 
     Returns:
-        None if the model knows all that the columns say.
+        Of each set, None if the model knows all that its columns say.
     """
-    return each_added(fits, [columns])[0]
-
-
-def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
-    """As `added`, of many sets of columns, each of them alone beside the model."""
     found: list[Added | None] = [None] * len(choices)
     sigma = fits.sigma
     for piece in _pieces(fits, choices):

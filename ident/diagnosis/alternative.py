@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import Hypothesis
+from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
 SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}

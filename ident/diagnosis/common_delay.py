@@ -5,7 +5,7 @@ import numpy as np
 from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.engine import Fault, faults, survey
-from ident.diagnosis.exclusions import bound
+from ident.diagnosis.exclusions import bounds
 from ident.diagnosis.logs import Logs
 
 NAME = "delay"
@@ -28,7 +28,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
     if first is not None:
         return _believed(first, logs)
     own = [each for each in seen.directions if each.family == NAME and _is_common(each.joints, each.logs, logs)]
-    limits = [size for each in own if (size := bound(seen.logs.model.fits, each)) is not None]
+    limits = [size for size in bounds(seen.logs.model.fits, own) if size is not None]
     shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
     return 0.0, _delay_diagnosis(f"no delay of the currents detected; {shown}", Severity.GOOD)
 

@@ -9,22 +9,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import Score, gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
-from ident.diagnosis.estimate_model import Stated, stated
+from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
 from ident.diagnosis.exclusions import centres_excluded, exclusions, indistinguishable, indistinguishable_together
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
@@ -81,7 +79,7 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     if not _linear(estimate):
         return Diagnosed()
     fit = reference(logs.problem)
-    small = directions(fit, logs, tuple(FAMILIES.values()))
+    small = directions(fit, logs)
     base = stated(problem, estimate)
     return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
 
@@ -236,7 +234,7 @@ def _of_mended(last: Fault, reestimate: Estimate | None, names: Sequence[str]) -
     except IdentificationError:
         return
     if mended is not None and _linear(mended):
-        small = directions(reference(read.problem), read, tuple(FAMILIES.values()))
+        small = directions(reference(read.problem), read)
         stiff = mended.solution.stiff
         yield from lacks_of(stated(read.problem, mended), small, names, read.model, reestimate, stiff=stiff)
 

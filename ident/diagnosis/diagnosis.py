@@ -1,6 +1,6 @@
 """What is said of logs: one line of one kind, whatever was looked at and whichever command asked."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -51,7 +51,7 @@ class Diagnosis:
 
     Attributes:
         name: What was looked at, as `clipping`, `zero` or `delay`.
-        severity: How it is to be taken.
+        severity: Good, weak (a warning) or wrong.
         sentence: What was found, in words and numbers.
         cause: The same without what it does to the gains, None where that is nothing.
         advice: What to do, None where nothing is.
@@ -125,8 +125,8 @@ class Diagnosed:
 
     @property
     def severity(self) -> Severity:
-        """The worst of all."""
-        return worst(self.diagnoses)
+        """The worst of all, good where there is no diagnosis."""
+        return max((each.severity for each in self.diagnoses), key=tuple(Severity).index, default=Severity.GOOD)
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:
@@ -137,12 +137,6 @@ class Diagnosed:
     def reported(self) -> tuple[Diagnosis, ...]:
         """The findings, and what was asked for."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD or each.asked)
-
-
-def worst(diagnoses: Sequence[Diagnosis]) -> Severity:
-    """The worst severity, good where there is no diagnosis."""
-    order = tuple(Severity)
-    return max((each.severity for each in diagnoses), key=order.index, default=Severity.GOOD)
 
 
 def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:

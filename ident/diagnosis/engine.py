@@ -3,12 +3,12 @@
 Terms that a model may lack compete with faults, so that a fault is never accused of what a term explains.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnosis.added import Added, added, each_added
+from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.candidates import SHOWN, Compared, Small, likeliest
 from ident.diagnosis.catalog import FAMILIES, Family
@@ -77,16 +77,16 @@ class Survey:
     gross: tuple[Screened, ...]
 
 
-def survey(logs: Logs, families: Sequence[Family] = tuple(FAMILIES.values())) -> Survey:
+def survey(logs: Logs) -> Survey:
     """Look at logs beside all alternatives."""
     fit = reference(logs.problem)
-    small_ones = tuple(directions(fit, logs, families))
+    small_ones = tuple(directions(fit, logs))
     small = smalls(logs, small_ones)
-    gross = screened(logs, [each for family in families for each in family.alternatives(logs)])
+    gross = screened(logs, [each for family in FAMILIES.values() for each in family.alternatives(logs)])
     return Survey(logs, fit, small_ones, small, tuple(gross))
 
 
-def directions(fit: Reference | None, logs: Logs, families: Sequence[Family]) -> list[Direction]:
+def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES.values()) -> list[Direction]:
     """Of all families; none where there is no fit to take them from."""
     if fit is None:
         return []
@@ -100,21 +100,15 @@ def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 
-def faults(first: Survey, families: Sequence[Family] = tuple(FAMILIES.values())) -> Iterator[Fault]:
-    """Faults and terms, the one that explains most first, each found beside those before it.
-
-    Args:
-        first: Of the logs as they are.
-        families: Whose alternatives compete.
-    """
-    seen = first
+def faults(seen: Survey) -> Iterator[Fault]:
+    """Faults and terms of logs as they are, the one that explains most first, each found beside those before it."""
     for _ in range(MOST):
         found = _best(seen)
         if found is None:
             return
         yield found
         if isinstance(found.found, Compared):
-            seen = survey(found.found.read, families)
+            seen = survey(found.found.read)
         else:
             seen = _with_term(seen, found.found.direction)
 
@@ -181,7 +175,7 @@ def _change(found: Compared) -> Added | None:
     fit = reference(found.read.problem)
     own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
     of_it = [each for each in directions(fit, found.read, own) if each.key == found.alternative.key]
-    return added(found.read.model.fits, of_it[0].columns) if of_it else None
+    return each_added(found.read.model.fits, [of_it[0].columns])[0] if of_it else None
 
 
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:

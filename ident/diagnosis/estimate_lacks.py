@@ -13,8 +13,7 @@ from ident.diagnosis.catalog import payload
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.effects import Estimate, between, consequence, severity_of
-from ident.diagnosis.estimate_model import Stated, stated
+from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
 from ident.diagnosis.free_model import FreeModel
 from ident.estimation.estimate import GainSolution
 from ident.estimation.problem import Problem

@@ -1,20 +1,20 @@
 """An estimate as the model that it is: what all joints together, and the payload as stated, leave of the currents.
 
 The rows, weights and explained columns of the estimate predict each block of time from the others. Directions that the
-free model of the logs cannot show, as the payload's centre, are compared here, and what each would do to the gains
-follows from the influence of each row:
+free model of the logs cannot show, as the payload's centre, are compared here. What each would do to the gains follows
+from the influence of each row, and that of gross faults from another estimate; severity follows from it:
 
     error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ident.diagnosis.added import UNSEEN, Added, each_added
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.comparison import (
     BLOCKS,
     Fits,
@@ -26,15 +26,21 @@ from ident.diagnosis.comparison import (
     held_out_beside,
     numbered_blocks,
 )
-from ident.diagnosis.diagnosis import Effect
+from ident.diagnosis.diagnosis import Effect, Severity
 from ident.diagnosis.free_model import row_counts
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.problem import Problem
-from ident.numerics.column_space import column_space
+from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
 
 FINEST = 1e-3
 """Relative deviation that effects are held against at least: without noise anything would spoil every gain."""
+Estimate = Callable[[Problem], GainEstimate]
+"""How gains are found from a problem."""
+NAMED = 2
+"""Joints whose effects a sentence names; of more, the worst."""
+NO_RESULT = 10.0
+"""Relative error of a gain beyond which it is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +81,8 @@ class Stated:
         """Columns of each joint's rows as the estimate has them, (R, m)."""
         rows = self.solution.rows
         width = next(each.shape[1] for each in columns if each is not None)
-        return np.vstack(
-            [each if (each := columns[j]) is not None else np.zeros((_count(rows.of(j)), width)) for j in rows.unknowns]
-        )
+        parts = ((columns[j], rows.V[rows.of(j)]) for j in rows.unknowns)
+        return np.vstack([np.zeros((len(V), width)) if each is None else each for each, V in parts])
 
     def weighted(self, direction: Direction) -> Direction:
         """A direction by the rows of the estimate's fit, which is one part."""
@@ -162,5 +167,40 @@ def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
     return max(total / abs(gain.value), FINEST)
 
 
-def _count(part: slice) -> int:
-    return part.stop - part.start
+def severity_of(effects: Sequence[Effect]) -> Severity:
+    """By the largest effect."""
+    if any(each.spoils for each in effects):
+        return Severity.WRONG
+    known = any(each.deviations is not None for each in effects)
+    return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
+
+
+def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
+    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it.
+
+    It counts in the smaller of both claims: what a fault adds to the residual is part of the damage.
+    """
+    for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
+        if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
+            share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
+            yield Effect(joint=j, percent=100.0 * share, deviations=share / min(claimed(mine), claimed(theirs)))
+        elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
+            yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
+
+
+def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+    """How much gains, their ratios or currents are off, in words."""
+    if not effects:
+        return ""
+    worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
+    if worst.deviations is None:
+        return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
+    if abs(worst.percent) >= 100.0 * NO_RESULT:
+        return f"; the gain of joint {worst.joint + 1} is invalid"
+    listed = [each for each in effects if each.matters]
+    if not listed:
+        return "; no gain changes noticeably"
+    rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
+    listed = listed if not rest else [worst]
+    more = ", ".join(f"joint {each.joint + 1} {two_digits(each.percent, sign='+')} %" for each in listed)
+    return f"; {what} are off: {more}{rest}"

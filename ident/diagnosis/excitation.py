@@ -60,7 +60,7 @@ def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptio
         name="excitation",
         severity=Severity.WEAK if unseen else Severity.GOOD,
         sentence=f"predicted standard deviations of the gains, joint by joint: {words} %",
-        advice=f"for joint {listed}, mount the payload beside the flange, or a heavier one" if unseen else None,
+        advice=f"for joint {listed}, mount the payload farther from its axis, or a heavier one" if unseen else None,
         joints=tuple(unseen),
         logs=(log,),
     )

@@ -54,13 +54,8 @@ NAMED = 2
 """Alternatives that a sentence names."""
 
 
-def bound(fits: Fits, direction: Direction) -> float | None:
-    """Size beyond which a direction of one parameter is excluded either way; None if it is not."""
-    return bounds(fits, [direction])[0]
-
-
 def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
-    """The same of each of many directions."""
+    """Size beyond which each direction, of one parameter, is excluded either way; None if it is not."""
     score, count = fits.score, len(directions)
     cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part in enumerate(fits.parts):
@@ -188,9 +183,8 @@ def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
 
 def _of_every_log(seen: Survey) -> list[Alternative]:
     """What all logs may mean instead, for all that they say."""
-    every = tuple(range(len(seen.logs.recordings)))
     open_ones = (each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE)
-    return [each for each in open_ones if each.logs == every]
+    return [each for each in open_ones if each.logs == seen.logs.every]
 
 
 def _loss(each: Screened) -> float:

@@ -11,13 +11,11 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.all_joints.friction import own_columns
-from ident.estimation.all_joints.reduction import reduced_joint
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
-from ident.estimation.all_joints.start import friction_z
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import TermColumns, torque_terms
 from ident.estimation.all_joints.torques import Torques
+from ident.estimation.fixed_gains import braked_gain
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.displacement import States
@@ -202,21 +200,11 @@ def reference(problem: Problem) -> Reference | None:
     unknown = _unknown(problem)
     try:
         ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(0, 1.0)])
-        ready = replace(ready, given=(_braked(ready),))
+        ready = replace(ready, given=(braked_gain(ready.columns, per_motion=True),))
         fitted = fit_with(ready, [{} for _ in range(ready.n)], (), None)
     except IdentificationError:
         return None
     return Reference(unknown, ready, fitted)
-
-
-def _braked(ready: Setting) -> GivenGain:
-    """A gain of size 1 for the joint whose friction shows surest, with the sign by which it brakes."""
-    z = list[float]()
-    for each in ready.columns:
-        own = own_columns(each, {}, per_motion=True)
-        z.append(friction_z(reduced_joint(each, own), own.names))
-    surest = int(np.argmax(np.abs(z)))
-    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
 
 
 def _unknown(problem: Problem) -> Problem:

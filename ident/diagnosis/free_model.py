@@ -33,16 +33,6 @@ class FreeModel:
     rows: tuple[JointRows, ...]
     fits: Fits
 
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.rows)
-
-    @property
-    def logs(self) -> int:
-        """Number of logs."""
-        return len(self.problem.motions)
-
 
 def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeModel:
     """Fit every joint of a problem freely.

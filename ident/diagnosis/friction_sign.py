@@ -15,7 +15,7 @@ from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.max_of_classical_and_hac import max_of_classical_and_hac
+from ident.estimation.uncertainty.larger import max_of_classical_and_hac
 from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9

@@ -1,13 +1,19 @@
-"""What gains themselves give to doubt: another sign than friction, far from the others, badly explained currents."""
+"""What gains themselves give to doubt: another sign than friction, far from the others, badly explained currents.
+
+The default standard deviation accounts for autocorrelated residuals. They are worth a word where they make it much
+larger than that of white residuals (eq. 20): a better model would then tell more than a longer motion.
+"""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnosis.autocorrelation import autocorrelation
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty.classical import classical
+from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 
 FAR = 100.0
 """Factor from the median of the other gains from which a unit is suspected; joints of one arm differ by 30."""
@@ -15,6 +21,10 @@ SURE_LOAD_Z = 10.0
 """Standard deviations of 1/g from zero above which the sign of the load is trusted; every identified gain has them."""
 UNEXPLAINED = 0.15
 """Share of a joint's current above which its residual is worth a word."""
+MUCH = 2.0
+"""Ratio of standard deviations from which on it is said; the largest of six reaches 1.8 on residuals that are white."""
+UNAWARE = "classical"
+"""Uncertainty that takes residuals as white."""
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
@@ -99,3 +109,41 @@ def _unexplained(estimate: GainEstimate) -> Iterator[Diagnosis]:
                 value=100.0 * share,
                 unit="%",
             )
+
+
+def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
+    """How much larger the standard deviation of a gain is than for white residuals; None where there is no gain."""
+    solution, options = estimate.solution, estimate.options
+    place = {int(j): k for k, j in enumerate(solution.joints)}
+    known = [j for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
+    if not known:
+        return None
+    plain = np.diag(classical(solution.rows, solution.influence, options.serial_s))
+    claimed = np.diag(estimate.covariance)
+    if options.uncertainty == UNAWARE:
+        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence, options.serial_s))
+    ratio = np.sqrt(np.divide(claimed, plain, out=np.ones(len(plain)), where=plain > 0.0))
+    worst = max(known, key=lambda j: ratio[place[j]])
+    size = float(ratio[place[worst]])
+    lag = lag_one(solution.rows, worst)
+    accounted = "would be" if options.uncertainty == UNAWARE else "is"
+    return Diagnosis(
+        name="autocorrelation",
+        severity=Severity.WEAK if size > MUCH else Severity.GOOD,
+        sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:.2f}); the standard deviation that "
+        f"accounts for it {accounted} {size:.2g} times that of white residuals",
+        advice="refine the model" if size > MUCH else None,
+        joints=(worst,),
+        value=size,
+        unit="times",
+    )
+
+
+def lag_one(rows: Rows, joint: int) -> float:
+    """Correlation of a joint's residual with that of the next row."""
+    at = np.flatnonzero(rows.joint == joint)
+    follows = (np.diff(rows.motion[at]) == 0) & (np.diff(rows.position[at]) == 1)
+    residual = rows.residual[at]
+    here, there = residual[:-1][follows], residual[1:][follows]
+    size = float(np.linalg.norm(here) * np.linalg.norm(there))
+    return float(here @ there) / size if size > 0.0 else 0.0

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import LogHypothesis
+from ident.diagnosis.logs import LogHypothesis
 from ident.model.arm import Arm
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, readonly

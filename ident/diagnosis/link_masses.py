@@ -18,7 +18,7 @@ from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
-from ident.numerics.column_space import column_space
+from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
 from ident.support.naming import joint_list
 

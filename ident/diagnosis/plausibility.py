@@ -10,10 +10,13 @@ from itertools import combinations
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, RefusedGain
+from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
+from ident.estimation.problem import Problem
 from ident.model.arm import Arm
+from ident.recordings.copies import share_samples
 from ident.recordings.recording import NO_JOINT, Recording
-from ident.support.errors import NotIdentifiable, RecordingError
+from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
 LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
@@ -62,15 +65,15 @@ def check_positions(arm: Arm, recording: Recording) -> None:
 
 
 def check_different(recordings: Sequence[Recording]) -> None:
-    """Refuse one recording given for two motions: its rows would count twice.
+    """Refuse one recording given for two motions, whole or in part: its rows would count twice.
 
     Raises:
         NotIdentifiable: If two hold the same samples.
     """
     for first, second in combinations(recordings, 2):
-        if first.v.shape == second.v.shape and np.array_equal(first.v, second.v):
+        if share_samples(first, second):
             raise NotIdentifiable(
-                f"{first.name} and {second.name} hold the same motion; record one with the payload mounted"
+                f"{first.name} and {second.name} hold the same motion, whole or in part; record each motion anew"
             )
 
 
@@ -103,6 +106,27 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     check_swapped(estimate)
 
 
+def cause_of(error: IdentificationError, problem: Problem) -> IdentificationError:
+    """Why nothing was found: files that are swapped, as the linear method tells where another does not converge.
+
+    Args:
+        error: Why, as the method says.
+        problem: Of which it found nothing.
+
+    Returns:
+        What is wrong, the same error where nothing else is.
+    """
+    try:
+        estimate = joint_by_joint_gains(problem, JointByJointOptions())
+    except IdentificationError:
+        return error
+    try:
+        check_swapped(estimate)
+    except NotIdentifiable as swapped:
+        return swapped
+    return error
+
+
 def check_swapped(estimate: GainEstimate) -> None:
     """Refuse an estimate with gains, all of whose loads are negative: the two files are swapped.
 
@@ -133,9 +157,9 @@ def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
         shares: Norm of the prediction's error over that of the currents, by joint from 0.
     """
     return tuple(
-        f"joint {joint + 1} is predicted within {100.0 * share:.0f} % of its current only, good recordings "
-        "within 10 %: the model does not hold and the results of this joint are invalid; check coupling (--coupling), "
-        "friction, sign, column and base"
+        f"joint {joint + 1}: the current is predicted with an error of {100.0 * share:.0f} % (good recordings: "
+        "up to 10 %), so the model does not hold and the results of this joint are invalid; check coupling "
+        "(--coupling), friction, sign, column and base"
         for joint, share in shares.items()
         if share > LARGE_RESIDUAL
     )

@@ -12,8 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative
-from ident.diagnosis.hypothesis import Hypothesis, LogHypothesis, as_logged
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.logs import Hypothesis, LogHypothesis, Logs
 from ident.diagnosis.subsampled_states import SubsampledStates, subsampled_states
 from ident.model.arm import Arm
 from ident.model.base import independent_columns
@@ -86,9 +85,8 @@ State = tuple[int, bytes, bytes]
 
 def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
-    given = as_logged(logs.structure.arm, len(logs.recordings))
     at = looked_at(logs)
-    left, freedom = unexplained(logs, [given, *(each.hypothesis for each in alternatives)], at)
+    left, freedom = unexplained(logs, [logs.given, *(each.hypothesis for each in alternatives)], at)
     rms = [np.mean(each.v**2, axis=0) for each in at]
     noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
     known = np.isfinite(left[0]) & np.isfinite(left[1:])
@@ -288,18 +286,18 @@ def _joined(parts: Sequence[_Normal]) -> _Normal:
 
 def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
     """Columns of each log and joint: the arm's own are common, friction and payload are a later log's own."""
-    unknowns = _unknowns(logs.structure, upright=upright)
+    of_arm, of_payload = _unknowns(logs.structure, upright=upright)
     motions = logs.problem.motions
     found = list[list[_Columns]]()
-    ends = [len(each) for each in unknowns.arm]
+    ends = [len(each) for each in of_arm]
     for k, motion in enumerate(motions):
         own = list[_Columns]()
-        for j, arm in enumerate(unknowns.arm):
+        for j, arm in enumerate(of_arm):
             more = [np.zeros(0, dtype=np.intp)]
             if k > 0:
                 more.append(len(STANDARD) * j + DRIFTING)
                 if motion.payload is not motions[0].payload:
-                    more.append(unknowns.payload[j])
+                    more.append(of_payload[j])
             again = np.concatenate(more)
             first, last = slice(0, len(arm)), slice(len(arm), len(arm) + len(again))
             runs = ((first, first), (last, slice(ends[j], ends[j] + len(again))))
@@ -309,16 +307,8 @@ def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
     return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Unknowns:
-    """Columns of the standard regressor that are solved for on each joint: of the arm, and of a payload."""
-
-    arm: tuple[Indices, ...]
-    payload: tuple[Indices, ...]
-
-
 @lru_cache(maxsize=8)
-def _unknowns(structure: Structure, *, upright: bool) -> _Unknowns:
+def _unknowns(structure: Structure, *, upright: bool) -> tuple[tuple[Indices, ...], tuple[Indices, ...]]:
     """Base columns of each joint alone, and those of the payload that it can tell apart, under any gravity if not its.
 
     What no torque shows under gravity along no axis, none shows under any.
@@ -326,9 +316,5 @@ def _unknowns(structure: Structure, *, upright: bool) -> _Unknowns:
     if not upright and structure.arm.gravity.any():
         structure = structure_of(replace(structure.arm, gravity=ASLANT))
     ten = np.arange(len(structure.payload_columns))
-    return _Unknowns(
-        arm=tuple(structure.base.columns[chosen] for chosen in structure.joint_independent),
-        payload=tuple(
-            structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
-        ),
-    )
+    payload = (structure.payload_columns[independent_columns(each, [ten])] for each in structure.payload_probes)
+    return tuple(structure.base.columns[chosen] for chosen in structure.joint_independent), tuple(payload)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.numerics.signals import delayed, edge_samples, low_passed
-from ident.observation.filtered import filtered_motion
+from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, Mask

@@ -31,29 +31,6 @@ class IdentifiedGain:
     model_rel_std: float
     predicted_rel_std: float
 
-    @classmethod
-    def of(
-        cls, solution: "GainSolution", k: int, *, joint: str, covariance: Array, predicted_rel_std: float
-    ) -> "IdentifiedGain":
-        """The gain of a solution's joint.
-
-        Args:
-            solution: Of k joints.
-            k: Place of the joint among them.
-            joint: Its name.
-            covariance: Of the values 1/g, from the residuals, shape (k, k).
-            predicted_rel_std: To expect of data like these.
-        """
-        gain = 1.0 / float(solution.inverse[k])
-        return cls(
-            joint=joint,
-            value=gain,
-            residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
-            payload_rel_std=float(solution.payload_rel_std[k]),
-            model_rel_std=float(solution.model_rel_std[k]),
-            predicted_rel_std=predicted_rel_std,
-        )
-
     @property
     def payload_std(self) -> float:
         """Standard deviation from the payload's own uncertainty [N m / drive unit]."""

@@ -16,12 +16,12 @@ class GainOptions:
     """How sure a gain has to be, and how its uncertainty is found.
 
     Attributes:
-        max_rel_std: Largest predicted relative standard deviation of a gain.
+        max_rel_std: Largest predicted relative standard deviation of a gain that is not refused.
         noise_floor: Residual that any real drive has, as a share of the joint's rms current. A prediction never
             assumes less, so that a simulation without noise does not make a joint look identifiable.
-        serial_s: Time after which residuals are taken as unrelated [s].
+        serial_s: Time lag beyond which residuals are taken as uncorrelated [s].
         rank_tol: Smallest relative singular value of the scaled observation matrix.
-        uncertainty: How the covariance is found.
+        uncertainty: Method that estimates the covariance.
     """
 
     max_rel_std: Annotated[float, Interval(gt=0.0, le=1e6)] = 0.1

@@ -43,7 +43,15 @@ def judge_identifiability(
         if reason is not None:
             joints[j] = RefusedGain(joint=name, reason=reason, predicted_rel_std=expected)
         else:
-            joints[j] = IdentifiedGain.of(solution, k, joint=name, covariance=covariance, predicted_rel_std=expected)
+            gain = 1.0 / float(solution.inverse[k])
+            joints[j] = IdentifiedGain(
+                joint=name,
+                value=gain,
+                residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
+                payload_rel_std=float(shares[1][k]),
+                model_rel_std=float(shares[2][k]),
+                predicted_rel_std=expected,
+            )
     return GainEstimate(
         method=method,
         joints=tuple(joints[j] for j in sorted(joints)),

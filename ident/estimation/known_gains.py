@@ -86,6 +86,21 @@ class KnownGains:
             raise GainsError("gains: no joint has a gain; every one is refused")
 
 
+def check_signs(gains: KnownGains, other: KnownGains) -> None:
+    """Check that others have the sign that each gain has, which currents tell as friction brakes.
+
+    Raises:
+        GainsError: Naming the joint.
+    """
+    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
+    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
+        if stated.get(joint, value) * value < 0.0:
+            raise GainsError(
+                f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
+                "one sign, that of torque over current"
+            )
+
+
 def same_joint(number: int, one: str, other: str) -> bool:
     """Whether two names may be of one joint; one whose name is its number, from 1, has none."""
     return one == other or str(number) in (one, other)

@@ -56,10 +56,10 @@ class BaseParameters:
             chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(values))]] = values
         return chi
 
-    def groups(self, tol: float = 1e-9) -> dict[str, dict[str, float]]:
+    def groups(self) -> dict[str, dict[str, float]]:
         """Each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
         return {
-            base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > tol}
+            base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > 1e-9}
             for base, row in zip(self.names, self.regrouping, strict=True)
         }
 

@@ -17,8 +17,7 @@ import numpy as np
 from ident.model.arm import Arm
 from ident.model.inverse_dynamics import drive_torques
 from ident.model.link_motion import joint_rotation, lever, rotation_terms
-from ident.model.parameters import INERTIAL, STANDARD, labels
-from ident.model.pseudo_inertia import pseudo_inertia
+from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
 from ident.support.arrays import Array
 
 BLOCK = 1024
@@ -137,11 +136,6 @@ class Dynamics:
         change += drive_torques(arm, linear, each, none).T * further.dq[:, None]
         change += drive_torques(arm, linear, none, each).T * further.ddq[:, None]
         return change
-
-
-def displaced_torques(arm: Arm, chi: Array, states: States, further: States) -> Array:
-    """As `Dynamics.displaced`, of an arm and a motion that nothing else is asked of, shape (N, n, n)."""
-    return Dynamics.of(Kinematics.of(arm, states), chi).displaced(further)
 
 
 def _moving(arm: Arm, q: Array, dq: Array, ddq: Array) -> _Moving:

@@ -2,10 +2,14 @@
 
 Joint and link j carry fourteen: the inertia matrix at the origin of frame j, the first moment, the
 mass, the rotor inertia, and the friction and offset of the drive. Every regressor column, estimate
-and label in this package follows this order.
+and label in this package follows this order. The inertial ones are those of a body if its pseudo-inertia is positive.
 """
 
 from collections.abc import Sequence
+
+import numpy as np
+
+from ident.support.arrays import Array
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 DRIVE = ("Ia", "Fv", "Fc", "off")
@@ -51,3 +55,19 @@ def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[st
     """
     joints = tuple(f"{name}{j + 1}" for j in range(n_joints) for name in STANDARD)
     return joints + tuple(f"{name}{second + 1}" for _, second in couplings for name in COUPLING)
+
+
+def pseudo_inertia(chi: Array) -> Array:
+    """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
+
+    Args:
+        chi: Standard parameters in the order of `INERTIAL`, shape (10,).
+    """
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = chi[:6]
+    J = J + np.triu(J, 1).T
+    P = np.empty((4, 4))
+    P[:3, :3] = 0.5 * np.trace(J) * np.eye(3) - J
+    P[:3, 3] = P[3, :3] = chi[6:9]
+    P[3, 3] = chi[9]
+    return P

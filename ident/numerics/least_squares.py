@@ -1,15 +1,17 @@
-"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22)."""
+"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22), and what columns span."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import NotExcited, TooFewRows
 
 DEPENDENT = 1e-9
 """Relative singular value of unit columns under which one group of rows does not see a combination of them."""
+NEW = 1e-6
+"""Singular value, of unit columns, under which there is nothing new in them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,7 +23,6 @@ class LeastSquares:
         cofactor: (W^T W)^-1, shape (b, b).
         sigma: Standard deviation of the residual (eq. 19).
         residual: rho = Y - W @ x, shape (r,).
-        condition: Condition number of W with unit columns.
         basis: Orthonormal basis of the columns of W, shape (r, b).
     """
 
@@ -29,7 +30,6 @@ class LeastSquares:
     cofactor: Array
     sigma: float
     residual: Array
-    condition: float
     basis: Array
 
     @property
@@ -46,8 +46,7 @@ class LeastSquares:
 def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     """Solve `Y = W @ x` in the least squares sense (paper, eq. 17, 19 and 20).
 
-    Columns are scaled to unit norm before the factorisation, so the rank and the condition number do not
-    depend on units.
+    Columns are scaled to unit norm before the factorisation, so the rank does not depend on units.
 
     Args:
         W: Observation matrix, shape (r, b), r > b.
@@ -78,9 +77,7 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     x = inverse @ (Q.T @ Y)
     residual = Y - W @ x
     sigma = float(np.linalg.norm(residual) / np.sqrt(r - b))  # eq. 19
-    return LeastSquares(
-        x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]), np.asarray(Q, np.float64)
-    )
+    return LeastSquares(x, inverse @ inverse.T, sigma, residual, np.asarray(Q, np.float64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,3 +133,17 @@ def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
         residual = Y[rows] - own @ x
         weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
     return weight
+
+
+def column_space(columns: Array) -> Array:
+    """Orthonormal basis of what columns span, whatever their sizes, shape (r, rank).
+
+    Args:
+        columns: Shape (r, k); those of zeros are left out.
+    """
+    size = np.linalg.norm(columns, axis=0)
+    unit = columns[:, size > 0.0] / size[size > 0.0]
+    if not unit.shape[1]:
+        return unit
+    Q, R, _ = linalg.qr(unit, mode="economic", pivoting=True)
+    return readonly(Q[:, np.abs(np.diag(R)) > NEW])

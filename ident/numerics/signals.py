@@ -1,7 +1,8 @@
 """Zero-phase filtering: positions to velocities and accelerations, and parallel decimation (paper, II.C).
 
 Both filters are linear and symmetric in time. Decimation is a banded matrix D applied alike to the currents
-and to every column of the regressor, so whatever it does to a signal it does to both sides of the equation.
+and to every column of the regressor, so whatever it does to a signal it does to both sides of the equation. Power
+densities are averaged over blocks (P. D. Welch, IEEE Trans. Audio Electroacoustics 15(2), 1967).
 """
 
 from dataclasses import dataclass
@@ -9,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.numerics.filters import butterworth, filtered_both_ways
-from ident.numerics.spectra import hann_window
 from ident.support.arrays import Array
 
 FILTER_ORDER = 4
@@ -79,11 +79,9 @@ def noise_density(x: Array, period: float) -> Array:
     """
     bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
     size = min(len(bent), NOISE_BLOCK)
-    window, f = hann_window(size), np.fft.rfftfreq(size)
+    f = np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
-    parts = np.lib.stride_tricks.sliding_window_view(bent, size, axis=0)[:: size - size // 2]  # (parts, n, size)
-    spectrum = np.fft.rfft((parts - parts.mean(axis=2, keepdims=True)) * window)[..., upper]
-    power = 2.0 * np.mean(np.abs(spectrum) ** 2, axis=0) / np.sum(window**2)
+    power = 2.0 * _mean_square_spectrum(bent, size)[:, upper] / np.sum(hann_window(size) ** 2)
     return np.median(power / (2.0 * np.sin(np.pi * f[upper])) ** 4, axis=1) * period
 
 
@@ -102,20 +100,6 @@ def delayed(x: Array, periods: float) -> Array:
     share = periods - whole
     later = np.concatenate((np.repeat(x[:1], whole + 1, axis=0), x))[: len(x) + 1]
     return (1.0 - share) * later[1:] + share * later[:-1]
-
-
-def central_rate(x: Array, period: float, over: float) -> Array:
-    """Rate of change between a time before and the same time after each sample; zero where a recording has not both.
-
-    Args:
-        x: Signal, shape (N, n).
-        period: Sampling interval [s].
-        over: That time [s], rounded to whole samples, at least one.
-    """
-    half = max(1, round(over / period))
-    rate = np.zeros_like(x)
-    rate[half:-half] = (x[2 * half :] - x[: -2 * half]) / (2.0 * half * period)
-    return rate
 
 
 def group_means(x: Array, group: int) -> Array:
@@ -204,3 +188,31 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
     half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
     kernel = np.hamming(2 * half + 1) * np.sinc(2.0 * cutoff_hz * period * np.arange(-half, half + 1))
     return Decimator(kernel / kernel.sum(), factor)
+
+
+def hann_window(size: int) -> Array:
+    """The window (1 - cos(2 pi k / size)) / 2, periodic, shape (size,)."""
+    return np.hanning(size + 1)[:-1]
+
+
+def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
+    """One-sided power density of signals: mean of those of half-overlapping blocks, the mean of each taken off.
+
+    Args:
+        x: Signals, shape (N, n), on a uniform clock.
+        period: Sampling interval [s].
+        size: Samples in a block, at most N.
+
+    Returns:
+        Frequencies [Hz], shape (size // 2 + 1,), and densities [unit^2/Hz], shape (size // 2 + 1, n).
+    """
+    power = _mean_square_spectrum(x, size).T * (period / np.sum(hann_window(size) ** 2))
+    power[1 : None if size % 2 else -1] *= 2.0  # what negative frequencies have
+    return np.asarray(np.fft.rfftfreq(size, period), np.float64), power
+
+
+def _mean_square_spectrum(x: Array, size: int) -> Array:
+    """Mean of half-overlapping blocks, windowed and less their means, shape (n, size // 2 + 1)."""
+    blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
+    spectrum = np.fft.rfft((blocks - blocks.mean(axis=2, keepdims=True)) * hann_window(size))
+    return np.mean(np.abs(spectrum) ** 2, axis=0)

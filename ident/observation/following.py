@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.numerics.quantum import quantum
+from ident.numerics.neighbours import quantum
 from ident.numerics.signals import FILTER_ORDER, SHARE_OF_RATE, noise_density
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording

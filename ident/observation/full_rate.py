@@ -1,7 +1,7 @@
 """The motion behind a linear system at full rate, for columns that no linear combination of its own gives."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -16,6 +16,8 @@ DATED = 0.1
 """Noise of the speeds that date reversals, as a share of each joint's rms speed; rows leave out as much."""
 SHARPEST = 10.0
 """Low-pass of these speeds at most, in cut-offs of the positions: a reversal is then dated to a tenth of their blur."""
+KEPT = 4
+"""Recordings whose motion is kept: those that are looked at together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,3 +113,17 @@ class FullRate:
         """
         moving = self.moving[:, joint].reshape(-1, *[1] * (x.ndim - 1))
         return self.decimator.applied(np.where(moving, x, 0.0))
+
+
+@lru_cache(maxsize=KEPT)
+def filtered_motion(recording: Recording, cutoff_hz: float) -> tuple[Array, Array, Array]:
+    """Positions, velocities and accelerations as `smooth_motion` gives them, read-only, each of shape (N, n).
+
+    Args:
+        recording: On a uniform clock.
+        cutoff_hz: Cut-off frequency [Hz].
+    """
+    found = smooth_motion(recording.q, recording.period, cutoff_hz)
+    for each in found:
+        each.flags.writeable = False
+    return found

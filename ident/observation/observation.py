@@ -21,15 +21,13 @@ from ident.numerics.signals import (
     KERNEL_CUTOFFS,
     SETTLING,
     Decimator,
-    central_rate,
     decimator,
     delayed,
     edge_samples,
     group_means,
     noise_density,
 )
-from ident.observation.filtered import filtered_motion
-from ident.observation.full_rate import FullRate
+from ident.observation.full_rate import FullRate, filtered_motion
 from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
 from ident.support.arrays import Array, Indices, Mask, readonly
@@ -41,8 +39,6 @@ PIECE = 128
 """Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
 """Sampling interval below which a clock is not believed [s]."""
-RATE_OVER = 0.01
-"""Half of the time that a current's rate of change is taken over [s]."""
 LONGEST_DELAY = 1.0
 """Longest time between the stamp of a current and its action [s]; a real one is a few periods of the controller."""
 REGRESSOR_RATE = 32.0
@@ -53,6 +49,13 @@ cut-off is off by (pi / 32)^2 / 6 = 2e-3 of itself, content at a tenth of it by 
 """
 
 
+BLUR = 0.5
+"""Time around a reversal that is left out, in periods of the cut-off of the positions.
+
+The acceleration steps where dry friction changes sign, and the low-pass of the positions spreads the step over half a
+period to either side, the current's not."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObserveOptions:
     """How a recording becomes a linear system. The defaults suit motions with harmonics below 1 Hz.
@@ -60,12 +63,13 @@ class ObserveOptions:
     Attributes:
         cutoff_hz: Low-pass of the positions before differentiation [Hz].
         decimation_cutoff_hz: Low-pass of currents and regressor columns [Hz].
-        rows_per_second: Rows kept a second [1/s].
-        reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed.
+        rows_per_second: Rows kept per second [1/s].
+        reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed. Unless it is 0,
+            those within half a period of `cutoff_hz` of a reversal are left out as well.
         current_delay: Time from the stamp of a current to the middle of its action [s]: half a period for a reference
-            that is held, negative for currents that are logged late, 0 for a measured current or where half a period
-            does not matter.
-        min_weight: Rows that lose more than the rest of their filter's weight to reversals are left out.
+            that is held, negative for currents that are logged late, 0 for a measured current or if half a period is
+            negligible.
+        min_weight: Smallest share of a row's filter weight that is away from reversals; other rows are left out.
     """
 
     cutoff_hz: Annotated[float, Interval(ge=1e-3, le=1e5), Unit("Hz")] = 15.0
@@ -97,7 +101,6 @@ class JointObservation:
 
     Attributes:
         V: Currents [drive units], shape (r,).
-        V_rate: Their rate of change, filtered as they are [drive units/s], shape (r,).
         W: Base columns of the arm that act on the joint, shape (r, b).
         columns: Their indices in the structure's base columns, shape (b,).
         W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
@@ -108,7 +111,6 @@ class JointObservation:
     """
 
     V: Array
-    V_rate: Array
     W: Array
     columns: Indices
     W_L: Array
@@ -187,7 +189,6 @@ def observe(
     period = group * recording.period
     D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
     v = delayed(recording.v, options.current_delay / recording.period)
-    v = np.hstack((v, central_rate(v, recording.period, RATE_OVER)))
     t, v = (group_means(x[inner], group) for x in (recording.t, v))
     rows = D.rows(len(t))
     if rows < 10 * n:
@@ -196,7 +197,8 @@ def observe(
         )
     q, dq, ddq = (group_means(x[inner], group) for x in filtered_motion(recording, options.cutoff_hz))
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
-    moving = _moving(structure, dq, options.reversal_speed)
+    reach = round(BLUR / (options.cutoff_hz * period)) if options.reversal_speed else 0
+    moving = _moving(structure, dq, options.reversal_speed, reach)
     if spoilt is not None and spoilt.any():
         moving &= group_means(widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
@@ -222,7 +224,7 @@ def _uneven(recording: Recording) -> str:
     """How uneven a clock is, gaps apart, as a check of the log says it."""
     found = intervals_of(recording.t)
     varied = f"sampling intervals vary by {100.0 * found.jitter:.3g} %"
-    return varied if not found.lost else f"{varied}, {found.lost} samples missing beside"
+    return varied if not found.lost else f"{varied}, and {found.lost} samples are missing"
 
 
 def reduced(
@@ -233,21 +235,21 @@ def reduced(
     Args:
         structure: Of the arm, n joints.
         motion: q, dq, ddq, each of shape (N, n).
-        v: Signals of the joints, m of each, those of all joints side by side, shape (N, m n).
+        v: A signal of each joint, shape (N, n).
         moving: Samples of each joint to be kept, shape (N, n).
         D: Filter.
 
     Returns:
-        The signals, shape (rows, m n), and the regressor of each joint from its own link's columns on:
+        The signals, shape (rows, n), and the regressor of each joint from its own link's columns on:
         those of the links before it are zero.
     """
     n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
     piece = D.factor * max(1, PIECE // D.factor)
     band = D.band(piece)
     weight = moving.astype(np.float64)
-    weighted = np.tile(weight, v.shape[1] // n) * v
+    weighted = weight * v
     felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
-    V = np.zeros((felt, v.shape[1]))
+    V = np.zeros((felt, n))
     W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
     size = piece * max(1, BLOCK // piece)
     for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
@@ -262,12 +264,23 @@ def reduced(
     return V[whole], [Wj[whole] for Wj in W]
 
 
-def _moving(structure: Structure, dq: Array, share: float) -> Mask:
-    """Samples at which each joint, and each sum of coupled joints that acts on it, is away from reversal, (N, n)."""
-    moving = np.abs(dq) > share * np.sqrt(np.mean(dq**2, axis=0))
+def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
+    """Samples at which each joint, and each sum of coupled joints that acts on it, is away from reversal, (N, n).
+
+    Args:
+        structure: Of the arm.
+        dq: Speeds, shape (N, n).
+        share: Of the rms speed, below which a sample is none of these.
+        reach: Samples to either side of a reversal that are none of these.
+    """
+
+    def away(speed: Array) -> Mask:
+        turning = np.diff(speed > 0.0, axis=0, prepend=speed[:1] > 0.0)
+        return (np.abs(speed) > share * np.sqrt(np.mean(speed**2, axis=0))) & ~widened(turning, reach)
+
+    moving = away(dq)
     for first, second in structure.arm.couplings:
-        total = dq[:, first] + dq[:, second]
-        moving[:, [first, second]] &= (np.abs(total) > share * np.sqrt(np.mean(total**2)))[:, None]
+        moving[:, [first, second]] &= away(dq[:, [first]] + dq[:, [second]])
     return moving
 
 
@@ -280,7 +293,6 @@ def _kept(
     keep = weight >= options.min_weight
     return JointObservation(
         V=readonly(V[keep, j]),
-        V_rate=readonly(V[keep, structure.arm.n + j]),
         W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
         columns=columns,
         W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),

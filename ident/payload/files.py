@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import cast, get_args
 
 from ident.payload.payload import INERTIA_KEYS, MOMENTS, Known, Payload
 from ident.support.errors import PayloadError
@@ -77,9 +78,8 @@ def _check_gyration(payload: Payload) -> None:
     radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
     if radius > most:
         raise PayloadError(
-            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of "
-            f"{radius:.3g} m, more than the {most:.3g} m of bodies of that mass; expected kg m^2 about "
-            "the centre of mass"
+            f"payload: inertia.{key} = {moment:g} with mass = {payload.mass:g} kg means a radius of gyration of "
+            f"{radius:.3g} m; expected {most:.3g} m at most; state kg m^2 about the centre of mass"
         )
 
 
@@ -107,14 +107,8 @@ def write_payload(payload: Payload, path: str | Path, *, comment: str | None = N
 
 
 def _known(value: object) -> Known:
-    if value == "all":
-        return "all"
-    if value == "com":
-        return "com"
-    if value == "none":
-        return "none"
-    if value == "mass":
-        return "mass"
+    if value in get_args(Known):
+        return cast("Known", value)
     raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
 
 

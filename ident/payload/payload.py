@@ -54,7 +54,9 @@ class Payload:
                 f"payload: mass = {self.mass:g} kg; expected a positive number from {LIGHTEST:g} to {HEAVIEST:g}, in kg"
             )
         if self.com is not None and max(abs(c) for c in self.com) > FARTHEST:
-            raise PayloadError(f"payload: com = {list(self.com)}; farther than {FARTHEST:g} m; expected metres")
+            raise PayloadError(
+                f"payload: com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
+            )
         self._check_deviations()
         needed = {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ())
         missing = next((name for name in needed if getattr(self, name) is None), None)
@@ -83,8 +85,8 @@ class Payload:
         name, value = max(zip(INERTIA_KEYS, inertia, strict=True), key=lambda pair: abs(pair[1]))
         if abs(value) > self.mass * FARTHEST**2:
             raise PayloadError(
-                f"payload: inertia.{name} = {value:g} is that of {self.mass:g} kg more than {FARTHEST:g} m away; "
-                "expected kg m^2 about the centre of mass"
+                f"payload: inertia.{name} = {value:g} needs parts of the {self.mass:g} kg more "
+                f"than {FARTHEST:g} m from the centre of mass; expected kg m^2 about the centre of mass"
             )
 
     def known_part(self) -> "KnownPayload":

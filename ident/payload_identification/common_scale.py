@@ -2,18 +2,23 @@
 
 A wrong weight on the scale, as one with which all gains were found, makes the mass of every joint wrong by one share;
 a gain that is off makes that of its joint so. With x_j = log(m_j / m) of the mass that joint j alone finds, the most
-joints that one x explains speak for all, unless one of them alone makes it.
+joints that one x explains speak for all, unless one of them alone makes it. Where there is no scale, the mass of all
+joints stands in its place: a gain that is off makes that of its joint differ from it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.estimation.gain_comparison import CommonScale, common_scale, sharing_joints
-from ident.payload_identification.payload_body import Quantity
-from ident.payload_identification.verification import Verification
+from ident.estimation.known_gains import KnownGains
+from ident.payload.payload import FARTHEST, HEAVIEST, LIGHTEST, Payload
+from ident.payload_identification.payload_body import CENTRE, SURE, FoundBody, Quantity
+from ident.payload_identification.payload_estimate import FoundPayload
+from ident.payload_identification.verification import Verification, Weighed, verified
 from ident.support.arrays import Array
+from ident.support.errors import NegativeMass
 
 LEAST = 2
 """Joints that have to agree."""
@@ -98,3 +103,52 @@ def _departures(
 def _sure(mass: Quantity | None) -> bool:
     """Whether it has a logarithm with a deviation."""
     return mass is not None and mass.value > 0.0 and mass.std > 0.0
+
+
+def check_mass(body: FoundBody) -> None:
+    """Refuse a mass that is below zero beyond doubt.
+
+    Raises:
+        NegativeMass: If it is.
+    """
+    mass = body.of("mass")
+    error = None if mass is None else negative_mass(mass)
+    if error is not None:
+        raise error
+
+
+def negative_mass(mass: Quantity) -> NegativeMass | None:
+    """What is wrong with a mass that is below zero beyond doubt, None with another one."""
+    if mass.value >= -SURE * mass.std:
+        return None
+    return NegativeMass(
+        f"the mass found is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
+        "loaded recordings are probably swapped, or the signs of gains and currents differ"
+    )
+
+
+def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
+    """The mass from each joint alone beside that from all, as against a scale; empty where no mass is sure.
+
+    The centre of mass that was found, with its deviations, serves each joint, the inertia is left free. Deviations of
+    one joint and of all together count as independent, which says "differs" less often than `LEVEL`.
+
+    Args:
+        found: The payload found with these gains.
+        body: Of it.
+        gains: The gains.
+    """
+    payload = _as_stated(body)
+    return () if payload is None else verified(found, payload, gains).joints
+
+
+def _as_stated(body: FoundBody) -> Payload | None:
+    """What was found, as if it were stated."""
+    mass, centre = body.of("mass"), [each for each in map(body.of, CENTRE) if each is not None]
+    if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
+        return None
+    stated = Payload(mass=mass.value, mass_std=mass.std, known="mass")
+    if len(centre) < len(CENTRE) or max(abs(each.value) + each.std for each in centre) > FARTHEST:
+        return stated
+    (x, y, z), (sx, sy, sz) = np.array([(each.value, each.std) for each in centre]).T.tolist()
+    return replace(stated, com=(x, y, z), com_std=(sx, sy, sz), known="com")

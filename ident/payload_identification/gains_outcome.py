@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.arm_parameters.bare import BareArm, arm_in_SI
+from ident.estimation.all_joints.columns import shared_arm
 from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from ident.payload_identification.payload_estimate import payload_of
@@ -45,6 +48,23 @@ class ArmInUse:
             for each in self.arm.friction[j]:
                 found.setdefault(f"{each.name.partition(' ')[0]}{j + 1}", gain * each.value)
         return np.array([found.get(name, 0.0) for name in structure.base.names])
+
+    def covariance(self, structure: Structure, options: GainOptions) -> Array:
+        """Covariance of `base` from the residuals, the gains taken as exact, shape (b, b).
+
+        Args:
+            structure: Of the arm.
+            options: How uncertainty is found.
+        """
+        final, names = self.arm.selected.final, structure.base.names
+        fit, arm = final.fit, shared_arm(structure.base)
+        influence = np.zeros((len(names), len(fit.rows.V)))
+        influence[arm] = fit.theta_influence[: len(arm)]
+        for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
+            own = zip(final.own[j].names, fit.phi_influence[j], strict=True)
+            for name, row in reversed(list(own)):  # the first motion has the last word
+                influence[names.index(f"{name}{j + 1}")] = gain * row
+        return UNCERTAINTIES[options.uncertainty](fit.rows, influence, options.serial_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -64,7 +64,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
     known, problem = payload.known_part(), found.ready.problem
     solved = _solved(found.ready, found.selected.final, j, gain, known)
     if solved is None:
-        return NoMass("the mass has no independent torque on this joint")
+        return NoMass("the torque of the mass on this joint cannot be separated from that of the arm")
     options = problem.options
     variance = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None], options.serial_s)
     shares = [solved.belief]

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.model.parameters import INERTIAL
-from ident.model.pseudo_inertia import pseudo_inertia
+from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.payload.payload import INERTIA_KEYS
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.support.arrays import Array
@@ -88,7 +87,7 @@ def body_of(found: FoundPayload) -> FoundBody:
         if missing:
             refused[name] = f"{missing[0]}: {found.refused[missing[0]]}"
         elif name != "mass" and not sure:
-            refused[name] = f"the mass is not {SURE:g} deviations above zero"
+            refused[name] = f"the mass is less than {SURE:g} standard deviations above zero"
         else:
             residual, gain, model = (float(share[k]) for share in shares)
             quantities.append(

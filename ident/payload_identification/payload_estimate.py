@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.all_joints.selection import Selected
-from ident.estimation.all_joints.solution import Setting, setting
-from ident.estimation.estimators.nls import AllJointsOptions, chosen_model
+from ident.estimation.all_joints.solution import Setting
+from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
 from ident.estimation.fixed_gains import gain_covariance, held, own_beliefs
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
@@ -84,12 +84,7 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     """
     problem.check_difference()
     gains.check_arm(problem.structure.arm)
-    ready = setting(
-        problem,
-        per_motion=options.friction_per_motion,
-        prior_std=options.prior_std,
-        given=held(gains),
-    )
+    ready = setting_of(problem, options, held(gains))
     selected = chosen_model(ready, options)
     final, first = selected.final, len(ready.shared.arm)
     separate = separable(problem.structure)

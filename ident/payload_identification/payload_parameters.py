@@ -123,7 +123,7 @@ def payload_parameters(
     for label, values in (("gain", gain), ("gain_std", gain_std)):
         if values.shape != (n,) or not np.isfinite(values).all():
             raise PayloadError(
-                f"{label}: {values.size} values {values.tolist()}; expected {n} finite numbers, one a joint"
+                f"{label}: {values.size} values {values.tolist()}; expected {n} finite numbers, one per joint"
             )
     for name in known:
         if name not in INERTIAL:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.numerics.neighbours import running_median
+from ident.numerics.neighbours import long_runs, running_median
 from ident.recordings.formats.meaning import ISO, TIME
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
@@ -254,8 +254,4 @@ def _flickers(x: Array, away: Array) -> bool:
 
 def _short(far: Mask) -> Mask:
     """Of the samples that are far out, those in runs of at most `BURST`."""
-    edges: Array = np.diff(np.concatenate(([0.0], far.astype(np.float64), [0.0])))
-    short = np.zeros_like(far)
-    for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        short[start:end] = end - start <= BURST
-    return short
+    return far & ~long_runs(far, BURST + 1)

@@ -26,14 +26,8 @@ PANDAS = {
     "index_columns": ["task"],
     "column_indexes": [],
     "columns": [
-        {
-            "name": "task_index",
-            "field_name": "task_index",
-            "pandas_type": "int64",
-            "numpy_type": "int64",
-            "metadata": None,
-        },
-        {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object", "metadata": None},
+        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": stored, "metadata": None}
+        for name, kind, stored in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
     ],
     "pandas_version": "2.0.0",
 }
@@ -117,7 +111,8 @@ def _fps(recordings: Sequence[Recording]) -> float:
     rates = [1.0 / each.period for each in recordings]
     if max(rates) > (1.0 + FPS_TOL) * min(rates):
         raise RecordingError(
-            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has one rate, write one for each"
+            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has "
+            "one rate, so write a dataset for each rate"
         )
     mean = float(np.mean(rates))
     return round(mean) if abs(round(mean) / mean - 1.0) <= JITTER_TOL else mean

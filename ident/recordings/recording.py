@@ -90,10 +90,10 @@ def _check(recording: Recording) -> None:
     t, q, v, name = recording.t, recording.q, recording.v, recording.name
     if t.ndim != 1 or q.ndim != 2 or v.shape != q.shape or len(t) != len(q):
         raise RecordingError(
-            f"{name}: t {t.shape}, q {q.shape} and v {v.shape} do not fit; expected (N,), (N, n), (N, n)"
+            f"{name}: t, q and v have shapes {t.shape}, {q.shape} and {v.shape}; expected (N,), (N, n) and (N, n)"
         )
     if q.shape[1] == 0:
-        raise RecordingError(f"{name}: it has no joint")
+        raise RecordingError(f"{name}: the recording has no joint")
     for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
         finite = np.isfinite(values)
         if not finite.all():
@@ -109,7 +109,7 @@ def _check(recording: Recording) -> None:
             row, joint = np.argwhere(large)[0]
             raise RecordingError(
                 f"{name}: {label}{joint + 1} = {values[row, joint]:.4g} at row {row + 1} ({int(large.sum())} such "
-                f"values); beyond {largest:g} nothing is a {'position' if label == 'q' else 'current'}, check its unit"
+                f"values); expected {'positions' if label == 'q' else 'currents'} up to {largest:g}, check the unit"
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")

@@ -58,10 +58,6 @@ class NoBody(IdentificationError):
     """A link that no rigid body can be, where one is needed."""
 
 
-class OtherLengths(Contradiction):
-    """Data that another length explains better, which currents of another scale in one log may imitate."""
-
-
 class GainsError(IdentificationError):
     """Drive gains that no drives have, that are of another arm, or that are missing where they are needed."""
 

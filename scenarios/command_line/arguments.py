@@ -95,13 +95,7 @@ def count(text: str) -> int:
 
 
 def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
-    """A type: a whole number between bounds, both included.
-
-    Args:
-        least: The smallest.
-        most: The largest.
-        why: What the bounds come from.
-    """
+    """A type: a whole number between bounds, both included."""
 
     def bounded(text: str) -> int:
         value = whole(text)
@@ -113,14 +107,7 @@ def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
 
 
 def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
-    """A type: a number between bounds, both included.
-
-    Args:
-        least: The smallest.
-        most: The largest.
-        unit: Of both.
-        why: What the bounds come from.
-    """
+    """A type: a number between bounds, both included."""
 
     def bounded(text: str) -> float:
         value = number(text)

@@ -52,19 +52,13 @@ def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
     from ident.estimation.known_gains import stated_gains
     from scenarios.experiments.files.gains import read_gains
 
-    known = read_gains(given).known if isinstance(given, Path) else stated_gains(arm, given)
-    known.check_arm(arm)
-    return known
+    return read_gains(given).of(arm) if isinstance(given, Path) else stated_gains(arm, given)
 
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:
     """Declare where the gains are written to, and that files of others may be written over."""
-    parser.add_argument(
-        "--gains-out",
-        type=gains_path,
-        metavar="FILE",
-        help="write the gains with covariance and origin, .toml or .json",
-    )
+    said = "write the gains with covariance and origin, .toml or .json"
+    parser.add_argument("--gains-out", type=gains_path, metavar="FILE", help=said)
     add_force_argument(parser)
 
 

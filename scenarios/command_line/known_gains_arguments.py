@@ -25,13 +25,13 @@ def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: s
 
 def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare options in place of those that the gains file has."""
-    for name, what in (("--option", "of nls"), ("--observe", "of how a recording is observed")):
+    for name, what in (("--option", "of nls"), ("--observe", "of filtering and decimation")):
         parser.add_argument(
             name,
             action="append",
             default=[],
             metavar="KEY=VALUE",
-            help=f"an option {what}, instead of the one the gains were identified with; repeatable",
+            help=f"an option {what} that replaces the one used for the gains; repeatable",
         )
     add_current_delay(parser)
 
@@ -66,9 +66,9 @@ def weigh(
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
-        said = log_description(options, arm.arm.joint_names)
+        known, said = file.of(arm.arm), log_description(options, arm.arm.joint_names)
         bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
         observing = observe_options(file, observe_words(options))
         prepared, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
-        return payload_of(prepared.problem, file.known, model_options(file, options.option)), diagnosed, prepared
+        return payload_of(prepared.problem, known, model_options(file, options.option)), diagnosed, prepared

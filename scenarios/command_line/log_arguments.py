@@ -33,19 +33,11 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add = group.add_argument
     add("--log-description", type=arguments.file, metavar="FILE", help="description of the log, TOML")
-    add(
-        "--columns",
-        nargs="+",
-        metavar="WORD",
-        help="names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]",
-    )
+    said = "names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]"
+    add("--columns", nargs="+", metavar="WORD", help=said)
     add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")
-    add(
-        "--constant",
-        type=_constants,
-        metavar="K,K,..",
-        help=f"torque constant [N m/A] of a torque-from-current, or {UNKNOWN}",
-    )
+    said = f"torque constant [N m/A] of a torque-from-current, or {UNKNOWN}"
+    add("--constant", type=_constants, metavar="K,K,..", help=said)
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
     add("--episode", type=arguments.whole, metavar="N", help="episode of a LeRobot dataset, counted from 0")
@@ -53,11 +45,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:
-    """What is said of logs.
-
-    Args:
-        options: Of the command line.
-        joint_names: Of the arm, taken where no others are said; None if no arm is known.
+    """What is said of logs. `joint_names`, the arm's, are taken where no others are said.
 
     Raises:
         ScenarioError: If file and options both say something; if the names said are the arm's in another order, or of
@@ -75,7 +63,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
         if getattr(said, name) != getattr(nothing, name):
-            raise ScenarioError(f"{options.log_description} says {name}, the command line too; state it once")
+            raise ScenarioError(f"{options.log_description} says {name}, and so does the command line; state it once")
     said = replace(said, **changes)
     if joint_names is None:
         return said
@@ -103,10 +91,10 @@ def _check_names(said: Sequence[str] | None, joint_names: Sequence[str]) -> None
         return
     if sorted(said) == sorted(joint_names):
         raise ScenarioError(
-            f"joints are said to be {', '.join(said)}; from base to flange the model has {', '.join(joint_names)}"
+            f"joints are given as {', '.join(said)}; expected the model's order {', '.join(joint_names)}"
         )
     if len(said) != len(joint_names):
-        raise ScenarioError(f"{len(said)} joints are said, the model has {len(joint_names)}: {', '.join(joint_names)}")
+        raise ScenarioError(f"{len(said)} joints are given, the model has {len(joint_names)}: {', '.join(joint_names)}")
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -1,13 +1,19 @@
-"""Arguments that name recordings, bare and loaded, each payload behind the recordings that carry it."""
+"""Arguments that name recordings: bare, loaded with a payload behind them, and a motion that no fit has seen."""
 
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
+from scenarios.command_line.log_arguments import read_unrepaired
 from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from ident.recordings.formats.description import LogDescription
+    from ident.recordings.motion import Motion
 
 UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
 HELP = {
@@ -19,12 +25,7 @@ HELP = {
 
 @dataclass(frozen=True, slots=True)
 class MountedFiles:
-    """Files of motions that carry the same.
-
-    Attributes:
-        recordings: In the order given.
-        payload: What they carry, None for a bare flange.
-    """
+    """Files of motions that carry the same, in the order given; no payload for a bare flange."""
 
     recordings: tuple[Path, ...]
     payload: Path | None
@@ -83,9 +84,6 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
 
     Where there is one payload and one loaded group, they belong together in either order.
 
-    Args:
-        given: Options in the order of the command line.
-
     Raises:
         ScenarioError: If there is no recording, or payloads and loaded recordings do not go together.
     """
@@ -124,3 +122,30 @@ def _payload_last(given: Sequence[Given]) -> Sequence[Given]:
 def _check_described(waiting: Given | None) -> None:
     if waiting is not None:
         raise ScenarioError(f"{waiting}: no payload follows it; describe what was mounted, {PAYLOAD} P.toml")
+
+
+def add_unseen_arguments(parser: argparse.ArgumentParser, said: str) -> None:
+    """Declare the motion and its payload."""
+    group = parser.add_argument_group("a motion that no fit has seen", said)
+    group.add_argument("--unseen", type=arguments.file, metavar="LOG", help="its recording")
+    said = "payload that it carries, with its centre of mass; without it a bare flange"
+    group.add_argument("--unseen-payload", type=arguments.file, metavar="P", help=said)
+
+
+def unseen_log(options: argparse.Namespace, said: "LogDescription") -> "Motion | None":
+    """The motion that is named, None where none is.
+
+    Raises:
+        ScenarioError: If a payload is named alone.
+        RecordingError: If it cannot be read.
+        PayloadError: If its payload cannot be.
+    """
+    if options.unseen is None:
+        if options.unseen_payload is not None:
+            raise ScenarioError("--unseen-payload: no motion is given that carries it; add --unseen LOG")
+        return None
+    from ident.payload.files import read_payload
+    from ident.recordings.motion import Motion
+
+    payload = None if options.unseen_payload is None else read_payload(options.unseen_payload)
+    return Motion(read_unrepaired([options.unseen], said)[0], payload)

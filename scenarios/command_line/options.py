@@ -19,12 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
-    """Add an option `--some-name` for every field `some_name` of an options dataclass.
-
-    Args:
-        parser: To add to.
-        kind: The class; every field has a default.
-    """
+    """Add an option `--some-name` for every field `some_name` of an options dataclass. Every field has a default."""
     docs = attribute_docs(kind)
     group = parser.add_argument_group()
     for field in fields(kind):

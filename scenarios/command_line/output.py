@@ -1,14 +1,24 @@
-"""Standard output of a command: which form, how wide, in colour or not."""
+"""What a command writes: a result on standard output, its form, width and colours; progress on standard error."""
 
 import argparse
 import os
 import shutil
 import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from scenarios.command_line.progress import NO_CURSOR
 from scenarios.command_line.streams_and_signals import tell
 from scenarios.reports.content import Report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from scenarios.support.stages import Stages
+
+NO_CURSOR = ("dumb", "unknown")
+"""What TERM says of terminals without colours, whose cursor goes one way."""
 
 
 def add_form_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,11 +50,27 @@ def page() -> Page:
 
 
 def coloured(*, terminal: bool) -> bool:
-    """Whether colours are shown: on a terminal that has them, unless NO_COLOR is set; elsewhere if FORCE_COLOR is.
-
-    Args:
-        terminal: Whether somebody looks at it.
-    """
+    """Whether colours are shown: on a terminal that has them, unless NO_COLOR is set; elsewhere if FORCE_COLOR is."""
     if os.environ.get("NO_COLOR"):
         return False
     return bool(os.environ.get("FORCE_COLOR")) or (terminal and os.environ.get("TERM") not in NO_CURSOR)
+
+
+def console(options: argparse.Namespace) -> "Console":
+    """Where progress is shown: bars on a terminal that can move its cursor, lines elsewhere, nothing with `--quiet`.
+
+    Colours are left to `rich`, which heeds NO_COLOR; FORCE_COLOR makes no terminal of a pipe.
+    """
+    from rich.console import Console
+
+    moves = sys.stderr.isatty() and os.environ.get("TERM") not in NO_CURSOR
+    return Console(stderr=True, quiet=options.quiet, force_terminal=moves)
+
+
+@contextmanager
+def under_way(options: argparse.Namespace, stage: str) -> "Generator[Stages]":
+    """Show what is under way until it is done."""
+    from scenarios.support.stages import stages_of
+
+    with stages_of(stage, console(options)) as stages:
+        yield stages

@@ -71,7 +71,7 @@ class OneLineParser(argparse.ArgumentParser):
             names = [str(choice) for choice in action.choices]
             raise argparse.ArgumentError(
                 action,
-                f"invalid choice: {quoted(str(value))}{nearest(str(value), names)}; there are {', '.join(names)}",
+                f"invalid choice: {quoted(str(value))}{nearest(str(value), names)}; known: {', '.join(names)}",
             )
 
     def error(self, message: str) -> NoReturn:

@@ -19,15 +19,8 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what a model file does not tell of its arm."""
     add = parser.add_argument
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
-    add(
-        "--coupling",
-        type=arguments.count,
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("I", "J"),
-        help="motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists",
-    )
+    said = "motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists"
+    add("--coupling", type=arguments.count, nargs=2, action="append", default=[], metavar=("I", "J"), help=said)
 
 
 def named_structure(options: argparse.Namespace) -> "Structure":

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.progress import console
+from scenarios.command_line.output import console
 from scenarios.experiments.workers.processes import PROCESSES
 from scenarios.support.errors import ScenarioError
 
@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 
 FASTEST = 5.0
 """Fastest harmonic [Hz] that the search samples twice a period."""
-HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
+HARMONICS = arguments.count_from(
+    2, 100, "a motion with 1 cannot begin and end at rest, a search cannot handle more than 100"
+)
 DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
-EVALUATIONS = arguments.count_from(1, 10**7, "takes half a day")
+EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a day")
 FEW = 1000
 """Motions that are tried sooner than processes are started."""
 
@@ -68,19 +70,12 @@ class Outcome:
 def searched(
     design: "Design", series: "Searchable", options: argparse.Namespace, before: "Unfinished | None"
 ) -> Outcome:
-    """Search as the options say, with progress on stderr.
-
-    Args:
-        design: The problem.
-        series: The motions that are searched.
-        options: Parsed.
-        before: What a stopped search has left, to go on from.
-    """
+    """Search as the options say, with progress on stderr."""
     import numpy as np
 
     from scenarios.design.fitting import with_better
     from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts
-    from scenarios.support.search_progress import search_progress
+    from scenarios.support.progress import search_progress
 
     first, found, kept = None, None, ()
     try:

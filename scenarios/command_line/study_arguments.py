@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import add_form_arguments
+from scenarios.command_line.output import add_form_arguments, console
 from scenarios.command_line.parser import complain
-from scenarios.command_line.progress import console
 from scenarios.command_line.streams_and_signals import ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.reports.content import Paragraph, Report
@@ -31,26 +30,15 @@ PATIENCE = 5.0
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare scenario, folder, seed, where trials run and how the result is told."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    parser.add_argument(
-        "--out",
-        type=arguments.folder,
-        required=True,
-        metavar="DIR",
-        help="folder of the study; finished trials in it are kept",
-    )
+    said = "folder of the study; finished trials in it are kept"
+    parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
     add_form_arguments(parser)
 
 
 def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "StudyFolder":
-    """Carry out a study where the options say.
-
-    Args:
-        study: What is to be run.
-        options: Parsed.
-        command: That repeats or resumes it.
-    """
+    """Carry out a study where the options say."""
     from scenarios.experiments.studies.study import carry_out
 
     with interruptible(command), open_workers(options) as workers:
@@ -58,13 +46,7 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
 
 
 def resuming_command(name: str, options: argparse.Namespace, own: Sequence[str]) -> str:
-    """The command that repeats or resumes a study.
-
-    Args:
-        name: Of the command.
-        options: Parsed.
-        own: Options that this command alone has, with their values.
-    """
+    """The command that repeats or resumes a study."""
     words = ["rx90", name, options.scenario, *own, "--out", str(options.out), "--seed", str(options.seed)]
     return shlex.join([*words, *worker_words(options)])
 

@@ -42,9 +42,6 @@ def _ask_for(opengl: str) -> None:
 def foreign_packages(error: Exception) -> str | None:
     """Why an import may have failed: a compiled package that a folder of PYTHONPATH has.
 
-    Args:
-        error: That nobody foresaw.
-
     Returns:
         What to say, None where PYTHONPATH has no such package or the error is another.
     """

@@ -1,10 +1,11 @@
-"""The right of a command to write files: none that it reads, and others' only with --force."""
+"""The right of a command to write files: none that it reads, and others' only with --force; the folder of `--save`."""
 
 import argparse
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import scenarios.command_line.arguments as arguments
 from scenarios.results.write_access import Claim, claim
 
 WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render", "seal"})
@@ -13,12 +14,6 @@ WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render", "seal"}
 
 def right_to_write(options: argparse.Namespace, folder: Path, names: Iterable[str], *, command: str) -> Claim:
     """Find out whether a command may write files of a folder, and can.
-
-    Args:
-        options: Parsed.
-        folder: Where.
-        names: Of the files.
-        command: The command.
 
     Raises:
         ScenarioError: If the folder cannot be written; if a file is one that the command line names to be read; if one
@@ -47,3 +42,23 @@ def _paths(value: object) -> Iterator[Path]:
         several = value if isinstance(value, list | tuple) else getattr(value, "files", ())
         for each in several:  # pyright: ignore[reportUnknownVariableType]
             yield from _paths(each)  # pyright: ignore[reportUnknownArgumentType]
+
+
+def add_save_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the folder."""
+    said = "folder for recordings, payloads, options and result, for `rx90 report DIR`"
+    parser.add_argument("--save", type=arguments.folder, metavar="DIR", help=said)
+
+
+def claimed_folder(options: argparse.Namespace, motions: int, command: str) -> Claim | None:
+    """The right to write the folder that is asked for, None if none is.
+
+    Raises:
+        ScenarioError: If a file is there that the command did not write.
+        OSError: If it cannot be written.
+    """
+    if options.save is None:
+        return None
+    from scenarios.results.log_folder import log_files
+
+    return right_to_write(options, options.save, log_files(motions), command=command)

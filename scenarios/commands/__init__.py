@@ -1,10 +1,7 @@
 """The commands of `rx90`: one file each, with its arguments (`add_arguments`) and what it does (`main`)."""
 
-import argparse
 from importlib import import_module
-from typing import Protocol, cast
-
-from scenarios.command_line.status import Status
+from types import ModuleType
 
 GROUPS: dict[str, dict[str, str]] = {
     "try it": {
@@ -24,29 +21,25 @@ GROUPS: dict[str, dict[str, str]] = {
         "convert": "convert a log: CSV, UR, ROS 2, Parquet, NumPy",
         "check": "detect faults of recordings or of the model",
     },
-    "identify": {
-        "identify": "identify the gains of a robot from recordings",
-    },
-    "prove": {
+    "identify": {"identify": "identify the gains of a robot from recordings"},
+    "validate": {
         "verify": "test gains on a known payload, or cross-validate",
         "compare-gains": "test two sets of gains for significant changes",
     },
     "use": {
         "payload-of": "estimate an unknown payload from currents and gains",
         "torque": "estimate joint torques from currents and gains",
-        "patch": "copy a URDF or MJCF with identified values",
+        "patch": "write identified values into a copy of a URDF or MJCF",
     },
     "study": {
-        "predict": "error budget to first order: nothing is simulated",
+        "predict": "first-order error budget, without simulation",
         "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "compare methods on scenarios, your own included",
-        "scoreboard": "methods on public recordings that you downloaded",
+        "scoreboard": "run methods on public recordings that you downloaded",
     },
-    "hand on": {
-        "report": "write a saved result as one HTML page",
-    },
-    "around it": {
+    "report": {"report": "write a saved result as one HTML page"},
+    "shell and schemas": {
         "schema": "JSON Schemas of files and of --json output",
         "completion": "let the shell complete commands, options and names",
     },
@@ -62,18 +55,6 @@ COMMANDS = {name: summary for group in GROUPS.values() for name, summary in grou
 """All of them; `monte-carlo` is the module `monte_carlo` here."""
 
 
-class Command(Protocol):
-    """What the module of a command has. It is imported when the command is asked for, or its help."""
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Declare the arguments."""
-        ...
-
-    def main(self, options: argparse.Namespace) -> Status:
-        """Do it."""
-        ...
-
-
-def command(name: str) -> Command:
-    """Import the module of a command in `COMMANDS`."""
-    return cast(Command, import_module(f"{__name__}.{name.replace('-', '_')}"))
+def command(name: str) -> ModuleType:
+    """Import the module of a command in `COMMANDS`: `add_arguments` declares its arguments, `main` carries it out."""
+    return import_module(f"{__name__}.{name.replace('-', '_')}")

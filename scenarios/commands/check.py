@@ -6,31 +6,21 @@ import scenarios.command_line.arguments as arguments
 from ident.observation.observation import ObserveOptions
 from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
 from scenarios.command_line.options import add_options, chosen, policy_of
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.robot_arguments import add_reading_arguments
-from scenarios.command_line.saving import add_save_argument, claimed_folder, save
 from scenarios.command_line.status import Status
+from scenarios.command_line.writing import add_save_argument, claimed_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("robot", metavar="ROBOT", help="MJCF or URDF file, robot.toml, or the name of a built-in robot")
-    add(
-        "log",
-        metavar="LOG",
-        type=arguments.file,
-        nargs="+",
-        help="recordings of the robot: the first bare if possible, the payloads of others need not be known",
-    )
+    said = "recordings of the robot; the first one bare if possible, the others with any payload"
+    add("log", metavar="LOG", type=arguments.file, nargs="+", help=said)
     add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
-    add(
-        "--payload",
-        metavar="P",
-        type=arguments.file,
-        help="planned payload, TOML: forecasts what the motion will identify with it",
-    )
+    said = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
+    add("--payload", metavar="P", type=arguments.file, help=said)
     add("--all", action="store_true", help="list all checks, and each joint's motion")
     add_reading_arguments(parser)
     add_log_arguments(parser)
@@ -51,10 +41,10 @@ def main(options: argparse.Namespace) -> Status:
     from ident.payload.files import read_payload
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
-    from scenarios.experiments.named_robot import named_robot
     from scenarios.experiments.nominal_links import model_links
+    from scenarios.experiments.robots import named_robot
     from scenarios.reports.check import check_report
-    from scenarios.results.log_folder import Done
+    from scenarios.results.log_folder import save_logs
     from scenarios.support.errors import ScenarioError
 
     if options.loaded and options.payload is None:
@@ -89,20 +79,21 @@ def main(options: argparse.Namespace) -> Status:
     report = check_report(checked, robot.structure.arm, every=options.all)
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
-        done = Done(
-            kind="check",
-            title=f"Logs of {robot.structure.arm.name}",
-            command=options.command_line,
-            model=robot.model,
-            flange=robot.flange,
-            couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
-            motions=list(map(Motion, recordings, carried)),
-            observing=checked.observing,
-            gains=limits,
-            document=report.document,
-            payload=payload,
-            about=None if robot.gain is None else tuple(robot.gain.tolist()),
-        )
-        save(done, saving)
+        with saving.writing():
+            save_logs(
+                saving.folder,
+                kind="check",
+                title=f"Logs of {robot.structure.arm.name}",
+                command=options.command_line,
+                model=robot.model,
+                flange=robot.flange,
+                couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
+                motions=list(map(Motion, recordings, carried)),
+                observing=checked.observing,
+                gains=limits,
+                document=report.document,
+                payload=payload,
+                about=None if robot.gain is None else tuple(robot.gain.tolist()),
+            )
     show(report, options)
     return Status.MISSED if checked.found.severity is Severity.WRONG else Status.PASSED

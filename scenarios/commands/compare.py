@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import console, under_way
+from scenarios.command_line.output import add_form_arguments, console, show, under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
 from scenarios.experiments.workers import add_worker_options, open_workers, prepare_workers, worker_words
@@ -25,38 +24,33 @@ if TYPE_CHECKING:
 
 REPORT, DOCUMENT = "report.md", "report.json"
 TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
-MEMORY = arguments.number_from(0.1, 1024.0, "GB", "0.1 is what an empty process takes")
+MEMORY = arguments.number_from(0.1, 1024.0, "GB", "an empty process takes 0.1 GB")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add(
-        "subjects",
-        nargs="*",
-        metavar="SCENARIO|FOLDER",
-        help="built-in names or paths of TOML files; or problem folders to be answered",
-    )
-    add(
-        "--method",
-        action="append",
-        default=[],
-        metavar="M",
-        help="an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable",
-    )
+    said = "built-in names or paths of TOML files; or problem folders to be answered"
+    add("subjects", nargs="*", metavar="SCENARIO|FOLDER", help=said)
+    said = "an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable"
+    add("--method", action="append", default=[], metavar="M", help=said)
     add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
     add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; finished trials in it are kept")
     add("--seed", type=arguments.seed, help="seed of the first trial (default 0; with --seal, a random one)")
-    add("--time-limit", type=TIME, default=60.0, metavar="S", help="of each call of a method [s] (default 60)")
-    add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help="likewise, on Linux [GB] (default 4)")
+    add(
+        "--time-limit", type=TIME, default=60.0, metavar="S", help="longest time of a call of a method [s] (default 60)"
+    )
+    add(
+        "--memory-limit",
+        type=MEMORY,
+        default=4.0,
+        metavar="GB",
+        help="largest memory of a call of a method, on Linux [GB] (default 4)",
+    )
     instead = parser.add_mutually_exclusive_group()
     instead.add_argument("--check", metavar="M", help="test one method for properties that every method should have")
-    instead.add_argument(
-        "--seal",
-        type=arguments.folder,
-        metavar="DIR",
-        help="write trials as problems, the true gains apart, with a hash",
-    )
+    said = "write trials as problems, the true gains apart, with a hash"
+    instead.add_argument("--seal", type=arguments.folder, metavar="DIR", help=said)
     instead.add_argument(
         "--open", type=arguments.folder, metavar="DIR", help="score answer files against the problems sealed there"
     )
@@ -178,7 +172,7 @@ def _checked(options: argparse.Namespace) -> Status:
     """Ask one method for what any method should keep; 1 if a promise is broken."""
     from scenarios.benchmark.comparison.contract import contract
     from scenarios.benchmark.methods import method_of
-    from scenarios.reports.contract import contract_report
+    from scenarios.reports.comparison import contract_report
 
     with under_way(options, "asking"):
         found = contract(method_of(options.check), _limits(options))

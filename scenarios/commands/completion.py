@@ -8,7 +8,7 @@ from scenarios.command_line.gains_file_arguments import gains_path
 from scenarios.command_line.status import Status
 from scenarios.command_line.streams_and_signals import tell
 from scenarios.commands import COMMANDS
-from scenarios.commands.main_parser import parser_of
+from scenarios.commands.overview import parser_of
 
 SHELLS = {
     "bash": 'in ~/.bashrc: eval "$(rx90 completion bash)"',

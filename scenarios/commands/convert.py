@@ -16,13 +16,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
-    add(
-        "--out",
-        type=arguments.file,
-        required=True,
-        metavar="FILE",
-        help="recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode",
-    )
+    said = "recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
     add("--flange", metavar="BODY", help="its last body, where the file has more; joints beyond are no part of it")
     add_log_arguments(parser)

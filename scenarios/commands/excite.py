@@ -39,13 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
-    add(
-        "--out",
-        type=arguments.file,
-        required=True,
-        metavar="FILE",
-        help="motion file to write, TOML; an interrupted search continues from it",
-    )
+    said = "motion file to write, TOML; an interrupted search continues from it"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
     add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
     add_search_arguments(parser)
@@ -126,18 +121,14 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _fill_in(options: argparse.Namespace) -> None:
-    """State what the options leave to their protocol.
-
-    Raises:
-        ScenarioError: If they do not fit it.
-    """
+    """State what the options leave to their protocol."""
     from scenarios.support.errors import ScenarioError
 
     if options.protocol == "holds":
         for name in ("harmonics", "improve"):
             if getattr(options, name):
                 raise ScenarioError(
-                    f"--{name} does not go with --protocol holds, whose motions have a form of their own"
+                    f"--{name} cannot be combined with --protocol holds, whose motions are not a harmonic series"
                 )
     for name, value in USUAL[options.protocol].items():
         if getattr(options, name) is None:
@@ -156,7 +147,9 @@ def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Probl
     problem, unloaded = hold_problem(problem)
     joints = ", ".join(str(j + 1) for j in unloaded.nonzero()[0])
     if joints:
-        complain(f"the payload's weight puts no torque on joint {joints}: holds and slow sweeps do not show its gain")
+        complain(
+            f"gravity of the payload puts no torque on joint {joints}: holds and slow sweeps do not identify its gain"
+        )
     return problem, Holds(limits=problem.limits, duration=options.duration)
 
 

@@ -14,15 +14,19 @@ from ident.support.options import options_from_words
 from scenarios.command_line import gains_file_arguments
 from scenarios.command_line.known_gains_arguments import add_gains_argument
 from scenarios.command_line.log_arguments import add_log_arguments, log_description, read_unrepaired
-from scenarios.command_line.motion_arguments import MountedFiles, add_motion_arguments, mounted_files
+from scenarios.command_line.motion_arguments import (
+    MountedFiles,
+    add_motion_arguments,
+    add_unseen_arguments,
+    mounted_files,
+    unseen_log,
+)
 from scenarios.command_line.options import add_options, chosen, policy_of
-from scenarios.command_line.output import add_form_arguments, form, show
+from scenarios.command_line.output import add_form_arguments, form, show, under_way
 from scenarios.command_line.parser import complain
-from scenarios.command_line.progress import under_way
 from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
-from scenarios.command_line.saving import add_save_argument, claimed_folder, save_identified
 from scenarios.command_line.status import Status
-from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
+from scenarios.command_line.writing import add_save_argument, claimed_folder
 from scenarios.commands import identify_bare
 
 
@@ -36,13 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
-    said = "for bare recordings and --gains only: a payload; predicts each gain's uncertainty with it"
+    said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
-    said = (
-        "other gains, a file or numbers as 12,12,10: what they make of the weight that was mounted, beside those found"
-    )
+    said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
     gains_file_arguments.add_compared_gains(parser, said)
-    said = "Predicted with the gains found; with --compare-with, status 1 unless these predict it better than G."
+    said = "Predicted with the gains found; with --compare-with, status 1 unless the gains found predict it better."
     add_unseen_arguments(parser, said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)
@@ -55,6 +57,7 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
+    from ident.estimation.known_gains import check_signs, estimated_gains
     from ident.payload_identification.gains_outcome import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
     from ident.unseen import predict_unseen
@@ -94,6 +97,8 @@ def main(options: argparse.Namespace) -> Status:
         )
         identify_s = time.perf_counter() - started
         assert found.prepared is not None, "an identification has what it was found from"
+        if other is not None:
+            check_signs(estimated_gains(found.estimate), other)
         cost = None if other is None else outcome_of_other_gains(found.prepared.problem, other, own)
         unseen = None if log is None else predict_unseen(found, log, other=other)
     if held is not None:
@@ -105,11 +110,27 @@ def main(options: argparse.Namespace) -> Status:
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)
     report = estimate_report(found, structure.arm, identify_s, cost, unseen)
-    title = f"Drive gains of {structure.arm.name} by {options.method}"
-    save_identified(
-        options, saving, report, kind="identification", title=title, motions=motions, observing=found.observing,
-        gains=limits, own=own, found=found,
-    )  # fmt: skip
+    if saving is not None:
+        from scenarios.results.fit_rows import fit_of
+        from scenarios.results.log_folder import save_logs
+
+        with saving.writing():
+            save_logs(
+                saving.folder,
+                kind="identification",
+                title=f"Drive gains of {structure.arm.name} by {options.method}",
+                command=options.command_line,
+                model=options.model,
+                flange=options.flange,
+                couplings=options.coupling,
+                motions=motions,
+                observing=found.observing,
+                gains=limits,
+                document=report.document,
+                method=options.method,
+                options=own,
+                fit=fit_of(found.prepared, found.estimate),
+            )
     show(report, options)
     return Status.PASSED if unseen is None or unseen.passed else Status.MISSED
 

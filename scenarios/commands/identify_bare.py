@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from ident.model.structure import Structure
 from ident.recordings.motion import Motion
-from scenarios.command_line.saving import save_identified
 from scenarios.reports.content import Report
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
@@ -13,10 +12,6 @@ from scenarios.support.errors import ScenarioError
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     """Whether ratios of gains are what the recordings give: none carries a payload, and no option gives a gain.
-
-    Args:
-        options: Of the command line.
-        loaded: Whether a recording carries a payload.
 
     Raises:
         ScenarioError: If something is asked for that goes with the other kind of recordings alone.
@@ -28,7 +23,8 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
     if bare and options.compare_with is not None:
         raise ScenarioError(
-            "--compare-with: bare recordings weigh nothing; add --loaded B --payload P.toml, or use --gains G"
+            "--compare-with: bare recordings have no payload to weigh; add "
+            "--loaded B --payload P.toml, or use --gains G"
         )
     if bare and options.unseen is not None:
         raise ScenarioError("--unseen: bare recordings give no gains to predict with; add --loaded B --payload P.toml")
@@ -53,8 +49,8 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     from ident.observation.observation import ObserveOptions
     from ident.payload.files import read_payload
     from ident.support.options import options_from_words
+    from scenarios.command_line.gains_file_arguments import known_gains
     from scenarios.command_line.options import chosen, policy_of
-    from scenarios.experiments.files.gains import read_gains
     from scenarios.gains_in_use.bare import bare_answer, bare_result
     from scenarios.gains_in_use.model_update.known_links import known_links
     from scenarios.reports.bare import bare_report
@@ -72,23 +68,31 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
         observing=observing,
         gains=limits,
         options=own,
-        known=None if options.gains is None else read_gains(options.gains).known,
+        known=None if options.gains is None else known_gains(options.gains, structure.arm),
         payload=payload,
         policy=policy_of(options),
     )
     links = known_links(answer.in_si, structure, options.model, options.flange)
     report = bare_report(bare_result(answer, links, structure.arm), structure.arm.revolute)
-    save_identified(
-        options,
-        saving,
-        report,
-        kind="bare",
-        title=f"Bare motions of {structure.arm.name}",
-        motions=motions,
-        observing=answer.observing,
-        gains=limits,
-        own=own,
-        payload=payload,
-        believed=options.gains,
-    )
+    if saving is not None:
+        from scenarios.results.log_folder import save_logs
+
+        with saving.writing():
+            save_logs(
+                saving.folder,
+                kind="bare",
+                title=f"Bare motions of {structure.arm.name}",
+                command=options.command_line,
+                model=options.model,
+                flange=options.flange,
+                couplings=options.coupling,
+                motions=motions,
+                observing=answer.observing,
+                gains=limits,
+                document=report.document,
+                method=options.method,
+                options=own,
+                payload=payload,
+                believed=options.gains,
+            )
     return report

@@ -7,9 +7,7 @@ from scenarios.command_line.output import add_form_arguments, form, page, show
 from scenarios.command_line.status import Status
 from scenarios.command_line.streams_and_signals import tell
 from scenarios.experiments.files.tables import builtin_names, scenario_table
-from scenarios.reports.content import Column, Report, Table, cells
-
-COLUMNS = (Column(title="Scenario", words=True), Column(title="Description", words=True))
+from scenarios.reports.content import Report, pairs_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,9 +19,9 @@ def main(options: argparse.Namespace) -> Status:
     """Name every built-in scenario with its description, a line each where that fits."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
     if form(options) != "text":
-        from scenarios.experiments.files.listed import listed
+        from scenarios.results.written import listed
 
-        table = Table(columns=COLUMNS, rows=tuple(cells(*each) for each in described.items()))
+        table = pairs_table("Scenario", "Description", described)
         show(Report("Built-in scenarios", (table,), listed(described).model_dump(mode="json")), options)
         return Status.PASSED
     width, indent = page().width, max(map(len, described)) + 2

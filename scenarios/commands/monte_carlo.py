@@ -32,8 +32,7 @@ def main(options: argparse.Namespace) -> Status:
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
     from scenarios.experiments.studies.joint_rows import rows_in
-    from scenarios.experiments.studies.statistics import study_result
-    from scenarios.experiments.studies.summary_files import write_summary
+    from scenarios.experiments.studies.statistics import study_result, write_summary
     from scenarios.reports.files import write_figures
     from scenarios.reports.monte_carlo import monte_carlo_report
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from scenarios.design.excitation import Design
     from scenarios.design.search import Found, Series
 
-TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "the strongest arms that are made have 1e5 N m")
-MASS = arguments.number_from(LIGHTEST, HEAVIEST, "kg", "beyond it units are others")
-EVALUATIONS = arguments.count_from(1, 10**6, "takes an hour")
+TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
+MASS = arguments.number_from(LIGHTEST, HEAVIEST, "kg", "check the unit")
+EVALUATIONS = arguments.count_from(1, 10**6, "the largest number takes an hour")
 USUAL = 400
 """Motions that are tried."""
 
@@ -29,10 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", metavar="MODEL", type=arguments.file, help="MJCF or URDF file of the arm")
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
-    add("--name", help="of the robot (default: that of the model)")
-    what = "largest torque of each joint [N m, N] (default: the file's, or by rule)"
+    add("--name", help="name of the robot (default: that of the model)")
+    what = "largest torque of each joint [N m, N] (default: the file's, or by a rule of thumb)"
     add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
-    add("--rated-load", type=MASS, metavar="KG", help="largest mass that the arm may carry, which the payload keeps to")
+    add(
+        "--rated-load",
+        type=MASS,
+        metavar="KG",
+        help="largest mass that the arm may carry, an upper limit for the payload",
+    )
     what = "what is mounted: payload file, or mass [kg] of a steel bar (default: a bar that the arm can carry)"
     add("--payload", type=_payload, metavar="FILE|KG", help=what)
     what = "start pose [rad, m], one number per joint (default: the file's, or the first one clear of obstacles)"
@@ -86,11 +91,7 @@ def _payload(text: str) -> Path | float:
 
 
 def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
-    """Better and better motions that a search with another seed each time finds.
-
-    Raises:
-        KeyboardInterrupt: If it is stopped.
-    """
+    """Better and better motions that a search with another seed each time finds."""
     chosen = argparse.Namespace(
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )

@@ -1,13 +1,15 @@
-"""What one can do with `rx90`, told before any command is imported: its commands, its exit statuses, its version."""
+"""The command line as a whole: its commands, exit statuses and version, and the parser of all commands."""
 
 import argparse
 import shutil
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
+from scenarios.command_line.arguments import add_quiet_argument
+from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.status import MEANINGS, Status
 from scenarios.command_line.streams_and_signals import tell
-from scenarios.commands import COMMANDS, GROUPS
+from scenarios.commands import COMMANDS, GROUPS, command
 
 PURPOSE = "Testbench and identification of robot drive gains."
 FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
@@ -64,3 +66,22 @@ def version_text() -> str:
     project, *_ = PACKAGES
     others = [f"{name} {version}" for name, version in found.items() if name != project]
     return "\n".join([f"rx90 {found[project]}", *others, ""])
+
+
+def parser_of(wanted: Collection[str]) -> OneLineParser:
+    """The parser. Commands in `wanted` alone are imported, for their arguments."""
+    parser = OneLineParser(
+        prog="rx90",
+        usage="rx90 [-h] [--version] COMMAND ...",
+        description=overview(),
+        epilog=statuses(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=Version)
+    commands = parser.add_subparsers(prog="rx90", metavar="COMMAND", help=argparse.SUPPRESS)
+    for name, summary in COMMANDS.items():
+        below = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        if name in wanted:
+            command(name).add_arguments(below)
+            add_quiet_argument(below)
+    return parser

@@ -4,8 +4,7 @@ import argparse
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.arguments import add_force_argument
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.status import Status
 
 TEXT = "paper.md"
@@ -25,8 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
     from scenarios.benchmark.paper.experiment import run_paper
-    from scenarios.benchmark.paper.folder import FILES, paper_result, write_raw_numbers
-    from scenarios.benchmark.paper.torques import case_torques
+    from scenarios.benchmark.paper.folder import FILES, case_rows, paper_result, write_raw_numbers
     from scenarios.command_line.writing import right_to_write
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.paper import paper_report
@@ -37,7 +35,7 @@ def main(options: argparse.Namespace) -> Status:
         held = right_to_write(options, options.out, names, command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
         result = run_paper(options.seed, stages=stages)
-    report = paper_report(paper_result(result), case_torques(result.cases[1]), result.seed)
+    report = paper_report(paper_result(result), case_rows("case 2", result.cases[1]), result.seed)
     if held is not None:
         with held.writing():
             write_figures(report, held.folder)

@@ -10,10 +10,9 @@ from ident.support.naming import one_line
 from scenarios.command_line import gains_file_arguments
 from scenarios.command_line.known_gains_arguments import add_gains_argument
 from scenarios.command_line.log_arguments import add_log_arguments, log_description
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.motion_arguments import add_unseen_arguments, unseen_log
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.status import Status
-from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
 
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from ident.model.structure import Structure
     from ident.unseen import Unseen
     from scenarios.experiments.files.gains import GainsFile
+    from scenarios.gains_in_use.model_update.values import BareFile
 
 NAME = "rx90 patch"
 
@@ -31,11 +31,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = "gains that the effort limits of MODEL assume, as from a data sheet, same file format; without "
+    said = "gains that the effort limits of MODEL assume, for example of a data sheet, same file format; without "
     add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)
-    said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
+    said = (
+        "write mass, centre and inertia of the links too; --arm must come from bare recordings identified with --gains"
+    )
     add("--links", action="store_true", help=said)
     within = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
     said = "largest relative standard deviation of a value that is written (default %(default)s)"
@@ -43,13 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
     said = (
-        "MODEL with the gains of --nominal and the copy with those of --gains predict its currents; the copy is "
-        "written only if it predicts better, else status 1."
+        "The copy predicts its currents, beside a copy with the gains of --nominal, without these MODEL as it is; it "
+        "is written only if it predicts better, and within what is expected, else status 1."
     )
     add_unseen_arguments(parser, said)
     add_log_arguments(parser)
     add_form_arguments(parser)
-    arguments.add_force_argument(parser, "; write a copy that predicts --unseen no better")
+    arguments.add_force_argument(parser, "; write a copy that fails to predict --unseen")
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -76,8 +78,12 @@ def main(options: argparse.Namespace) -> Status:
         links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
     joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
     found = patched_model(options.model, joints, links)
+    rival, other = options.model.read_bytes(), "the model as it is"
+    if nominal is not None:
+        stated = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
+        rival, other = patched_model(options.model, stated, links).content, "the gains of --nominal in it"
     with under_way(options, "predicting"):
-        unseen = _unseen(options, structure, gains, nominal, found.content)
+        unseen = _unseen(options, structure, gains, nominal, (found.content, rival), bare if options.links else None)
     contents = [found.content]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
@@ -86,14 +92,27 @@ def main(options: argparse.Namespace) -> Status:
         with right.writing():
             path.write_bytes(content)
     told = patched(found.changes, gains, options.out, options.ros_params, unseen, written=passed or options.force)
-    show(patch_report(told), options)
+    show(patch_report(told, other), options)
     return Status.PASSED if passed else Status.MISSED
 
 
 def _unseen(
-    options: argparse.Namespace, structure: "Structure", gains: "GainsFile", nominal: "GainsFile | None", copy: bytes
+    options: argparse.Namespace,
+    structure: "Structure",
+    gains: "GainsFile",
+    nominal: "GainsFile | None",
+    models: tuple[bytes, bytes],
+    fitted: "BareFile | None",
 ) -> "Unseen | None":
-    """A motion as the copy with the gains predicts it, and as the model with the nominal ones; None if none is given.
+    """A motion as the copy with the gains predicts it, and its rival; None if no motion is given.
+
+    Args:
+        options: Of the command.
+        structure: Of the arm.
+        gains: Of the copy.
+        nominal: Of the rival, None for the same.
+        models: Content of the copy and of the rival.
+        fitted: What the links of the copy were fitted to, None where they are those of the model file.
 
     Raises:
         ScenarioError: If the gains were found from it.
@@ -104,31 +123,36 @@ def _unseen(
         return None
     from tempfile import TemporaryDirectory
 
+    import numpy as np
+
+    from ident.estimation.cross_validation import JointPrediction
     from ident.estimation.gain_options import GainOptions
-    from ident.unseen import UsedModel, explained, predicted, unseen_motion
+    from ident.unseen import UsedModel, predicted, unseen_motion
     from scenarios.experiments.nominal_links import model_base
     from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
 
     check_unseen(gains, [], [log.recording])
     limits = options_of(GainOptions, gains.options.gains, ())
     unseen = unseen_motion(log, [], structure, observing=observe_options(gains, ()), gains=limits)
+    fits = {
+        each.joint - 1: JointPrediction(
+            joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)
+        )
+        for each in (() if fitted is None else fitted.joints)
+        if each.predicted_rel_error is not None and each.fitted_rel_error is not None
+    }
+    used = list[UsedModel]()
     with TemporaryDirectory() as folder:
         path = Path(folder) / options.model.name
-        path.write_bytes(copy)
-        given, patched = (model_base(each, options.flange, structure.base) for each in (options.model, path))
-    nominal_gains = (nominal or gains).known
-    models = (
-        UsedModel(gains=of, base=base, fitted={}) for of, base in ((gains.known, patched), (nominal_gains, given))
-    )
-    return explained(predicted(unseen, *models))
+        for of, content in zip((gains, nominal or gains), models, strict=True):
+            path.write_bytes(content)
+            base = model_base(path, options.flange, structure.base)
+            used.append(UsedModel(gains=of.known, base=base, covariance=np.zeros((len(base),) * 2), fits=fits))
+    return predicted(unseen, *used)
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:
-    """The copy is read by the ending of the model, and no file is written twice or over the model.
-
-    Raises:
-        ScenarioError: If not so.
-    """
+    """The copy is read by the ending of the model, and no file is written twice or over the model."""
     if written[0].suffix.lower() != model.suffix.lower():
         raise ScenarioError(
             f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"

@@ -5,8 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import console
+from scenarios.command_line.output import add_form_arguments, console, show
 from scenarios.command_line.searching import add_search_arguments, check_harmonics, kept_of, searched
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
@@ -26,13 +25,16 @@ DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add(
-        "scenario",
-        metavar="SCENARIO",
-        help="a built-in name or TOML file: arm, drives, motion and what is known of a payload",
-    )
+    said = "a built-in name or TOML file: gives arm, drives, motion and what is known of the payload"
+    add("scenario", metavar="SCENARIO", help=said)
     add("--out", type=arguments.folder, metavar="DIR", help="folder for payload file, drawing and scenario")
-    add("--density", type=DENSITY, default=STEEL, metavar="D", help="of the material [kg/m^3] (default 7850, steel)")
+    add(
+        "--density",
+        type=DENSITY,
+        default=STEEL,
+        metavar="D",
+        help="density of the material [kg/m^3] (default 7850, steel)",
+    )
     add("--excite", action="store_true", help="also search a motion for the payload; options of that search:")
     add_search_arguments(parser)
     arguments.add_force_argument(parser)
@@ -54,7 +56,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.payload import payload_report
-    from scenarios.support.search_progress import search_progress
+    from scenarios.support.progress import search_progress
 
     setup, motion = setup_of(load_scenario(options.scenario)), None
     with search_progress("weights", STEPS, console(options)) as say:
@@ -72,11 +74,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
-    """The design with a motion searched for its weight, and that motion.
-
-    Raises:
-        KeyboardInterrupt: If the search is stopped.
-    """
+    """The design with a motion searched for its weight, and that motion."""
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
     from scenarios.design.search import Series

@@ -5,8 +5,7 @@ import argparse
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, weigh
 from scenarios.command_line.log_arguments import add_log_arguments
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.robot_arguments import add_model_arguments
 from scenarios.command_line.status import Status
 
@@ -25,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, find the payload, tell."""
-    from ident.payload_identification.joint_agreement import check_mass, joint_agreement
+    from ident.payload_identification.common_scale import check_mass, joint_agreement
     from ident.payload_identification.payload_body import body_of
     from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.payload_of import payload_report

@@ -2,8 +2,7 @@
 
 import argparse
 
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.status import Status
 
 
@@ -24,7 +23,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.files.methods import with_method
+    from scenarios.experiments.files.settings import with_method
     from scenarios.prediction.budget import predicted_budget
     from scenarios.reports.predict import prediction_report
 

@@ -23,7 +23,7 @@ KEPT = "kept, but it differs from the scenario's payload; unless it was measured
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="gives robot, motions, weights and options")
+    add("scenario", metavar="SCENARIO", help="gives robot, motions, payloads and options")
     said = "page to write, Markdown; a file of each payload is written beside it unless it exists"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     arguments.add_force_argument(parser)
@@ -43,7 +43,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
     from scenarios.results.written import Written
-    from sim.torque_limits import check_torque_limits
+    from sim.feedforward_currents import check_torque_limits
 
     setup, stated = setup_of(load_scenario(options.scenario)), payloads_as_stated(options.scenario)
     check_torque_limits(setup.experiments)
@@ -70,7 +70,7 @@ def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[lis
     """
     from ident.payload.files import read_payload, write_payload
     from ident.support.errors import PayloadError
-    from scenarios.experiments.files.schema_line import schema_line
+    from scenarios.experiments.files.toml_text import schema_line
     from scenarios.results.run_folder import payload_file
 
     written, other = list[str](), list[str]()

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.streams_and_signals import tell
 
@@ -14,12 +14,8 @@ PAGE = "report.html"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add(
-        "folder",
-        metavar="DIR",
-        type=arguments.folder,
-        help="folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out",
-    )
+    said = "folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out"
+    add("folder", metavar="DIR", type=arguments.folder, help=said)
     add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
     add("--no-picture", action="store_true", help="omit the picture of the arm, which takes seconds to render")
     arguments.add_force_argument(parser)

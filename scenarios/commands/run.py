@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line import gains_file_arguments
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.status import Status
 
 
@@ -14,13 +13,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
-    parser.add_argument(
-        "--save",
-        "--out",
-        type=arguments.folder,
-        metavar="DIR",
-        help="folder for recordings, payloads, true values and result",
-    )
+    said = "folder for recordings, payloads, true values and result"
+    parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=said)
     gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
 
@@ -34,8 +28,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
     from scenarios.results.gains_file import gains_file
-    from scenarios.results.run_folder import identify_command, origin, run_files, save_run
-    from scenarios.results.scene import scene_digest
+    from scenarios.results.run_folder import identify_command, origin, run_files, save_run, scene_digest
 
     setup, held = setup_of(load_scenario(options.scenario)), None
     if options.save is not None:

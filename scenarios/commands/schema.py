@@ -7,10 +7,8 @@ from pathlib import Path
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.status import Status
 from scenarios.command_line.streams_and_signals import tell
-from scenarios.experiments.files.schema_line import ENDING, FOLDER
-from scenarios.reports.content import Column, Paragraph, Report, Table, cells
-
-COLUMNS = (Column(title="Schema", words=True), Column(title="Describes", words=True))
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
+from scenarios.reports.content import Paragraph, Report, pairs_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,9 +26,9 @@ def main(options: argparse.Namespace) -> Status:
         return Status.PASSED
     about = {name: str(json.loads(path.read_text(encoding="utf-8"))["description"]) for name, path in files.items()}
     first = {name: said.partition("\n")[0] for name, said in about.items()}
-    rows = tuple(cells(name, said) for name, said in first.items())
-    parts = (Table(columns=COLUMNS, rows=rows), Paragraph(f"rx90 schema NAME prints one; the files are in {FOLDER}."))
+    said = Paragraph(f"rx90 schema NAME prints one; the files are in {FOLDER}.")
     document = {name: {"about": first[name], "file": str(path)} for name, path in files.items()}
+    parts = pairs_table("Schema", "Describes", first), said
     show(Report("JSON Schemas of files and results", parts, document), options)
     return Status.PASSED
 

@@ -4,8 +4,7 @@ import argparse
 from pathlib import Path
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
@@ -18,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("folder", type=arguments.folder, metavar="DIR", help="folder of downloaded recordings")
-    said = f"as of rx90 compare; repeatable (default {', '.join(METHODS)})"
+    said = f"method, as in rx90 compare; repeatable (default {', '.join(METHODS)})"
     add("--method", action="append", default=[], metavar="M", help=said)
     add(
         "--recipe", type=arguments.file, action="append", default=[], metavar="FILE", help="one more recipe; repeatable"
@@ -28,10 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=arguments.folder,
         required=True,
         metavar="OUT",
-        help=f"folder of {PAGE}, problems and answers; answers that it holds are not asked for again",
+        help=f"folder of {PAGE}, problems and answers; answers in it are reused",
     )
     add("--time-limit", type=arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day"), default=300.0,
-        metavar="S", help="of each call of a method [s] (default %(default)g)")  # fmt: skip
+        metavar="S", help="longest time of a call of a method [s] (default %(default)g)")  # fmt: skip
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
 
@@ -44,12 +43,14 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.scoreboard.recipes import recipes
     from scenarios.reports.renderers import Page, renderer
     from scenarios.reports.scoreboard import scoreboard_report
+    from scenarios.results.write_access import check_own_folder
 
     folder: Path = options.folder
     if not folder.is_dir():
-        raise ScenarioError(f"{folder}: no such folder; expected the one of your downloads")
+        raise ScenarioError(f"{folder}: no such folder; expected the folder of downloaded recordings")
     methods = [method_of(text) for text in options.method or METHODS]
     wanted = recipes(options.recipe)
+    check_own_folder(options.out, "rx90 scoreboard")
     held = right_to_write(options, options.out, [PAGE, ANSWERS], command="rx90 scoreboard")
     with under_way(options, "reading") as stages, held.writing():
         limits = Limits(time_s=options.time_limit)

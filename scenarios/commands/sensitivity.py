@@ -37,8 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.experiments.studies.budget import study_budget
-    from scenarios.experiments.studies.summary_files import write_budget
+    from scenarios.experiments.studies.budget import study_budget, write_budget
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.sensitivity import sensitivity_report
 

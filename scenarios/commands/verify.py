@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING
 from scenarios.command_line.gains_file_arguments import add_compared_gains, known_gains
 from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, observe_words, weigh
 from scenarios.command_line.log_arguments import add_log_arguments, log_description
-from scenarios.command_line.motion_arguments import MountedFiles, add_motion_arguments, mounted_files
+from scenarios.command_line.motion_arguments import (
+    MountedFiles,
+    add_motion_arguments,
+    add_unseen_arguments,
+    mounted_files,
+    unseen_log,
+)
 from scenarios.command_line.options import policy_of
-from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.progress import under_way
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
 from scenarios.command_line.status import Status
-from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen_log
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -32,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = "gains of a data sheet, a file or numbers as 12,12,10, that the motion of --unseen is predicted with as well"
     add_compared_gains(parser, said)
     said = (
-        "Predicted with the gains of --gains, or those found; with --compare-with, status 1 unless these predict it "
+        "Predicted with the gains of --gains, or those found; with --compare-with, status 1 unless they predict it "
         "better than G."
     )
     add_unseen_arguments(parser, said)
@@ -51,6 +55,7 @@ def main(options: argparse.Namespace) -> Status:
 
 def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
     from ident.payload.files import read_payload
+    from ident.payload_identification.common_scale import check_mass
     from ident.payload_identification.verification import verified
     from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.verify import verification_report
@@ -63,6 +68,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     with under_way(options, "weighing"):
         weighed, diagnosed, prepared = weigh(options, file, unloaded, mounted[0].recordings)
         found = verified(weighed, payload, file.known)
+        check_mass(found.body)
         unseen = _unseen(options, file, prepared)
     show(verification_report(found, diagnosed, unseen), options)
     return Status.PASSED if found.passed and (unseen is None or unseen.passed) else Status.MISSED

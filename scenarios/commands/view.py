@@ -5,9 +5,8 @@ import os
 import sys
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.parser import printable
-from scenarios.command_line.progress import under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.surroundings import with_opengl
 from scenarios.support.errors import ScenarioError
@@ -21,13 +20,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    add(
-        "--render",
-        "--out",
-        type=arguments.file,
-        metavar="FILE",
-        help="render to a file: PNG, GIF or MP4 by its ending",
-    )
+    said = "render to a file: PNG, GIF or MP4 by its ending"
+    add("--render", "--out", type=arguments.file, metavar="FILE", help=said)
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
@@ -85,11 +79,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _check_opengl() -> None:
-    """Import MuJoCo, which reads MUJOCO_GL then and there.
-
-    Raises:
-        NoPicture: If the OpenGL that it names is not there.
-    """
+    """Import MuJoCo, which reads MUJOCO_GL then and there."""
     try:
         import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport]
     except (ImportError, AttributeError, RuntimeError) as error:  # as the libraries below it fail

@@ -63,7 +63,7 @@ def arm_end(path: Path) -> ArmEnd:
     if len(tips) > 1 and all(tips):
         raise RobotError(
             f"robot model {path}: its joints form {len(tips)} chains, which end at {', '.join(tips)}; name the last "
-            f"body of the one that is meant, as --flange {tips[0]}: joints that do not lead there are held"
+            f"body of the arm, such as --flange {tips[0]}: joints outside the chain to it are locked"
         )
     if not held or len(arm) < FEWEST or len(tips) != 1 or not tips[0]:
         return ArmEnd(None)

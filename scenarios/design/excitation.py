@@ -49,8 +49,7 @@ SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
 def objective(deviations: Array) -> float:
     """What a design makes small: logarithm of the wanted gains' deviations, mostly of the worst.
 
-    Args:
-        deviations: Relative standard deviations of the wanted gains, shape (w,).
+    `deviations` are relative, of the wanted gains, shape (w,).
     """
     return float(np.log(np.linalg.norm(deviations, ord=8)) + 0.2 * np.mean(np.log(deviations)))
 
@@ -92,7 +91,7 @@ def design_problem(setup: Setup) -> Problem:
     scenario = setup.scenario
     wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
     if not wanted.size:
-        raise ScenarioError(f"{scenario.name}: tolerance.identifiable lists no joint, so no gain is to be designed for")
+        raise ScenarioError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no gain to optimise")
     if not names:
         raise ScenarioError(
             f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
@@ -177,9 +176,7 @@ class Design:
     def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
         """The motion, shrunk about its centre until it keeps every limit on a fine grid.
 
-        Args:
-            trajectory: The motion.
-            sizes: Factors that are tried, in this order.
+        Factors `sizes` are tried in this order.
 
         Raises:
             TrajectoryError: If none of them will do.

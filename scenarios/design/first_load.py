@@ -15,7 +15,8 @@ from ident.model.arm import Arm
 from ident.payload.files import read_payload
 from ident.payload.payload import Payload
 from ident.support.errors import PayloadError
-from scenarios.design.rules_of_thumb import PACE, RATED, Stated, bar, beside_the_axis, body_of, random_torques
+from scenarios.design.rules_of_thumb import PACE, RATED, Stated, bar, beside_the_axis, random_torques
+from scenarios.experiments.build import body_of
 from sim.compile import bare_arm
 from sim.errors import RobotError
 from sim.plant import PayloadBody
@@ -121,7 +122,7 @@ def _can_carry(
         mass = min(most, float(masses.min()))
         if mass >= min(most, LEAST * moving):
             digits = 10.0 ** (np.floor(np.log10(mass)) - 1.0)
-            weakest = f"as much as the largest torque of joint {arm.joint_names[int(masses.argmin())]} leaves room for"
+            weakest = f"the most that the largest torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
             return float(f"{np.floor(mass / digits + 1e-9) * digits:.2g}"), weakest if mass < most else ""
     j = int(np.argmin(room / torque))
     raise RobotError(

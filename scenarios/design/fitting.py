@@ -31,12 +31,8 @@ def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
 def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
     """The best motion of a search, if a tenth less of it is enough; else the best of what else can be fitted.
 
-    That is the same motion, shrunk farther, or an earlier one. With it, why it is not the best; empty if it is.
-
-    Args:
-        design: The problem.
-        series: Whose points were searched.
-        kept: Motions of the search, best last, one at least.
+    That is the same motion, shrunk farther, or an earlier one. With it, why it is not the best; empty if it is. Motions
+    are `kept` best last, one at least.
 
     Raises:
         TrajectoryError: If none can be fitted; says what is wrong with the best.
@@ -56,10 +52,7 @@ def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tu
 def first_fitted(design: Design, series: Searchable, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
     """The best motion of the first search whose best is fitted by a tenth less; if there is none, of what else can be.
 
-    Args:
-        design: The problem.
-        series: Whose points were searched.
-        searches: What each kept, best last; none is begun that is not needed.
+    No search is begun that is not needed.
 
     Raises:
         TrajectoryError: If nothing can be fitted; says what is wrong with the best of the last search.

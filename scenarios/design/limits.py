@@ -103,12 +103,7 @@ def robot_limits(plant: Plant) -> Limits:
 
 
 def worst_of(excess: Array, names: tuple[str, ...]) -> str:
-    """Which limit a motion breaks most, in words.
-
-    Args:
-        excess: That of `Limits.excess`, shape (4, N, n).
-        names: Of the joints.
-    """
+    """Which limit a motion breaks most, in words. `excess` is that of `Limits.excess`, shape (4, N, n)."""
     kind, _, joint = np.unravel_index(int(excess.argmax()), excess.shape)
     what, share = list(SHARES.items())[int(kind)]
     used = 100.0 * (float(excess.max()) + share)

@@ -57,10 +57,6 @@ class ModelFacts:
 def model_facts(path: Path, flange: str | None) -> ModelFacts:
     """Read them.
 
-    Args:
-        path: A model file that has been read as an arm before.
-        flange: Last body of the arm, None where all joints are its own.
-
     Raises:
         ModelFileError: If the file holds no arm.
     """
@@ -134,10 +130,6 @@ def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
 def check_stated_numbers(path: Path, flange: str | None = None) -> None:
     """Check what a URDF states of masses and drives of the arm; files of MuJoCo are its compiler's.
 
-    Args:
-        path: The file.
-        flange: Last body of the arm; None where all bodies are the arm's.
-
     Raises:
         RobotModelError: Naming line, element and value of the first that no arm has.
     """
@@ -161,7 +153,9 @@ def _check_inertial(link: Element, inertial: Element) -> None:
     for mass in inertial.all("mass"):
         value = vector(mass, "value", 1)
         if value is not None and value[0] < 0.0:
-            raise RobotModelError(f"{mass.title}: value = {shown(mass.attributes['value'])}: a mass is not negative")
+            raise RobotModelError(
+                f"{mass.title}: value = {shown(mass.attributes['value'])}: expected a mass of 0 or more"
+            )
     for inertia in inertial.all("inertia"):
         ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
         moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])

@@ -124,11 +124,6 @@ class Given:
 def described(path: Path, folder: Path, given: Given) -> NewRobot:
     """Read a model file, and state what it leaves open by rules of thumb.
 
-    Args:
-        path: MJCF or URDF file.
-        folder: Of the robot file that will name it.
-        given: What is stated beside it.
-
     Raises:
         RobotModelError: If the file is no arm, or is read differently by identification and simulation.
         RobotError: If the home is no pose of the arm, there is not one torque a joint, or joints are too weak.
@@ -182,12 +177,6 @@ def as_robot(new: NewRobot) -> Robot:
 
 def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> Found:
     """Search for a motion that shows all gains.
-
-    Args:
-        new: The robot's description.
-        robot: The same as its file is read.
-        searched: Gives what the search with this number finds.
-        advice: What to do if none is found within the limits.
 
     Raises:
         TrajectoryError: If none is.

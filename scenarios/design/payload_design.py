@@ -15,8 +15,8 @@ from ident.payload.payload import Known, Payload
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, design_problem, objective
 from scenarios.design.limits import SHARES
-from scenarios.design.weights import SHAPES, Weight, payload_body, payload_of, solids
-from scenarios.experiments.build import Setup
+from scenarios.design.weights import SHAPES, Weight, payload_of, solids
+from scenarios.experiments.build import Setup, body_of
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
@@ -108,7 +108,7 @@ class Carrying:
     def problem_with(self, weight: Weight, payload: Payload) -> Problem:
         """The same problem with a weight, as `payload`, on the flange."""
         problem = self.design.problem
-        plant = replace(problem.plant, payload=payload_body(payload))
+        plant = replace(problem.plant, payload=body_of(payload))
         return replace(problem, plant=plant, carried=drawn(payload), solids=solids(weight, self.flange))
 
     def cost(self, weight: Weight) -> float:
@@ -138,13 +138,7 @@ class Carrying:
         )
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Candidate:
-        """The best weight of a shape.
-
-        Args:
-            shape: Of `SHAPES`.
-            seed: Of the random numbers.
-            tell: Told the share of the search that is done, now and then.
-        """
+        """The best weight of a shape. `tell` is told the share of the search that is done, now and then."""
         bounds = np.array([*SHAPES[shape].dimensions.values(), (0, 3)], dtype=np.float64)
         calls = 0
 
@@ -234,7 +228,7 @@ class PayloadDesign:
         first = self.candidates[0]
         if first.refusal:
             raise ScenarioError(
-                f"{self.scenario.name}: no weight meets the limits: the best {first.weight.shape} {first.refusal}"
+                f"{self.scenario.name}: no payload meets the limits: the best {first.weight.shape} {first.refusal}"
             )
         return first
 
@@ -257,11 +251,7 @@ def design_payload(
 ) -> PayloadDesign:
     """Search the best weight of every shape along a scenario's motion, to show every joint.
 
-    Args:
-        setup: The scenario.
-        density: Of the material [kg/m^3].
-        seed: Of the search.
-        tell: Told how many of `STEPS` are done, and what is being searched.
+    `density` is of the material [kg/m^3]; `tell` is told how many of `STEPS` are done, and what is being searched.
 
     Raises:
         ScenarioError: If the scenario mounts no payload.

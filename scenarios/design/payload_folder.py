@@ -12,9 +12,8 @@ from scenarios.design.payload_design import PayloadDesign
 from scenarios.design.weights import MASS_STD
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.mountings import LOADED
-from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.tables import builtin_names
-from scenarios.experiments.files.toml_values import toml_value
+from scenarios.experiments.files.toml_text import schema_line, toml_value
 from sim.trajectory import FourierTrajectory
 
 PAYLOAD, SCENARIO, MOTION = "payload.toml", "scenario.toml", "motion.toml"
@@ -27,12 +26,6 @@ DIGITS, NOTHING = 6, 1e-9
 def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTrajectory | None, folder: Path) -> None:
     """Write the payload file and the scenario that mounts the payload, with its motion if it has one of its own.
 
-    Args:
-        design: The design.
-        scenario: Name or path of the scenario that was designed for.
-        motion: That was searched for the payload.
-        folder: Where.
-
     Raises:
         OSError: If something cannot be written.
     """
@@ -43,7 +36,7 @@ def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTr
         f"{weight.density:g} kg/m^3.\n"
         f"# com: m from {last}, the last joint, in the axes of the link that it moves; the drawing has the axes of\n"
         "# the flange. inertia: kg m^2 about com, in the same axes as com.\n"
-        "# Nominal values. Weigh the weight when it is made and enter its mass here; mass_std assumes a scale\n"
+        "# Nominal values. Weigh the finished payload and enter its mass here; mass_std assumes a scale\n"
         f"# of {2e3 * MASS_STD:g} g at two sigma."
     )
     write_payload(as_written(design.best.payload), folder / PAYLOAD, comment=comment)
@@ -72,13 +65,7 @@ def _digits(values: Sequence[float]) -> list[float]:
 
 
 def write_scenario_file(design: PayloadDesign, scenario: str, path: Path) -> None:
-    """Write a scenario that mounts the payload and wants every gain that it shows.
-
-    Args:
-        design: The design.
-        scenario: Name or path of the scenario that was designed for.
-        path: Where.
-    """
+    """Write a scenario that mounts the payload and wants every gain that it shows."""
     wanted, after, weight = design.scenario.table.tolerance.gain, design.after.deviations, design.best.weight
     gain = [max(given, math.ceil(100.0 * SIGMAS * std) / 100.0) for given, std in zip(wanted, after.noise, strict=True)]
     base = scenario if scenario in builtin_names() else os.path.relpath(Path(scenario).resolve(), path.parent.resolve())

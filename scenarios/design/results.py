@@ -8,60 +8,42 @@ from scenarios.support.result_model import ResultModel
 
 
 class NewRobot(ResultModel):
-    """What `rx90 new-robot --json` prints.
+    """What `rx90 new-robot --json` prints."""
 
-    Attributes:
-        robot: Its name.
-        joints: Names of the joints in their order.
-        predicted_rel_std: Relative standard deviation of each gain that the motion found lets one expect, for residuals
-            of 2 % of the torque.
-        identifiable: Whether the scenario that was written wants each joint's gain.
-        files: That were written.
-        held: Joints that are taken for a gripper's, and held where they are drawn.
-        payload_mass: Of what the scenario mounts [kg].
-        payload_source: Where the payload comes from.
-        payload_warning: What speaks against it, null if nothing does.
-    """
-
-    robot: str
-    joints: list[str]
-    predicted_rel_std: list[float]
-    identifiable: list[bool]
-    files: list[str]
-    held: list[str]
-    payload_mass: float
-    payload_source: str
-    payload_warning: str | None
+    robot: str = Field(description="Its name")
+    joints: list[str] = Field(description="Names of the joints in their order")
+    predicted_rel_std: list[float] = Field(
+        description=(
+            "Relative standard deviation of each gain that the motion found lets one expect, for residuals of 2 % of "
+            "the torque"
+        )
+    )
+    identifiable: list[bool] = Field(description="Whether the scenario that was written wants each joint's gain")
+    files: list[str] = Field(description="That were written")
+    held: list[str] = Field(description="Joints that are taken for a gripper's, and held where they are drawn")
+    payload_mass: float = Field(description="Of what the scenario mounts [kg]")
+    payload_source: str = Field(description="Where the payload comes from")
+    payload_warning: str | None = Field(description="What speaks against it, null if nothing does")
 
 
 class DesignedJoint(ResultModel):
-    """What a joint sees of a payload.
+    """What a joint sees of a payload."""
 
-    Attributes:
-        joint: Its number, from 1.
-        wanted: Whether a weight is searched that shows its gain.
-        payload_std: Relative standard deviation of the gain from what is uncertain of the payload.
-        shown: Whether identification would give the gain.
-    """
-
-    joint: int = Field(ge=1)
-    wanted: bool
+    joint: int = Field(ge=1, description="Its number, from 1")
+    wanted: bool = Field(description="Whether a weight is searched that shows its gain")
     payload_torque_rms: float = Field(description="rms of the payload's part of the joint's torque [N m or N]")
     std: float | None = Field(description="predicted from the residual, as a share of the gain")
-    payload_std: float | None
-    shown: bool
+    payload_std: float | None = Field(
+        description="Relative standard deviation of the gain from what is uncertain of the payload"
+    )
+    shown: bool = Field(description="Whether identification would give the gain")
 
 
 class DesignedPayload(ResultModel):
-    """A payload and what the joints see of it.
+    """A payload and what the joints see of it."""
 
-    Attributes:
-        payload: With the keys of a payload file.
-        joints: One entry a joint, in their order.
-    """
-
-    payload: dict[str, object]
-    joints: list[DesignedJoint]
+    payload: dict[str, object] = Field(description="With the keys of a payload file")
+    joints: list[DesignedJoint] = Field(description="One entry per joint, in their order")
 
 
 class _Shape(ResultModel):
@@ -77,62 +59,51 @@ class DesignedWeight(DesignedPayload, _Shape):
 
 
 class PayloadDesign(ResultModel):
-    """What `rx90 payload --json` prints.
+    """What `rx90 payload --json` prints."""
 
-    Attributes:
-        scenario: Its name.
-        residual: Standard deviation of the residual that is expected, as a share of each joint's rms torque.
-        flange: Frame of the model that the weight is mounted on, null where the last joint's axis stands for one.
-        before: The scenario's own payload.
-        after: The weight to make.
-        candidates: The best weight of each shape, the best first and those that must not be mounted last.
-    """
-
-    scenario: str
-    residual: float
+    scenario: str = Field(description="Its name")
+    residual: float = Field(
+        description="Standard deviation of the residual that is expected, as a share of each joint's rms torque"
+    )
     rated_load: float | None = Field(description="largest mass that the arm may carry, null if its file says none [kg]")
     own_is_better: bool = Field(description="whether the scenario's own payload identifies the worst joint better")
-    flange: str | None
-    before: DesignedPayload
-    after: DesignedPayload
-    candidates: list[DesignedWeight]
+    flange: str | None = Field(
+        description="Frame of the model that the weight is mounted on, null where the last joint's axis stands for one"
+    )
+    before: DesignedPayload = Field(description="The scenario's own payload")
+    after: DesignedPayload = Field(description="The weight to make")
+    candidates: list[DesignedWeight] = Field(
+        description="The best weight of each shape, the best first and those that must not be mounted last"
+    )
 
 
 class Sampled(ResultModel):
-    """What `rx90 trajectory --json` prints; a number a joint.
+    """What `rx90 trajectory --json` prints; a number a joint."""
 
-    Attributes:
-        out: The file that was written.
-        format: Its form, as --format names it.
-        samples: Times that each joint has a position for.
-        duration_s: Time of the last sample, the first being at 0 [s].
-        beyond_limits: Limits of the arm that the motion breaks, in words, a joint and limit each.
-    """
-
-    out: str
-    format: str
-    samples: int
-    duration_s: float
+    out: str = Field(description="The file that was written")
+    format: str = Field(description="Its form, as --format names it")
+    samples: int = Field(description="Times that each joint has a position for")
+    duration_s: float = Field(description="Time of the last sample, the first being at 0 [s]")
     start: list[float] = Field(description="first position of each joint [rad or m]")
     max_velocity: list[float] = Field(description="largest speed of each joint [rad/s or m/s]")
     max_acceleration: list[float] = Field(description="largest acceleration of each joint [rad/s^2 or m/s^2]")
-    beyond_limits: list[str]
+    beyond_limits: list[str] = Field(
+        description="Limits of the arm that the motion breaks, in words, a joint and limit each"
+    )
 
 
 class Searched(ResultModel):
-    """What `rx90 excite --json` prints.
+    """What `rx90 excite --json` prints."""
 
-    Attributes:
-        out: The motion file that was written.
-        cost_of_start: The `cost`, of logarithms too, of the motion that the search began with.
-        cost: What the search makes small: logarithms of the wanted gains' relative deviations, mostly of the worst, and
-            a penalty on limits that the motion exceeds. A lower one is better.
-    """
-
-    out: str
+    out: str = Field(description="The motion file that was written")
     tried: int = Field(description="motions")
-    cost_of_start: float
-    cost: float
+    cost_of_start: float = Field(description="The `cost`, of logarithms too, of the motion that the search began with")
+    cost: float = Field(
+        description=(
+            "Cost that the search minimises: logarithms of the wanted gains' relative deviations, mostly of "
+            "the worst, and a penalty on limits that the motion exceeds"
+        )
+    )
     predicted_rel_std: list[float | None] = Field(
         description="relative standard deviation of each gain, null where the motion does not determine it"
     )

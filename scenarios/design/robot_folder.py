@@ -14,8 +14,7 @@ from scenarios.design.new_robot import SHOWN, Found, NewRobot
 from scenarios.design.rules_of_thumb import Stated, assumed
 from scenarios.design.searched_motion import percents
 from scenarios.experiments.files.motions import write_motion
-from scenarios.experiments.files.schema_line import schema_line
-from scenarios.experiments.files.toml_values import toml_value
+from scenarios.experiments.files.toml_text import schema_line, toml_value
 from scenarios.support.errors import ScenarioError, UnreadableFile
 from sim.robot import Robot
 from sim.robot_files import read_robot
@@ -48,15 +47,15 @@ def robot_text(new: NewRobot) -> str:
         "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
         "# word or one per joint. Units of a joint that slides stand in brackets.",
         f"name = {toml_value(new.name)}",
-        f"model = {toml_value(new.model)}  # masses, centres and inertias of links are taken from there, as they are",
+        f"model = {toml_value(new.model)}  # masses, centres and inertias of links are those of this file",
     ]
     if new.end.flange is not None:
         lines.append(
-            f"flange = {toml_value(new.end.flange)}  # last body of the arm; joints that do not lead to it are held"
+            f"flange = {toml_value(new.end.flange)}  # last body of the arm; joints outside the chain to it are locked"
         )
     if new.load.rated is not None:
         words = assumed(np.array([new.load.rated]), "given to rx90 new-robot")
-        lines += ["", "[rated_load]  # kg; what `rx90 payload` keeps to", *_stated(words, several=False)]
+        lines += ["", "[rated_load]  # kg; upper limit of what `rx90 payload` designs", *_stated(words, several=False)]
     lines += ["", "[home]  # rad (m)", *_stated(new.home)]
     for name, stated in new.drives.items():
         turns, slides = UNITS[name]

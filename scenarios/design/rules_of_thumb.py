@@ -14,6 +14,7 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from scenarios.design.limits import HALF_TURN
 from scenarios.design.model_facts import ModelFacts
+from scenarios.experiments.build import body_of
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError
@@ -113,11 +114,7 @@ def drives_by_rule(
 def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], far: float) -> Stated:
     """A pose to start from: a keyframe's, zero, the middle of the ranges or a random one, the first that is clear.
 
-    Args:
-        arm: The arm.
-        facts: What the file says.
-        clearance: Smallest distance at each pose [m].
-        far: What counts as clear [m].
+    `clearance` gives the smallest distance at each pose [m], `far` is what counts as clear [m].
     """
     lower, upper = _ends(arm)
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
@@ -204,10 +201,3 @@ def bar(mass: float, com: Array) -> Payload:
     thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
     x, y, z = (float(c) for c in com)
     return Payload(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))
-
-
-def body_of(payload: Payload) -> PayloadBody:
-    """A complete payload as what is mounted."""
-    assert payload.com is not None, "its centre is stated"
-    assert payload.inertia is not None, "its moments are stated"
-    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 import cma
 import numpy as np
@@ -21,6 +21,9 @@ from scenarios.design.excitation import Design, Problem, resting
 from scenarios.design.limits import SHARES, Limits
 from sim.errors import NoPositionError
 from sim.trajectory import FourierTrajectory, at_rest
+
+if TYPE_CHECKING:
+    from scenarios.design.holds import Holds
 
 FIRST = 300
 """Random motions of which the best begins the search."""
@@ -36,25 +39,8 @@ Judge = Callable[[Sequence[Array]], list[float]]
 """Costs of motions."""
 
 
-class Searchable(Protocol):
-    """Motions as points of a search: `Series`, or `scenarios.design.holds.Holds`."""
-
-    @property
-    def n(self) -> int:
-        """Joints."""
-        ...
-
-    def motion(self, x: Array) -> FourierTrajectory:
-        """The motion of a point."""
-        ...
-
-    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
-        """The point of a random motion about a position."""
-        ...
-
-    def point(self, motion: FourierTrajectory) -> Array:
-        """The point of a motion."""
-        ...
+Searchable: TypeAlias = "Series | Holds"
+"""Motions as points of a search: how many joints they have, a point's motion, a random point, a motion's point."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,12 +104,7 @@ class Found:
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
-    """Positions that motions may move about at first.
-
-    Args:
-        design: The problem.
-        home: Positions that the robot's file names [rad or m], shape (n,).
-        rng: Draws others.
+    """Positions that motions may move about at first. `home` is that of the robot's file [rad or m], shape (n,).
 
     Returns:
         Home alone if it is admissible at rest, else admissible positions drawn within the ranges, shape (k, n).
@@ -139,7 +120,8 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     found = drawn[admissible(design, drawn)][:ADMISSIBLE]
     if not len(found):
         raise NoPositionError(
-            f"robot {design.problem.plant.robot.name}: neither home nor any of {POSITIONS} random positions will do: "
+            f"robot {design.problem.plant.robot.name}: neither home nor any of "
+            f"{POSITIONS} random positions is feasible: "
             f"{design.obstacles(drawn)}; check these shapes and torques, or take a lighter payload"
         )
     return found

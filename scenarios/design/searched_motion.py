@@ -58,11 +58,7 @@ def percents(deviations: Array) -> str:
 def search_comments(command: str, deviations: Array, *, tried: int, wanted: int) -> list[str]:
     """What stands above a motion in its file: how it was found, and what it predicts.
 
-    Args:
-        command: That finds it, without the name of the file.
-        deviations: Predicted relative standard deviations of all gains, shape (n,).
-        tried: Motions that were tried.
-        wanted: Motions that should be.
+    The command is without the name of the file; `deviations` are predicted, relative, of all gains, shape (n,).
     """
     stopped = f"Stopped after {tried} of {wanted} motions; repeat the command to continue."
     return [

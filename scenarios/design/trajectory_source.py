@@ -15,7 +15,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import KEYS, read_motion
 from scenarios.experiments.robot_models import read_arm
 from scenarios.support.errors import ScenarioError, UnreadableFile
-from sim.torque_limits import check_torque_limits
+from sim.feedforward_currents import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
 MOST = 1_000_000
@@ -62,11 +62,6 @@ class Source:
 
 def from_source(name: str, model: Path | None, flange: str | None) -> Source:
     """The motion of a scenario, or of a file.
-
-    Args:
-        name: Of a built-in scenario, or the path of a scenario's or a motion's file.
-        model: Model of the arm, for a motion file; a scenario names its own.
-        flange: Last body of that arm.
 
     Raises:
         ScenarioError: If a scenario is given a second model; one of its kinds, if the file is neither.

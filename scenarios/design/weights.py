@@ -13,7 +13,6 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from sim.clearance import Solid
 from sim.flange import Flange
-from sim.plant import PayloadBody
 
 FACE = 31.5
 """Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms that carry 3 to 15 kg; assumed of every robot."""
@@ -229,13 +228,6 @@ def payload_of(weight: Weight, flange: Flange) -> Payload:
         inertia_std=tuple(std[3:].tolist()),
         known="all",
     )
-
-
-def payload_body(payload: Payload) -> PayloadBody:
-    """A payload that is as drawn."""
-    assert payload.com is not None, "a weight is drawn in full"
-    assert payload.inertia is not None, "a weight is drawn in full"
-    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)
 
 
 def solids(weight: Weight, flange: Flange) -> tuple[Solid, ...]:

@@ -12,7 +12,7 @@ from scenarios.experiments.files.mountings import BARE, by_mounting, motion_name
 from scenarios.experiments.files.resolved import believed_payloads
 from scenarios.experiments.files.schema import BodyTable, Scenario
 from scenarios.experiments.files.settings import Value, with_settings
-from scenarios.experiments.named_files import motion_of, robot_of
+from scenarios.experiments.robots import motion_of, robot_of
 from scenarios.experiments.robots import structure as believed_structure
 from scenarios.support.errors import ScenarioError
 from sim.controller import ControllerBelief
@@ -159,3 +159,10 @@ def _true_payload(body: str | BodyTable) -> PayloadBody:
     assert not isinstance(body, str), "a resolved scenario states its numbers"
     J = body.inertia
     return PayloadBody(mass=body.mass, com=body.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))
+
+
+def body_of(payload: Payload) -> PayloadBody:
+    """A complete payload as what is mounted."""
+    assert payload.com is not None, "its centre is stated"
+    assert payload.inertia is not None, "its moments are stated"
+    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

@@ -21,11 +21,6 @@ from sim.plant import PayloadBody
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
     """Find weight and arm with the controller's gains and with those found, and judge both.
 
-    Args:
-        setup: With a motion of one more weight.
-        found: Gains, and the motions that they were found from.
-        check: Recording of that motion.
-
     Raises:
         IdentificationError: If the motions do not show the weight.
     """

@@ -84,14 +84,7 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
 
 
 def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """As `judge`, for what any method claims.
-
-    Args:
-        claims: One a joint.
-        true_gain: Injected gains [N m / drive unit], shape (n,).
-        tolerance: What counts as passed.
-        expectation: Name of the file that says which joints' gains the data should give, for the reason.
-    """
+    """As `judge`, for what any method claims, one claim a joint."""
     rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(
@@ -109,36 +102,23 @@ def _claim(joint: JointResult) -> Claim:
 
 def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
     """One joint; `refusal_in` names the file that wants it refused, None where a gain is wanted."""
-    if claim.value is None:
-        return GainVerdict(
-            joint=number,
-            true=true,
-            estimate=None,
-            std=None,
-            rel_error=None,
-            z=None,
-            tolerance=tolerance,
-            identifiable=False,
-            passed=refusal_in is not None,
-            reason=claim.reason,
-        )
-    error = claim.value - true
-    within = bool(np.abs(error / true) <= tolerance)
-    reason = None
-    if refusal_in is not None:
+    error = None if claim.value is None else claim.value - true
+    within = error is not None and bool(np.abs(error / true) <= tolerance)
+    reason = claim.reason
+    if error is not None and refusal_in is not None:
         reason = f"identified, but not identifiable from these data according to tolerance.identifiable in {refusal_in}"
-    elif not within:
-        reason = f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
+    elif error is not None:
+        reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(
         joint=number,
         true=true,
         estimate=claim.value,
-        std=claim.std,
-        rel_error=error / true,
-        z=error / claim.std if claim.std else None,
+        std=None if error is None else claim.std,
+        rel_error=None if error is None else error / true,
+        z=None if error is None or not claim.std else error / claim.std,
         tolerance=tolerance,
-        identifiable=True,
-        passed=within and refusal_in is None,
+        identifiable=error is not None,
+        passed=refusal_in is not None if error is None else within and refusal_in is None,
         reason=reason,
     )
 
@@ -211,21 +191,11 @@ class CostTruth:
 
 
 def judge_cost(
-    a_priori: GainsOutcome,
-    found: GainsOutcome | None,
-    truth: CostTruth,
-    other: ObservedMotion,
-    *,
-    tolerance: float,
+    a_priori: GainsOutcome, found: GainsOutcome | None, truth: CostTruth, other: ObservedMotion, *, tolerance: float
 ) -> CostVerdict:
     """Hold what comes out with gains in use against the truth.
 
-    Args:
-        a_priori: With the a-priori gains.
-        found: With those found.
-        truth: Of weight, arm and drives.
-        other: A motion with another payload, as it is believed, on which torques are predicted.
-        tolerance: Relative error of the mass that passes.
+    Torques are predicted on `other`, a motion with another payload, as it is believed.
     """
     of = [outcome for outcome in (a_priori, found) if outcome is not None]
     names = other.observation.structure.base.names

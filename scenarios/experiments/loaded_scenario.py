@@ -9,11 +9,9 @@ from ident.model.arm import Arm
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.settings import Value
-from scenarios.experiments.run import Run, run, simulate
-from scenarios.experiments.simulated import Simulated
-from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.run import Run, Simulated, run, simulate
+from scenarios.experiments.studies.monte_carlo import monte_carlo, sweep
 from scenarios.experiments.studies.study import StudyRows, study_rows_of
-from scenarios.experiments.studies.sweep import sweep
 from scenarios.experiments.workers.kinds import Workers
 
 

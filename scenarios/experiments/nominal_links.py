@@ -21,11 +21,7 @@ KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 @silenced()
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
-    """Read the links of a model file as MuJoCo reads it.
-
-    Args:
-        path: MJCF or URDF file of an arm.
-        flange: Its last body; joints that do not lead there are held.
+    """Read the links of a model file as MuJoCo reads it; joints that do not lead to the flange are held.
 
     Raises:
         ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
@@ -69,11 +65,6 @@ def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: in
 def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
     """Base parameters as a model file states them, armature, damping and friction loss of its joints included.
 
-    Args:
-        path: MJCF or URDF file of an arm.
-        flange: Its last body; joints that do not lead there are held.
-        base: Of the arm.
-
     Returns:
         Their values, shape (b,).
 
@@ -95,12 +86,7 @@ def is_placeholder(links: ModelLinks) -> bool:
 
 
 def model_links(path: Path, flange: str | None) -> Array | None:
-    """Standard parameters of every link with all that is fixed to it, shape (n, 10); None where they cannot be read.
-
-    Args:
-        path: MJCF or URDF file of the arm.
-        flange: Its last body; joints that do not lead there are held.
-    """
+    """Standard parameters of every link with all that is fixed to it, shape (n, 10); None where they cannot be read."""
     try:
         return nominal_links(path, flange).whole
     except ModelFileError:  # identification needs no masses

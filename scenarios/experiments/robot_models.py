@@ -116,9 +116,7 @@ def check_same_payload(arm: Arm, robot: Robot) -> None:
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
     """Anchor [m] of every joint, that of a slide on the part that slides, and its axis in the world, both (n, 3).
 
-    Args:
-        arm: Kinematics.
-        q: Positions [rad or m], shape (n,).
+    Positions `q` [rad or m] have the shape (n,).
     """
     R, p = np.eye(3), np.zeros(3)
     anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))

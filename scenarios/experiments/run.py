@@ -12,16 +12,18 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
 from ident.identification import identify
 from ident.preparation import SIMULATED, Prepared
+from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import Setup, changed
 from scenarios.experiments.cost import cost_verdict
 from scenarios.experiments.files.draws import drawn_settings
+from scenarios.experiments.files.mountings import grouped
 from scenarios.experiments.files.settings import Value
 from scenarios.experiments.judge import CostVerdict, Verdict, judge
-from scenarios.experiments.simulated import Simulated
 from scenarios.support.stages import SILENT, Stages
 from sim.closed_loop import Advanced, no_progress
+from sim.drives import DriveTruth
 from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
@@ -52,13 +54,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadyTrial:
-    """A trial with everything random drawn.
-
-    Attributes:
-        trial: Which.
-        setup: Of its scenario, nothing random left.
-        settings: What was drawn, by place.
-    """
+    """A trial with everything random drawn: its setup has nothing random left, `settings` are by place."""
 
     trial: Trial
     setup: Setup
@@ -114,6 +110,38 @@ class Run:
         return self.verdict.passed and (self.cost is None or self.cost.passed)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulated:
+    """What the robot of one setup logged.
+
+    Attributes:
+        setup: Nothing random left in it.
+        recordings: Of the motions, in order of time.
+        simulate_s: Wall time, its share of the batch [s].
+        check: Of the motion that identification does not see, None where there is none.
+    """
+
+    setup: Setup
+    recordings: tuple[Recording, ...]
+    simulate_s: float
+    check: Recording | None = None
+
+    @property
+    def logs(self) -> tuple[Motion, ...]:
+        """The motions as identification is given them, each with the payload that it is believed to carry."""
+        return as_identified(self.setup, self.recordings)
+
+    @property
+    def truth(self) -> DriveTruth:
+        """The drives as they are: `truth.gain` [N m / drive unit], shape (n,), and what they lose."""
+        return self.setup.plant.drives
+
+
+def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
+    """The motions of a scenario in the order that identification is given them, each with what it carries."""
+    return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
+
+
 def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
     """Draw what is random, simulate, identify, judge: one trial of `run_batch`, with what its scenario asks for beside.
 
@@ -162,10 +190,7 @@ def ready_trial(setup: Setup, trial: Trial) -> ReadyTrial:
 def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
     """Noise of each motion; that of the first ones does not depend on how many follow.
 
-    Args:
-        seed: Of the run.
-        replaced: Seeds of single streams, by name in `NoiseStreams`, in place of what follows from `seed`.
-        motions: Their number.
+    Streams are `replaced` by seeds, by their names in `NoiseStreams`.
     """
     own = {name: np.random.SeedSequence(each).spawn(motions) for name, each in replaced.items()}
     return tuple(
@@ -181,10 +206,7 @@ def simulate_batch(
 ) -> Iterator[tuple[int, Simulated | SimulationError]]:
     """Record the motions of trials in one batch.
 
-    Args:
-        trials: Nothing random left in them.
-        threads: Threads to step with; recordings do not depend on it, nor on what else is in the batch.
-        advanced: Told how much is simulated.
+    Recordings do not depend on threads, nor on what else is in the batch.
 
     Yields:
         The place of a trial, with its recordings or the first reason why there are none; one at a time, so that they
@@ -208,12 +230,7 @@ def simulate_batch(
 def run_batch(
     trials: Sequence[ReadyTrial], *, threads: int, stages: Stages = SILENT
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
-    """Run trials in one batch.
-
-    Args:
-        trials: Nothing random left in them.
-        threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
-        stages: Told what is under way.
+    """Run trials in one batch. Outcomes do not depend on threads, nor on what else is in the batch.
 
     Yields:
         The place of a trial, with its run or why there is none, one at a time.

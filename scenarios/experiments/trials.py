@@ -3,6 +3,8 @@
 Workers import this module: no pandas, no terminal.
 """
 
+import ctypes
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
@@ -17,7 +19,6 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.settings import Value, value_at
 from scenarios.experiments.run import ReadyTrial, Run, Trial, run_batch, trial_settings
 from scenarios.support.errors import ScenarioError, StudyError
-from scenarios.support.memory import give_back_memory
 from scenarios.support.versions import versions
 from sim.errors import SimulationError
 
@@ -261,3 +262,15 @@ def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
 
 def _field(named: tuple[str, pa.DataType]) -> pa.Field:
     return pa.field(*named)
+
+
+def give_back_memory() -> None:
+    """Let the C library return what is free.
+
+    Arrays of a megabyte come and go between small ones that stay; glibc keeps what lies between them, up to several
+    hundred megabytes.
+    """
+    if sys.platform == "linux":
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc; musl has none and needs none
+        if trim is not None:
+            trim(0)

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ident.arm_parameters.bare import BareArm, arm_in_SI, gain_ratios
+from ident.arm_parameters.bare import BareArm, RatioDiscrepancy, arm_in_SI, gain_ratios, ratio_discrepancies
 from ident.arm_parameters.payload_forecast import ExpectedGain, forecast_gains
-from ident.arm_parameters.ratio_discrepancies import RatioDiscrepancy, ratio_discrepancies
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.plausibility import prediction_warnings

@@ -15,12 +15,13 @@ from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload_identification.gains_outcome import PLAIN, UNKNOWN
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for
+from ident.recordings.copies import holds_marks
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
-from scenarios.experiments.files.gains import GainsFile
+from scenarios.experiments.files.gains import GainsFile, RecordingEntry
 from scenarios.results.gains_file import recording_digest
 from scenarios.support.errors import ScenarioError
 
@@ -104,24 +105,30 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
     """Check that no gain was found from a loaded motion, and that none that is given as bare carried a payload then.
 
-    A loaded one would give back the mass that was stated then.
+    A loaded one would give back the mass that was stated then; a part of it as well.
 
     Raises:
         ScenarioError: If one was.
     """
-    carried = {each.sha256: each.name for each in file.recordings if each.payload is not None}
+    carried = [each for each in file.recordings if each.payload is not None]
     for recording in unloaded:
-        name = carried.get(recording_digest(recording))
-        if name is not None:
+        seen = _seen(carried, recording)
+        if seen is not None:
             raise ScenarioError(
                 f"{one_line(recording.name)}: given as bare, but it was loaded when the gains were identified "
-                f"({name}); are bare and loaded swapped?"
+                f"({seen.name}); are bare and loaded swapped?"
             )
-    seen = {each.sha256: each.name for each in file.recordings}
     for recording in loaded:
-        digest = recording_digest(recording)
-        if digest in seen:
+        seen = _seen(file.recordings, recording)
+        if seen is not None:
             raise ScenarioError(
-                f"{one_line(recording.name)}: the gains were identified from this recording ({seen[digest]}), "
-                "so they reproduce what was stated then; use another recording, to weigh one with another weight"
+                f"{one_line(recording.name)}: the gains were identified from this recording or a part of it "
+                f"({seen.name}), so they reproduce what was stated then; use another recording, to weigh one with "
+                "another weight"
             )
+
+
+def _seen(entries: Sequence[RecordingEntry], recording: Recording) -> RecordingEntry | None:
+    """The entry that a recording is, or shares samples with; None where there is none."""
+    digest = recording_digest(recording)
+    return next((each for each in entries if each.sha256 == digest or holds_marks(recording, each.marks)), None)

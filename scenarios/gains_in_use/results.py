@@ -25,9 +25,9 @@ class Torques(ResultModel):
 
     out: str
     samples: int
-    joints: list[int] = Field(description="that have columns")
+    joints: list[int] = Field(description="joints that have columns")
     missing: list[dict[str, int | str]] = Field(description="joints that have none, with the reason")
-    notes: list[str] = Field(description="on implausible gains")
+    notes: list[str] = Field(description="remarks on implausible gains")
 
 
 def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:

@@ -98,7 +98,7 @@ class Departure(ResultModel):
 
 
 class CommonError(ResultModel):
-    """A mass on which joints agree, and which the scale does not say: no single gain is to blame.
+    """A mass on which joints agree and which differs from the scale: no single gain explains it.
 
     Attributes:
         joints: Their numbers, from 1.
@@ -122,7 +122,7 @@ class Verification(DiagnosedResult):
         together: The mass from all joints.
         joints: The mass from each joint alone, in their order.
         payload: What was found of the payload: mass, centre and inertia, as many as the data show.
-        common: On what joints agree against the scale, null where they do not.
+        common: Error on which joints agree against the scale, null where they do not agree.
         notes: What the method chose and what one should know.
         unseen: How well a motion that no fit has seen is predicted, null where none is given.
     """

@@ -16,66 +16,43 @@ from scenarios.results.models.diagnoses import ResultExclusion, diagnosed_values
 from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import ResultModel
 from sim.errors import SimulationError
-from sim.torque_limits import check_torque_limits
+from sim.feedforward_currents import check_torque_limits
 
 OTHER = "noise that is no source"
 
 
 class Cost(ResultModel):
-    """What an error source costs a gain, as shares of it.
+    """What an error source costs a gain, as shares of it."""
 
-    Attributes:
-        source: Its name.
-        bias: Mean of the error, as a share of the gain.
-        std: Standard deviation of the error, as a share of the gain.
-        rms: Root mean square of the error, as a share of the gain.
-    """
-
-    source: str
-    bias: float
-    std: float
-    rms: float
+    source: str = Field(description="Its name")
+    bias: float = Field(description="Mean of the error, as a share of the gain")
+    std: float = Field(description="Standard deviation of the error, as a share of the gain")
+    rms: float = Field(description="Root mean square of the error, as a share of the gain")
 
 
 class PredictedBudgetJoint(ResultModel):
-    """A joint's budget.
+    """A joint's budget."""
 
-    Attributes:
-        joint: Its number, from 1.
-        costs: One a source, in the order of the largest cost on any joint.
-        together: All sources at once: biases added by sign, variances added.
-        tolerance: Relative error that passes.
-    """
-
-    joint: int = Field(ge=1)
-    costs: list[Cost]
-    together: Cost
-    tolerance: float
+    joint: int = Field(ge=1, description="Its number, from 1")
+    costs: list[Cost] = Field(description="One a source, in the order of the largest cost on any joint")
+    together: Cost = Field(description="All sources at once: biases added by sign, variances added")
+    tolerance: float = Field(description="Relative error that passes")
     within: float = Field(description="probability that the error is within the tolerance")
 
 
 class PredictedBudget(ResultModel):
-    """What `rx90 predict --json` prints.
+    """What `rx90 predict --json` prints."""
 
-    Attributes:
-        scenario: Its name.
-        method: Name of the estimator.
-        remarks: What the model takes for granted.
-        joints: Those that the scenario wants and that have a gain.
-        refused: Joints that the scenario wants and that have none, with the reason.
-        unpredicted: Sources without a prediction, with the reason.
-        excluded: Faults that logs of these motions will exclude.
-        untold: What they will not tell.
-    """
-
-    scenario: str
-    method: str
-    remarks: list[str]
-    joints: list[PredictedBudgetJoint]
-    refused: list[dict[str, int | str]]
-    unpredicted: list[dict[str, str]]
-    excluded: list[ResultExclusion]
-    untold: list[str]
+    scenario: str = Field(description="Its name")
+    method: str = Field(description="Name of the estimator")
+    remarks: list[str] = Field(description="What the model takes for granted")
+    joints: list[PredictedBudgetJoint] = Field(description="Those that the scenario wants and that have a gain")
+    refused: list[dict[str, int | str]] = Field(
+        description="Joints that the scenario wants and that have none, with the reason"
+    )
+    unpredicted: list[dict[str, str]] = Field(description="Sources without a prediction, with the reason")
+    excluded: list[ResultExclusion] = Field(description="Faults that logs of these motions will exclude")
+    untold: list[str] = Field(description="What they will not tell")
 
 
 def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:

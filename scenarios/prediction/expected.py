@@ -40,10 +40,6 @@ class Expected:
 def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
     """The expected log of each motion, in order of time.
 
-    Args:
-        setup: The scenario, nothing random left.
-        every: Samples of the controller to one of the log.
-
     Raises:
         PlantError: If a plant cannot be built.
     """
@@ -56,10 +52,6 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
     """The expected logs as identification prepares them, each with one realisation of its noise.
 
     Methods that weigh rows, or choose a model, by the residual need the noise.
-
-    Args:
-        setup: The scenario, nothing random left.
-        every: Samples of the controller to one of the log.
 
     Raises:
         RecordingError: If one cannot be filtered.

@@ -71,9 +71,6 @@ class Linearised:
         """Derivative of each 1/g by each sample of each motion in order of time, each (k, samples, n).
 
         A delay that identification gives the currents is left out: noise does not care.
-
-        Args:
-            samples: Of each recording.
         """
         solution, n = self.estimate.solution, self.setup.structure.arm.n
         found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
@@ -89,11 +86,7 @@ class Linearised:
         return found
 
     def noise_variances(self, logs: Sequence[Expected]) -> dict[str, Array]:
-        """Variance of each 1/g from each noise stream that is on, (k,) by name.
-
-        Args:
-            logs: Of each motion in order of time, with the noises asked for.
-        """
+        """Variance of each 1/g from each noise stream that is on, (k,) by name."""
         variances: dict[str, Array] = {}
         cutoff_hz = self.setup.scenario.table.identification.observe.cutoff_hz
         weights = self.weights(len(logs[0].log.t))
@@ -107,10 +100,6 @@ class Linearised:
 
 def linearised(setup: Setup, every: int) -> Linearised:
     """Estimate the gains of a prepared scenario from its expected logs.
-
-    Args:
-        setup: The scenario, nothing random left.
-        every: Samples of the controller to one of the expected logs.
 
     Raises:
         StudyError: If the scenario's method has no first order.

@@ -62,10 +62,6 @@ class Points(Generic[T]):
 def points_of(draw: DrawTable, table: ScenarioTable) -> Points[Settings]:
     """The settings that a draw's first two moments follow from.
 
-    Args:
-        draw: What is drawn.
-        table: The resolved scenario's, for the values that `add` and `multiply` start from.
-
     Raises:
         StudyError: If a number has no mean or deviation.
         ScenarioError: If the draw cannot be made.

@@ -39,11 +39,7 @@ class SourcesAlong:
     """The errors that the sources of a scenario make along a motion."""
 
     def __init__(self, scenario: Scenario, joints: Indices) -> None:
-        """Prepare the plants.
-
-        Args:
-            scenario: With sources; of its protocol one bare and one loaded motion count.
-            joints: Joints whose gains are wanted, from 0.
+        """Prepare the plants. Of the scenario's protocol one bare and one loaded motion count; joints are from 0.
 
         Raises:
             StudyError: If the payload is called otherwise than `loaded`; if there are none, or none that counts.

@@ -1,20 +1,11 @@
 """What methods answered to problems whose truth is not known: their gains side by side."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
-from scenarios.reports.content import (
-    NONE,
-    Cell,
-    Column,
-    Mood,
-    Paragraph,
-    Report,
-    Table,
-    cells,
-    plus_minus,
-)
+from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Report, Table, column, plus_minus, table
 
 MEANING = "Gains with two stated standard deviations, where the method states any."
 
@@ -41,16 +32,10 @@ def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
 
 
 def side_by_side(problem: str, rows: Sequence[AnswerRow]) -> Table:
-    """Gains of a problem by joint, a column a method; a call without an answer has its failure in every row.
-
-    Args:
-        problem: Its name.
-        rows: Answers to it.
-    """
+    """Gains of a problem by joint, a column a method; a call without an answer has its failure in every row."""
     joints = max((len(row.claims) for row in rows), default=0)
-    columns = (Column(title="Joint"), *(Column(title=row.method, unit="N (m)/unit", words=True) for row in rows))
-    lines = (cells(str(j + 1), *(_answer(row, j) for row in rows)) for j in range(max(joints, 1)))
-    return Table(title=problem, columns=columns, rows=tuple(lines))
+    methods = (column(f"{row.method} [N (m)/unit]", partial(_answer, row), words=True) for row in rows)
+    return table(range(max(joints, 1)), column("Joint", lambda j: j + 1), *methods, title=problem)
 
 
 def _answer(row: AnswerRow, joint: int) -> Cell:

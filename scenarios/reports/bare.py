@@ -1,13 +1,12 @@
-"""What `rx90 identify` says of bare motions: ratios of gains, base parameters, friction in drive units."""
+"""What `rx90 identify` says of bare motions: ratios of gains, parameters, friction, links, what a payload would add."""
 
 from collections.abc import Sequence
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.support.arrays import Array
-from scenarios.reports.bare_links import links_parts
+from scenarios.gains_in_use.model_update.link_values import FAR
 from scenarios.reports.content import (
-    NONE,
-    VERDICT,
     Column,
     Mood,
     Paragraph,
@@ -15,22 +14,18 @@ from scenarios.reports.content import (
     Report,
     Table,
     cells,
+    column,
+    number,
     percent,
     rounded,
+    table,
+    two_sigma,
 )
 from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
 from scenarios.reports.gains import joints_named, reason_paragraph, sentence
-from scenarios.reports.payload_forecast import if_loaded_parts
-from scenarios.results.models.bare import BareJoint, BareParameter, BareResult
+from scenarios.results.models.bare import BareJoint, BareParameter, BareResult, ExpectedGains
+from scenarios.results.models.links import Links
 
-RATIOS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="Gain ratio"),
-    Column(title="2 sigma", unit="%"),
-    Column(title="Predicted within", unit="% of rms"),
-    VERDICT,
-)
 PARAMETERS = (
     Column(title="Parameter", words=True),
     Column(title="Found"),
@@ -61,17 +56,15 @@ ESSENTIAL = 0.1
 def bare_report(result: BareResult, revolute: Array) -> Report:
     """The verdict, ratios, what they say of gains given beforehand or a payload would add, parameters, friction, links.
 
-    Args:
-        result: What the motions say.
-        revolute: Whether each joint turns, shape (n,).
+    `revolute`, shape (n,), says which joints turn.
     """
     said, joints = result.found, result.joints
     parts: list[Part] = [_ratio_table(joints, result.reference)]
     parts.append(
         Paragraph(
-            f"Gains over that of joint {result.reference}, from the links that joints share. Without "
+            f"Ratio of each gain to that of joint {result.reference}, from link parameters that joints share. Without "
             "a payload the gains are known up to a common factor: one gain, or a motion with a weighed payload, "
-            "determines it. Predicted: each fifth of the motions from the others."
+            "determines it. Predicted: the currents of each fifth of the motions, from a fit of the rest."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}
@@ -95,7 +88,7 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
     left = len(shown) - len(rows)
     parts.append(Table(title=f"Essential base parameters, {unit}", columns=PARAMETERS, rows=rows))
     parts.append(
-        Paragraph(f"{left} more have deviations beyond {100.0 * ESSENTIAL:g} % of themselves. {BASE_PARAMETERS}")
+        Paragraph(f"{left} more have relative standard deviations above {100.0 * ESSENTIAL:g} %. {BASE_PARAMETERS}")
     )
     own = tuple(cells(str(each.joint), *_numbers(term)) for each in joints for term in each.friction)
     parts.append(Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own))
@@ -121,24 +114,24 @@ def _verdict(result: BareResult, mood: Mood) -> Paragraph:
 
 
 def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
-    rows = tuple(
-        cells(
-            str(each.joint),
-            each.name,
-            NONE if each.ratio is None else f"{each.ratio:.4f}",
-            percent(None if each.rel_std is None else 2.0 * each.rel_std, ".2f"),
-            percent(each.predicted_rel_error, ".2f"),
-            "reference" if each.joint == reference else "refused" if each.ratio is None else "found",
-        )
-        for each in joints
+    def verdict(each: BareJoint) -> str:
+        return "reference" if each.joint == reference else "refused" if each.ratio is None else "found"
+
+    return table(
+        joints,
+        column("Joint", lambda each: each.joint),
+        column("Name", lambda each: each.name, words=True),
+        column("Gain ratio", lambda each: number(each.ratio, ".4f")),
+        column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
+        column("Predicted within [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+        column("Verdict", verdict, words=True),
     )
-    return Table(columns=RATIOS, rows=rows)
 
 
 def _off_words(joint: int, off: float, std: float, reference: int) -> str:
     side = "below" if off < 0.0 else "above"
-    words = f"Joint {joint} is {100.0 * abs(off):.2g} % {side} what joint {reference} says"
-    return f"{words} (2 sigma {200.0 * std:.2g} %), relative to the given gains."
+    words = f"The ratio of joint {joint} to joint {reference} is {two_digits(100.0 * abs(off))} % {side}"
+    return f"{words} that of the given gains (2 sigma {two_digits(200.0 * std)} %)."
 
 
 def _essential(each: BareParameter) -> bool:
@@ -148,3 +141,55 @@ def _essential(each: BareParameter) -> bool:
 def _numbers(each: BareParameter) -> tuple[str, str, str, str]:
     spread = 2.0 * each.std
     return each.parameter, rounded(each.estimate, spread), rounded(spread, spread), each.unit
+
+
+def if_loaded_parts(found: ExpectedGains, names: Sequence[str]) -> list[Part]:
+    """What to expect of every gain."""
+    forecast = table(
+        found.joints,
+        column("Joint", lambda each: each.joint),
+        column("Name", lambda each: names[each.joint - 1], words=True),
+        column("2 sigma of gain [%]", lambda each: two_sigma(each.rel_std, ".2g")),
+        column(
+            "Verdict",
+            lambda each: "would be identified" if each.reason is None else f"would be refused: {each.reason}",
+            words=True,
+        ),
+        title=f"Forecast: the same motions repeated with the payload of {found.mass:g} kg",
+    )
+    words = "The forecast assumes noise and friction as in these logs; load-dependent friction may increase it."
+    return [forecast, Paragraph(words)]
+
+
+def links_parts(links: Links | None, reason: str | None, revolute: Array) -> list[Part]:
+    """The set as a table, and how far data had to give way; why there is none.
+
+    `revolute`, shape (n,), says which joints turn.
+    """
+    if links is None:
+        return [Paragraph(f"No parameters of single links: {reason}.")]
+    unit = "kg m^2" if revolute.all() else "kg" if not revolute.any() else "kg (m^2)"
+    title = "Physically consistent links, in SI, each in the frame of its joint"
+    far = links.farthest_deviations
+    words = (
+        "Data determine only base parameters. Of all physically consistent links with these base parameters, those "
+        f"nearest to the model are shown. {links.farthest_parameter} differs most from its estimate, by {far:.2g} "
+        "standard deviations."
+    )
+    doubt = "" if far <= FAR else (" This is too large: check the model, the gains and the data.")
+    return [
+        table(
+            links.links,
+            column("Joint", lambda each: each.joint),
+            column("Mass [kg]", lambda each: f"{each.mass:.4g}"),
+            column("Centre [m]", lambda each: " ".join(f"{x:.4f}" for x in each.com), words=True),
+            column(
+                "ixx iyy izz ixy ixz iyz [kg m^2]",
+                lambda each: " ".join(f"{x:.4g}" for x in each.inertia.six),
+                words=True,
+            ),
+            column(f"Motor [{unit}]", lambda each: f"{each.motor_inertia:.4g}"),
+            title=title,
+        ),
+        Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),
+    ]

@@ -14,13 +14,7 @@ from scenarios.results.models.check import Check
 
 
 def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
-    """The verdict, what is not good and what to do about it; on request every line, and how each joint moved.
-
-    Args:
-        checked: What the check found.
-        arm: That moved.
-        every: Whether good lines and motions are listed too.
-    """
+    """The verdict, what is not good and what to do about it; on request every line, and how each joint moved."""
     found, result = checked.found, Check.of(checked, arm)
     parts: list[Part] = list(findings(found, hint="" if every else "; --all lists them"))
     if every:
@@ -41,12 +35,7 @@ def verdict(found: Diagnosed, robot: str) -> str:
 
 
 def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
-    """A paragraph for each diagnosis that is not good, then what is good, excluded and cannot be told.
-
-    Args:
-        found: What is said of the logs.
-        hint: How to see the good ones.
-    """
+    """A paragraph for each diagnosis that is not good, then what is good, excluded and cannot be told."""
     good = len(found.diagnoses) - len(found.findings)
     said = Paragraph(f"{many(good, 'check')} without a finding{hint}.")
     return [*doubt_paragraphs(found, strong=False), said, *horizon_paragraphs(found, every=True)]

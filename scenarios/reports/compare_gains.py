@@ -1,41 +1,22 @@
 """What `rx90 compare-gains` says: which gains moved beyond their interval, and whether all by one scale."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.estimation.gain_comparison import GainComparison, Moved, Together
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import gain_comparison_result
-from scenarios.reports.content import VERDICT, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import Cell, Mood, Paragraph, Part, Report, Table, column, percent, table, two_sigma
 from scenarios.reports.gains import gain_unit, joints_named
-
-COLUMNS = (
-    Column(title="Change", unit="%"),
-    Column(title="2 sigma", unit="%"),
-    Column(title="Relative to\ncommon scale", unit="%"),
-    Column(title="2 sigma", unit="%"),
-    VERDICT,
-)
-"""Those after the gains."""
 
 
 def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Report:
     """Every joint's change, the one they have in common, and two tests of all together."""
-    rows = tuple(
-        cells(
-            str(joint + 1),
-            A.gains[joint].name or B.gains[joint].name or str(joint + 1),
-            f"{A.gains[joint].estimate or 0.0:.4f}",
-            f"{B.gains[joint].estimate or 0.0:.4f}",
-            *(percent(number, form) for number, form in _numbers(each, apart)),
-            _verdict(each),
-        )
-        for joint, each, apart in zip(found.joints.tolist(), found.each, _relative(found), strict=True)
-    )
     parts: list[Part] = [
         _conclusion(found),
-        Table(columns=(*_gain_columns(found, A), *COLUMNS), rows=rows),
+        _changes(found, A, B),
         Paragraph(_common(found)),
         Paragraph(
             f"A verdict is MOVED beyond {found.each[0].limit:.2f} standard deviations of log(B/A) "
@@ -51,20 +32,26 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
     return Report("Gains A against B", tuple(parts), gain_comparison_result(found).model_dump(mode="json"))
 
 
-def _gain_columns(found: GainComparison, A: GainsFile) -> tuple[Column, ...]:
+def _changes(found: GainComparison, A: GainsFile, B: GainsFile) -> Table:
+    """Every joint's gains, their change, and that relative to the common scale, which a single joint has not."""
     unit = gain_unit(np.array([A.gains[joint].unit == TURNING for joint in found.joints]))
-    joint, name = Column(title="Joint"), Column(title="Name", words=True)
-    return joint, name, Column(title="A", unit=unit), Column(title="B", unit=unit)
+    apart = found.apart if len(found.joints) > 1 else (None,)
 
+    def gain(file: GainsFile) -> Callable[[tuple[int, Moved, Moved | None]], str]:
+        return lambda row: f"{file.gains[row[0]].estimate or 0.0:.4f}"
 
-def _relative(found: GainComparison) -> Sequence[Moved | None]:
-    """Changes relative to the common scale; a single joint has none."""
-    return found.apart if len(found.joints) > 1 else (None,)
-
-
-def _numbers(each: Moved, apart: Moved | None) -> Sequence[tuple[float | None, str]]:
-    rel, std = (None, None) if apart is None else (apart.rel, 2.0 * apart.rel_std)
-    return (each.rel, "+.2f"), (2.0 * each.rel_std, ".2f"), (rel, "+.2f"), (std, ".2f")
+    return table(
+        list(zip(found.joints.tolist(), found.each, apart, strict=True)),
+        column("Joint", lambda row: row[0] + 1),
+        column("Name", lambda row: str(A.gains[row[0]].name or B.gains[row[0]].name or row[0] + 1), words=True),
+        column(f"A [{unit}]", gain(A)),
+        column(f"B [{unit}]", gain(B)),
+        column("Change [%]", lambda row: percent(row[1].rel, "+.2f")),
+        column("2 sigma [%]", lambda row: two_sigma(row[1].rel_std)),
+        column("Relative to\ncommon scale [%]", lambda row: percent(row[2] and row[2].rel, "+.2f")),
+        column("2 sigma [%]", lambda row: two_sigma(row[2] and row[2].rel_std)),
+        column("Verdict", lambda row: _verdict(row[1]), words=True),
+    )
 
 
 def _common(found: GainComparison) -> str:
@@ -110,7 +97,10 @@ def _conclusion(found: GainComparison) -> Paragraph:
     pairs = list(zip(found.joints.tolist(), found.each, strict=True))
     moved = [j + 1 for j, each in pairs if each.moved]
     worst, largest = max(pairs, key=lambda pair: (pair[1].turned, abs(pair[1].log) / pair[1].std))
-    change = f"joint {worst + 1}, {100.0 * largest.rel:+.2g} %, 2 sigma {200.0 * largest.rel_std:.2g} %"
+    change = (
+        f"joint {worst + 1}, {two_digits(100.0 * largest.rel, sign='+')} %, "
+        f"2 sigma {two_digits(200.0 * largest.rel_std)} %"
+    )
     if moved:
         words = f"{joints_named(moved)} changed significantly ({'most: ' if moved[1:] else ''}{change})"
         return Paragraph(f"MOVED: {words}.", Mood.BAD, strong=True)

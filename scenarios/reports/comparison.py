@@ -1,54 +1,48 @@
-"""What a comparison says: who solved how much of each scenario, how often intervals held, and what went wrong."""
+"""What comparisons of methods say: who solved how much, how often intervals held, what went wrong, what one keeps."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from scenarios.benchmark.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, ComparedScenario, Comparison
-from scenarios.experiments.studies.coverage import Coverage
-from scenarios.reports.content import NONE, Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells, percent
-
-RANKS = (
-    Column(title="Method", words=True),
-    Column(title="Score", unit="%"),
-    *(Column(title=f"Within\n{100.0 * share:g} %", unit="%") for share in SOLVED),
-    Column(title="Refused\nrightly"),
-    Column(title="Refused\nwrongly"),
-    Column(title="Wrong\nclaims"),
-    Column(title="Wrong\nsigns"),
-    Column(title="Crashes", file_only=True),
-    Column(title="Time\nouts", file_only=True),
-    Column(title="Misfits", file_only=True),
-    Column(title="Time", unit="s"),
+from scenarios.benchmark.comparison.contract import Contract
+from scenarios.benchmark.comparison.statistics import (
+    FAR,
+    RANKED_BY,
+    SOLVED,
+    SURE,
+    ComparedScenario,
+    Comparison,
+    MethodSummary,
 )
-JOINTS = (
-    Column(title="Method", words=True),
-    Column(title="Joint"),
-    Column(title="Gains"),
-    Column(title="Bias", unit="%"),
-    Column(title="Spread", unit="%"),
-    Column(title="Rms", unit="%"),
-    Column(title="95 %\nbelow", unit="%"),
-    Column(title="Within\n1 sigma", unit="%", file_only=True),
-    Column(title="Within\n2 sigma", unit="%"),
-    Column(title="95 % interval", unit="%", file_only=True),
-    Column(title="Claimed", unit="%"),
-    Column(title="Bound", unit="%"),
-    Column(title="Spread\nover bound", file_only=True),
-    Column(title="Claimed\nover bound", file_only=True),
+from scenarios.experiments.studies.statistics import Coverage
+from scenarios.reports.content import (
+    NONE,
+    Cell,
+    Heading,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    column,
+    number,
+    percent,
+    table,
 )
+from scenarios.reports.gains import sentence
+
 RULE = (
-    f"Order: gains within {100.0 * RANKED_BY:g} % less wrong claims, as a share of the gains that the "
-    "data should give, so refusing everything scores 0. A claim is wrong if it is off by more than "
-    f"{100.0 * FAR:g} % and by more than {SURE:g} of its stated deviations; of a gain that the scenario "
-    f"says the data cannot give, also if it states no deviation below {100.0 * FAR:g} %, or is off by "
-    f"more than {SURE:g} of them. A gain lost to a crash, a time-out or an invalid answer counts neither "
+    f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong claims, over the number "
+    "of gains that the data should give, so refusing everything scores 0. A claim is wrong if its error exceeds both "
+    f"{100.0 * FAR:g} % and {SURE:g} of its stated deviations. Where the scenario says that the data cannot give the "
+    f"gain, a claim is wrong unless its error is below both of these and its stated deviation below {100.0 * FAR:g} %. "
+    "A gain lost to a crash, a time-out or an invalid answer counts neither "
     "as solved nor as refused. Time: median of a call, start of a process and reading of files included."
 )
 MEANING = (
-    "Bias, spread: mean and standard deviation of the error. Within: trials that err by less than 1 or 2 "
-    "stated deviations, correct ones give 68.3 % and 95.4 %; with the 95 % interval of the latter "
+    "Bias, spread: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
+    "stated deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
     "(Clopper and Pearson). Bound: Cramer-Rao, of all joints together for the injected current noise at "
-    "its level in the band of the rows, without encoder noise and errors of payload or model. Of a "
-    "scenario that draws numbers, it is that of the numbers it states."
+    "its level in the band of the rows, without encoder noise and errors of payload or model. If a "
+    "scenario draws values, the bound is that of its stated values."
 )
 
 
@@ -80,53 +74,49 @@ def _verdict(compared: Sequence[ComparedScenario]) -> Paragraph:
 
 
 def _ranks(compared: ComparedScenario) -> Table:
-    rows = tuple(
-        cells(
-            each.method,
-            percent(each.score, ".1f"),
-            *(percent(share, ".1f") for share in each.solved),
-            str(each.refused_rightly),
-            str(each.refused_wrongly),
-            *(_bad(count) for count in (each.wrong_claims, each.wrong_signs)),
-            *(_bad(count) for count in (each.crashes, each.time_outs, each.misfits)),
-            NONE if each.seconds is None else f"{each.seconds:.2g}",
-        )
-        for each in compared.methods
+    def within(k: int) -> Callable[[MethodSummary], str]:
+        return lambda each: percent(each.solved[k], ".1f")
+
+    return table(
+        compared.methods,
+        column("Method", lambda each: each.method, words=True),
+        column("Score [%]", lambda each: percent(each.score, ".1f")),
+        *(column(f"Within\n{100.0 * share:g} % [%]", within(k)) for k, share in enumerate(SOLVED)),
+        column("Refused\nrightly", lambda each: each.refused_rightly),
+        column("Refused\nwrongly", lambda each: each.refused_wrongly),
+        column("Wrong\nclaims", lambda each: _bad(each.wrong_claims)),
+        column("Wrong\nsigns", lambda each: _bad(each.wrong_signs)),
+        column("Crashes", lambda each: _bad(each.crashes), file_only=True),
+        column("Time\nouts", lambda each: _bad(each.time_outs), file_only=True),
+        column("Misfits", lambda each: _bad(each.misfits), file_only=True),
+        column("Time [s]", lambda each: number(each.seconds, ".2g")),
     )
-    return Table(columns=RANKS, rows=rows)
 
 
 def _joints(compared: ComparedScenario) -> Table:
-    rows = tuple(
-        cells(
-            each.method,
-            str(joint.joint),
-            str(joint.gains),
-            percent(joint.bias, "+.3f"),
-            percent(joint.spread),
-            percent(joint.rms),
-            percent(joint.p95),
-            *_held(joint.cover_1)[:1],
-            *_held(joint.cover_2),
-            percent(joint.claimed),
-            percent(joint.bound),
-            _ratio(joint.spread_over_bound),
-            _ratio(joint.claimed_over_bound),
-        )
-        for each in compared.methods
-        for joint in each.joints
+    return table(
+        [(each.method, joint) for each in compared.methods for joint in each.joints],
+        column("Method", lambda row: row[0], words=True),
+        column("Joint", lambda row: row[1].joint),
+        column("Gains", lambda row: row[1].gains),
+        column("Bias [%]", lambda row: percent(row[1].bias, "+.3f")),
+        column("Spread [%]", lambda row: percent(row[1].spread)),
+        column("Rms [%]", lambda row: percent(row[1].rms)),
+        column("95 %\nbelow [%]", lambda row: percent(row[1].p95)),
+        column("Within\n1 sigma [%]", lambda row: _held(row[1].cover_1)[0], file_only=True),
+        column("Within\n2 sigma [%]", lambda row: _held(row[1].cover_2)[0]),
+        column("95 % interval [%]", lambda row: _held(row[1].cover_2)[1], file_only=True),
+        column("Claimed [%]", lambda row: percent(row[1].claimed)),
+        column("Bound [%]", lambda row: percent(row[1].bound)),
+        column("Spread\nover bound", lambda row: number(row[1].spread_over_bound, ".2f"), file_only=True),
+        column("Claimed\nover bound", lambda row: number(row[1].claimed_over_bound, ".2f"), file_only=True),
     )
-    return Table(columns=JOINTS, rows=rows)
 
 
 def _held(coverage: Coverage | None) -> tuple[str, str]:
     if coverage is None:
         return NONE, NONE
     return percent(coverage.share, ".1f"), f"{percent(coverage.low, '.1f')}..{percent(coverage.high, '.1f')}"
-
-
-def _ratio(value: float | None) -> str:
-    return NONE if value is None else f"{value:.2f}"
 
 
 def _bad(count: int) -> Cell:
@@ -139,3 +129,22 @@ def _failures(compared: ComparedScenario) -> list[Paragraph]:
         for each in compared.methods
         if each.failures
     ]
+
+
+def contract_report(found: Contract) -> Report:
+    """The verdict, a row a promise, a sentence on each that is broken."""
+    rows = table(
+        found.checks,
+        column("Property", lambda check: check.promise, words=True),
+        column(
+            "Verdict", lambda check: Cell("holds", Mood.GOOD) if check.kept else Cell("FAILS", Mood.BAD), words=True
+        ),
+    )
+    broken = [check for check in found.checks if not check.kept]
+    said = [Paragraph(sentence(f"Not fulfilled: {check.promise}: {check.broken}")) for check in broken]
+    verdict = (
+        Paragraph(f"FAILED: {len(broken)} of {len(found.checks)} properties do not hold.", Mood.BAD, strong=True)
+        if broken
+        else Paragraph(f"PASSED: all {len(found.checks)} properties hold.", Mood.GOOD, strong=True)
+    )
+    return Report(f"Method {found.method}", (verdict, rows, *said), found.model_dump(mode="json"))

@@ -1,15 +1,17 @@
 """What a report says, as values: paragraphs, tables, figures, and the same as one JSON object."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from scenarios.reports.plot import Plot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
+
+Item = TypeVar("Item")
 
 NONE = "-"
 """Stands where there is no number."""
@@ -95,13 +97,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A sentence or more.
-
-    Attributes:
-        text: The words.
-        mood: How they are to be taken.
-        strong: Whether they are what one reads first.
-    """
+    """A sentence or more, how it is to be taken, and whether it is what one reads first."""
 
     text: str
     mood: Mood = Mood.PLAIN
@@ -198,12 +194,15 @@ def percent(share: float | None, form: str = ".3f") -> str:
     return number(None if share is None else 100.0 * share, form)
 
 
+def two_sigma(std: float | None, form: str = ".2f") -> str:
+    """Two standard deviations, given one as a share, in percent."""
+    return percent(None if std is None else 2.0 * std, form)
+
+
 def rounded(value: float | None, spread: float | None) -> str:
     """A number with as many decimals as two digits of its spread need; four where there is none. A dash for none.
 
-    Args:
-        value: The number.
-        spread: What it may be off by, of the same unit.
+    Both have one unit.
     """
     return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
 
@@ -218,9 +217,7 @@ def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None,
 def plus_minus(value: float, spread: float) -> str:
     """A number and what it may be off by, both rounded to the first digit of the latter, or two where that is a 1.
 
-    Args:
-        value: The number.
-        spread: Of the same unit, not negative.
+    Both have one unit.
     """
     if spread == 0.0:
         return f"{value:.6g}"
@@ -232,3 +229,38 @@ def plus_minus(value: float, spread: float) -> str:
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:
     """A row of a table."""
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnOf(Generic[Item]):
+    """A column, and what stands in it for an item: a count is written as it is, nothing as a dash."""
+
+    column: Column
+    cell: Callable[[Item], str | int | Cell | None]
+
+
+def column(
+    title: str, cell: Callable[[Item], str | int | Cell | None], *, words: bool = False, file_only: bool = False
+) -> ColumnOf[Item]:
+    """A column of numbers, or of words; a unit stands in brackets at the end of the title."""
+    name, _, unit = title.rpartition(" [") if title.endswith("]") else (title, "", "")
+    return ColumnOf(Column(title=name, unit=unit.removesuffix("]"), words=words, file_only=file_only), cell)
+
+
+def table(
+    items: Iterable[Item], *columns: ColumnOf[Item], title: str = "", shown: int | None = None, rest: str = ""
+) -> Table:
+    """A table with a row an item; `title`, `shown` and `rest` as of `Table`."""
+    rows = tuple(tuple(_cell(each.cell(item)) for each in columns) for item in items)
+    return Table(title=title, columns=tuple(each.column for each in columns), rows=rows, shown=shown, rest=rest)
+
+
+def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | None = None, rest: str = "") -> Table:
+    """A table of names and what stands for each."""
+    return table(
+        pairs, column(first, str, words=True), column(second, pairs.__getitem__, words=True), shown=shown, rest=rest
+    )
+
+
+def _cell(value: str | int | Cell | None) -> Cell:
+    return value if isinstance(value, Cell) else Cell(NONE if value is None else str(value))

@@ -23,19 +23,17 @@ from scenarios.results.models.cost import CostJoint, CostQuantity, ResultCost
 
 SHOWN = 7
 """Mass, centre and moments: the products of inertia follow in files."""
-STATED = "Intervals with a-priori gains include only what is stated of the errors of these gains."
+STATED = "Intervals with a-priori gains include the errors of these gains only as far as they are stated."
 JUDGED = (
-    f"The weight is one that identification did not see. {STATED} Errors of the arm and of torques are norms, in % of "
-    "the true ones; 2 sigma of the arm's is what the deviations of its parameters let one expect."
+    f"The payload was not used for identification. {STATED} Errors of the arm and of torques are norms, in % of "
+    "the true ones; 2 sigma of the arm's error follows from the standard deviations of its parameters."
 )
 
 
 def cost_parts(cost: ResultCost | None, revolute: Array) -> list[Part]:
     """What comes out with a-priori gains beside what comes out with those found; nothing where nobody asked.
 
-    Args:
-        cost: What it is.
-        revolute: Whether each joint turns, shape (n,).
+    `revolute`, shape (n,), says which joints turn.
     """
     if cost is None:
         return []
@@ -66,7 +64,7 @@ def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
         for each in cost.arm
     ]
     shown, rest = SHOWN + len(cost.arm), "products of inertia: with --json and in the page"
-    title = "What comes out with a-priori gains" + (" and with those found" if judged else "")
+    title = "Results with a-priori gains" + (" and with those found" if judged else "")
     return Table(title=title, columns=columns, rows=tuple(rows), shown=shown, rest=rest)
 
 
@@ -75,7 +73,7 @@ def _weight_row(each: CostQuantity, *, judged: bool) -> tuple[Cell, ...]:
     numbers += [each.found, _twice(each.found_std)] if judged else []
     unit, shown = in_unit(each.unit, *numbers, each.true if judged else each.stated)
     spreads = [shown[1]] * 2 + [shown[3]] * 3 if judged else [shown[1]] * 3
-    return cells(f"weight: {each.quantity}", *(rounded(*pair) for pair in zip(shown, spreads, strict=True)), unit)
+    return cells(f"payload: {each.quantity}", *(rounded(*pair) for pair in zip(shown, spreads, strict=True)), unit)
 
 
 def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) -> Table:
@@ -100,7 +98,7 @@ def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) 
             row += [percent(each.a_priori_torque_error, ".1f"), percent(each.found_torque_error, ".1f")]
         rows.append(cells(str(each.joint), *row))
     said = ", and the torque predicted on the loaded motion" if judged else ""
-    return Table(title=f"Each joint alone: the mass of the weight{said}", columns=tuple(columns), rows=tuple(rows))
+    return Table(title=f"Each joint alone: the mass of the payload{said}", columns=tuple(columns), rows=tuple(rows))
 
 
 def _twice(std: float | None) -> float | None:
@@ -112,14 +110,14 @@ def _said(cost: ResultCost) -> Paragraph:
     mass = cost.payload[0]
     weight = mass.stated if mass.true is None else mass.true
     assert weight is not None, "a weight has a mass"
-    said = f"The weight of {weight:g} kg: with the a-priori gains {_off(mass.a_priori, weight)}"
+    said = f"The payload of {weight:g} kg: with the a-priori gains {_off(mass.a_priori, weight)}"
     alone = [(each.joint, each.a_priori_mass, each.a_priori_mass_std or 0.0) for each in cost.joints]
     shown = [(joint, mass, abs(mass - weight) - 2.0 * std) for joint, mass, std in alone if mass is not None]
     if shown:
         joint, worst, _ = max(shown, key=lambda each: each[2])
         said += f" from all joints, {_off(worst, weight)} from joint {joint} alone"
     if cost.passed is None:
-        return Paragraph(f"{said}. The gains found reproduce the weight that they were found with.")
+        return Paragraph(f"{said}. The gains found reproduce this mass, as they were identified with it.")
     said += f"; with those found {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
     verdict, mood = ("PASSED", Mood.GOOD) if cost.passed else ("FAILED", Mood.BAD)
     return Paragraph(f"{verdict}: {said[0].lower()}{said[1:]}", mood, strong=True)

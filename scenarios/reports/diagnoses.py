@@ -4,27 +4,16 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from scenarios.reports.content import NONE, VERDICT, Cell, Column, Mood, Paragraph, Table, cells
+from scenarios.reports.content import NONE, Cell, Heading, Mood, Paragraph, Part, Table, column, table
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
 VERDICTS = LABELS | {Severity.GOOD: "good"}
 """In a table, where what is good is no note."""
-COLUMNS = (
-    Column(title="Log", words=True),
-    Column(title="What", words=True),
-    VERDICT,
-    Column(title="Found", words=True),
-)
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
-    """A paragraph for each diagnosis that is not good or that was asked for, the worst first.
-
-    Args:
-        found: What is said of the logs.
-        strong: Whether they stand out among others.
-    """
+    """A paragraph for each diagnosis that is not good or that was asked for, the worst first."""
     several = len({log for each in found.diagnoses for log in each.logs}) > 1
     return [
         Paragraph(
@@ -35,12 +24,7 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
 
 
 def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
-    """A diagnosis in words: severity, logs, what was found, what to do or what it may be instead.
-
-    Args:
-        diagnosis: The diagnosis.
-        several: Whether logs have to be named.
-    """
+    """A diagnosis in words: severity, logs, what was found, what to do or what it may be instead."""
     logs = [PurePath(log).name for log in diagnosis.logs] if several else []
     named = ", ".join(log for log in logs if log not in diagnosis.sentence)
     place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
@@ -55,10 +39,8 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
 def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:
     """What the logs exclude and what they cannot tell, a line each if there is something.
 
-    Args:
-        found: What is said of the logs.
-        every: Whether faults are listed of which only some cases are excluded, and what is about no joint alone.
-        expected: Whether the logs are still to be recorded.
+    With `every`, also faults of which only some cases are excluded, and what is about no joint alone; `expected` of
+    logs that are still to be recorded.
     """
     exclude, tell = (
         ("Logs of these motions will exclude", "They will not determine")
@@ -86,13 +68,17 @@ def many(count: int, what: str) -> str:
 
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
     """Everything that was looked at, the worst first."""
-    return Table(columns=COLUMNS, rows=tuple(map(_row, diagnoses)))
-
-
-def _row(diagnosis: Diagnosis) -> tuple[Cell, ...]:
-    return cells(
-        ", ".join(PurePath(log).name for log in diagnosis.logs) or NONE,
-        diagnosis.name,
-        Cell(VERDICTS[diagnosis.severity], MOODS[diagnosis.severity]),
-        diagnosis.sentence,
+    return table(
+        diagnoses,
+        column("Log", lambda each: ", ".join(PurePath(log).name for log in each.logs) or NONE, words=True),
+        column("What", lambda each: each.name, words=True),
+        column("Verdict", lambda each: Cell(VERDICTS[each.severity], MOODS[each.severity]), words=True),
+        column("Found", lambda each: each.sentence, words=True),
     )
+
+
+def diagnosis_parts(found: Diagnosed) -> list[Part]:
+    """A table of all diagnoses and what follows from them, none where nothing was looked at."""
+    parts: list[Part] = [every_line(found.diagnoses)] if found.diagnoses else []
+    parts += horizon_paragraphs(found, every=True)
+    return [Heading("Diagnoses"), *parts] if parts else []

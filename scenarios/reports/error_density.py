@@ -28,11 +28,7 @@ def reach(rows: JointRows) -> float:
 
 
 def promised(rows: JointRows, x: Array) -> Array:
-    """Mean of the normal densities that the claimed deviations are of [1/%].
-
-    Args:
-        rows: Of the joint.
-        x: Errors [%], shape (k,).
+    """Mean of the normal densities that the claimed deviations are of [1/%]. Errors `x` are in %, shape (k,).
 
     Returns:
         Shape (k,).

@@ -10,27 +10,36 @@ from ident.model.parameters import UNITS
 from ident.support.arrays import Array
 from ident.support.naming import joint_list
 from scenarios.reports.content import (
-    NONE,
     Cell,
     Column,
+    ColumnOf,
     Mood,
     Paragraph,
     Table,
     cells,
+    column,
     in_unit,
-    percent,
     rounded,
+    two_sigma,
 )
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.gains import ResultGain, ResultParameter
 
-INTERVAL = (
-    Column(title="2 sigma", unit="%"),
-    Column(title="Residual", unit="%", file_only=True),
-    Column(title="Payload", unit="%", file_only=True),
-    Column(title="Model", unit="%", file_only=True),
-)
-"""The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
+
+def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
+    """The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
+
+    def share(gain: ResultGain, std: float | None) -> str:
+        return two_sigma(None if std is None or gain.estimate is None else std / abs(gain.estimate))
+
+    return (
+        column("2 sigma [%]", lambda gain: share(gain, gain.std)),
+        column("Residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
+        column("Payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
+        column("Model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
+    )
+
+
 MEANING = (
     "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
     "together. Errors of the model's geometry, friction law and elasticity are not included where its part is zero."
@@ -43,24 +52,12 @@ def gain_unit(revolute: Array) -> str:
 
 
 def meaning(revolute: Array) -> Paragraph:
-    """What units and interval of a table of gains mean.
-
-    Args:
-        revolute: Whether each joint turns, shape (n,).
-    """
+    """What units and interval of a table of gains mean. `revolute`, shape (n,), says which joints turn."""
     sliding = np.flatnonzero(revolute == 0) + 1
     if sliding.size == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")
     apart = f", of sliding joint {', '.join(map(str, sliding))} in N per drive unit" if sliding.size else ""
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
-
-
-def interval(gain: ResultGain) -> tuple[str, ...]:
-    """The cells of `INTERVAL`."""
-    shares = (gain.std, gain.residual_std, gain.payload_std, gain.model_std)
-    if gain.estimate is None:
-        return (NONE,) * len(INTERVAL)
-    return tuple(percent(None if std is None else 2.0 * std / abs(gain.estimate), ".2f") for std in shares)
 
 
 def joints_named(joints: Sequence[int]) -> str:
@@ -73,8 +70,7 @@ def joints_named(joints: Sequence[int]) -> str:
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:
     """How large errors are, which joints meet their tolerance, and which source dominates which joints.
 
-    Args:
-        joints: Of each its number, relative rms error, tolerance and largest source; None where there is none.
+    Of each joint: number, relative rms error, tolerance, largest source; None where there is none.
     """
     errors = [100.0 * error for _, error, _, _ in joints if error is not None]
     by_source = dict[str, list[int]]()

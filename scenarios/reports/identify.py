@@ -9,25 +9,12 @@ from ident.model.arm import Arm
 from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.support.arrays import Array
 from ident.unseen import Unseen
-from scenarios.reports.content import (
-    VERDICT,
-    Cell,
-    Column,
-    Mood,
-    Paragraph,
-    Part,
-    Report,
-    Table,
-    cells,
-    percent,
-    rounded,
-)
+from scenarios.reports.content import Cell, Mood, Paragraph, Part, Report, Table, column, percent, rounded, table
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import (
-    INTERVAL,
     gain_unit,
-    interval,
+    interval_columns,
     joints_named,
     note_paragraphs,
     payload_tables,
@@ -45,15 +32,7 @@ def estimate_report(
     a_priori: GainsOutcome | None = None,
     unseen: Unseen | None = None,
 ) -> Report:
-    """How many gains there are and how good the fit is, the table of them, the reasons for refusals.
-
-    Args:
-        found: Gains and notes.
-        arm: Whose gains they are.
-        identify_s: Wall time [s].
-        a_priori: What other gains make of the logs, None where nobody asks.
-        unseen: A motion that no fit has seen, None where there is none.
-    """
+    """How many gains there are and how good the fit is, the table, reasons for refusals; `identify_s` is in s."""
     result, estimate = Result.of_identification(found, identify_s, a_priori, unseen), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
     parts: list[Part] = [
@@ -74,21 +53,20 @@ def estimate_report(
 def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | None], revolute: Array) -> Table:
     """Identified gains.
 
-    Args:
-        gains: One a joint.
-        unexplained: Norm of each joint's residual over that of its currents, None where it has no row.
-        revolute: Whether each joint turns, shape (n,).
+    `unexplained` is the norm of each joint's residual over that of its currents, None where it has no row; `revolute`,
+    shape (n,), says which joints turn.
     """
-    columns = (
-        Column(title="Joint"),
-        Column(title="Name", words=True),
-        Column(title="Gain", unit=gain_unit(revolute)),
-        *INTERVAL,
-        Column(title="Unexplained", unit="% of rms"),
-        VERDICT,
+    left = {gain.joint: share for gain, share in zip(gains, unexplained, strict=True)}
+    found, refused = Cell("identified", Mood.GOOD), Cell("refused", Mood.DOUBTFUL)
+    return table(
+        gains,
+        column("Joint", lambda gain: gain.joint),
+        column("Name", lambda gain: gain.name or "", words=True),
+        column(f"Gain [{gain_unit(revolute)}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
+        *interval_columns(),
+        column("Unexplained [% of rms]", lambda gain: percent(left[gain.joint], ".1f")),
+        column("Verdict", lambda gain: found if gain.identifiable else refused, words=True),
     )
-    rows = (_row(*pair) for pair in zip(gains, unexplained, strict=True))
-    return Table(columns=columns, rows=tuple(rows))
 
 
 def summary(result: Result) -> Paragraph:
@@ -115,14 +93,3 @@ def kept_paragraphs(result: Result) -> list[Paragraph]:
     moved = [f"joint {joint + 1} by {two_digits(largest[joint], sign='+')} %" for joint in sorted(largest)]
     told = f"Gains kept although a fault moves them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []
-
-
-def _row(gain: ResultGain, unexplained: float | None) -> tuple[Cell, ...]:
-    return cells(
-        str(gain.joint),
-        gain.name or "",
-        rounded(gain.estimate, gain.std and 2.0 * gain.std),
-        *interval(gain),
-        percent(unexplained, ".1f"),
-        Cell("identified", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.DOUBTFUL),
-    )

@@ -4,24 +4,14 @@ from collections.abc import Sequence
 
 from scenarios.experiments.studies.joint_rows import StudyRows
 from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
-from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import Cell, Figure, Mood, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.error_density import panels, varies
 from scenarios.reports.gains import joints_named
 from scenarios.reports.plots import monte_carlo as plots
 
+MOODS = {True: Mood.PLAIN, False: Mood.BAD}
+"""Of a pass rate that holds, and of one that does not."""
 HISTOGRAM, QQ, AGAINST_TRUE = "errors", "z-scores", "error-against-gain"
-COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Bias", unit="%"),
-    Column(title="Spread", unit="%"),
-    Column(title="Claimed", unit="%"),
-    Column(title="95 %\nbelow", unit="%"),
-    Column(title="Within\n1 sigma", unit="%"),
-    Column(title="Within\n2 sigma", unit="%"),
-    Column(title="Gains"),
-    Column(title="Passed", unit="%"),
-    Column(title="95 % interval", unit="%"),
-)
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each "
     "trial states it, all contributions included. Within: trials with an error below 1 or 2 of these; "
@@ -30,19 +20,9 @@ MEANING = (
 
 
 def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> Report:
-    """The verdict, one row a joint, what the columns mean, failures by kind, pictures.
-
-    Args:
-        result: Of the study.
-        rows: That it sums up.
-        asked: Trials asked for; the folder may hold more.
-    """
+    """The verdict, one row a joint, what the columns mean, failures by kind, pictures."""
     more = f" (the folder holds more than the {asked} requested)" if result.trials > asked else ""
-    parts: list[Part] = [
-        _verdict(result.joints),
-        Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.joints)),
-        Paragraph(MEANING),
-    ]
+    parts: list[Part] = [_verdict(result.joints), _table(result.joints), Paragraph(MEANING)]
     parts += [
         Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")
         for kind, count in result.failures.items()
@@ -52,18 +32,21 @@ def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> R
     return Report(title, tuple(parts), result.model_dump(mode="json"))
 
 
-def _row(joint: JointStatistics) -> tuple[Cell, ...]:
-    return cells(
-        str(joint.joint),
-        percent(joint.bias, "+.3f"),
-        percent(joint.spread),
-        percent(joint.claimed),
-        percent(joint.p95),
-        percent(joint.cover_1, ".1f"),
-        percent(joint.cover_2, ".1f"),
-        str(joint.trials - joint.failed - joint.refused),
-        Cell(percent(joint.pass_rate, ".1f"), Mood.PLAIN if joint.held else Mood.BAD),
-        f"{percent(joint.pass_low, '.1f')}..{percent(joint.pass_high, '.1f')}",
+def _table(joints: Sequence[JointStatistics]) -> Table:
+    return table(
+        joints,
+        column("Joint", lambda joint: joint.joint),
+        column("Bias [%]", lambda joint: percent(joint.bias, "+.3f")),
+        column("Spread [%]", lambda joint: percent(joint.spread)),
+        column("Claimed [%]", lambda joint: percent(joint.claimed)),
+        column("95 %\nbelow [%]", lambda joint: percent(joint.p95)),
+        column("Within\n1 sigma [%]", lambda joint: percent(joint.cover_1, ".1f")),
+        column("Within\n2 sigma [%]", lambda joint: percent(joint.cover_2, ".1f")),
+        column("Gains", lambda joint: joint.trials - joint.failed - joint.refused),
+        column("Passed [%]", lambda joint: Cell(percent(joint.pass_rate, ".1f"), MOODS[joint.held])),
+        column(
+            "95 % interval [%]", lambda joint: f"{percent(joint.pass_low, '.1f')}..{percent(joint.pass_high, '.1f')}"
+        ),
     )
 
 

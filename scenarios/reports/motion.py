@@ -5,33 +5,27 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ident.model.arm import Arm
-from scenarios.reports.content import Cell, Column, Table, cells, number, percent
+from scenarios.reports.content import Table, column, percent, table
 from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
 from scenarios.results.models.check import CheckJoint
 
 
 def motion_table(title: str, motions: Sequence[CheckJoint], arm: Arm) -> Table:
-    """A row a joint.
-
-    Args:
-        title: Of the table.
-        motions: One a joint.
-        arm: That moved.
-    """
-    rows = (_motion_row(j, arm.joint_names[j], motion) for j, motion in enumerate(motions))
-    units = length_units(arm)
-    columns = (
-        Column(title="Joint"),
-        Column(title="Name", words=True),
-        Column(title="From", unit=", ".join(units)),
-        Column(title="To", unit=", ".join(units)),
-        Column(title="Of its range", unit="%"),
-        Column(title="Fastest", unit=", ".join(f"{each}/s" for each in units)),
-        Column(title="Rms acceleration", unit=", ".join(f"{each}/s^2" for each in units)),
-        Column(title="Slow", unit="% of time"),
-        Column(title="Rms current", unit="units"),
+    """A row a joint."""
+    place, speed, rate = (", ".join(f"{each}{per}" for each in length_units(arm)) for per in ("", "/s", "/s^2"))
+    return table(
+        list(zip(arm.joint_names, motions, strict=True)),
+        column("Joint", lambda row: row[1].joint),
+        column("Name", lambda row: row[0], words=True),
+        column(f"From [{place}]", lambda row: f"{np.round(row[1].low, 3):.3f}"),
+        column(f"To [{place}]", lambda row: f"{np.round(row[1].high, 3):.3f}"),
+        column("Of its range [%]", lambda row: percent(row[1].covered, ".0f")),
+        column(f"Fastest [{speed}]", lambda row: f"{row[1].speed:.3g}"),
+        column(f"Rms acceleration [{rate}]", lambda row: f"{row[1].acceleration_rms:.3g}"),
+        column("Slow [% of time]", lambda row: percent(row[1].slow, ".0f")),
+        column("Rms current [units]", lambda row: f"{row[1].current_rms:.3g}"),
+        title=title,
     )
-    return Table(title=title, columns=columns, rows=tuple(rows))
 
 
 def length_units(arm: Arm) -> list[str]:
@@ -40,12 +34,7 @@ def length_units(arm: Arm) -> list[str]:
 
 
 def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plot:
-    """What of each joint's range every recording shows; positions themselves where the model states no range.
-
-    Args:
-        recorded: Motions of each joint, by the name of the recording.
-        arm: That moved.
-    """
+    """What of each joint's range every recording shows; positions themselves where the model states no range."""
     span = arm.upper - arm.lower
     stated = bool(np.isfinite(span).all())
     low, unit = (arm.lower, "% of range") if stated else (np.zeros(arm.n), ", ".join(length_units(arm)))
@@ -64,18 +53,4 @@ def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plo
         x=Axis(title="joint", categories=names),
         y=Axis(title="position", unit=unit, zero=stated),
         series=tuple(series),
-    )
-
-
-def _motion_row(j: int, name: str, motion: CheckJoint) -> tuple[Cell, ...]:
-    ends = (number(float(np.round(end, 3)), ".3f") for end in (motion.low, motion.high))
-    return cells(
-        str(j + 1),
-        name,
-        *ends,
-        percent(motion.covered, ".0f"),
-        f"{motion.speed:.3g}",
-        f"{motion.acceleration_rms:.3g}",
-        percent(motion.slow, ".0f"),
-        f"{motion.current_rms:.3g}",
     )

@@ -1,6 +1,7 @@
 """What `rx90 new-robot` says: joints in order, what is assumed, what to do next."""
 
 import shlex
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,43 +10,29 @@ import scenarios.design.results as results
 from scenarios.design.excitation import near_words
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
 from scenarios.design.robot_folder import FILES, SCENARIO
-from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import NONE, Line, Paragraph, Report, column, percent, table
 from sim.clearance import CLEARANCE
-
-COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="Kind", words=True),
-    Column(title="From", unit="rad, m"),
-    Column(title="To", unit="rad, m"),
-    Column(title="Torque", unit="N m, N"),
-    Column(title="Speed", unit="rad/s, m/s"),
-    Column(title="Predicted", unit="%"),
-    Column(title="Wanted", words=True),
-)
 
 
 def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     """The joints in their order, limits with what is assumed of them, and the command that comes next."""
     torque, speed = new.drives["current_limit"], new.drives["max_velocity"]
     arm = new.arm
-    rows = tuple(
-        cells(
-            str(j + 1),
-            arm.joint_names[j],
-            "turns" if arm.revolute[j] else "slides",
-            _end(arm.lower[j]),
-            _end(arm.upper[j]),
-            f"{torque.value[j]:.4g}{_mark(torque.origin[j])}",
-            f"{speed.value[j]:.4g}{_mark(speed.origin[j])}",
-            percent(float(found.predicted[j]), ".2g"),
-            "yes" if found.identifiable[j] else "no",
-        )
-        for j in range(arm.n)
+    joints = table(
+        range(arm.n),
+        column("Joint", lambda j: j + 1),
+        column("Name", lambda j: arm.joint_names[j], words=True),
+        column("Kind", lambda j: "turns" if arm.revolute[j] else "slides", words=True),
+        column("From [rad, m]", lambda j: _end(arm.lower[j])),
+        column("To [rad, m]", lambda j: _end(arm.upper[j])),
+        column("Torque [N m, N]", lambda j: f"{torque.value[j]:.4g}{_mark(torque.origin[j])}"),
+        column("Speed [rad/s, m/s]", lambda j: f"{speed.value[j]:.4g}{_mark(speed.origin[j])}"),
+        column("Predicted [%]", lambda j: percent(float(found.predicted[j]), ".2g")),
+        column("Wanted", lambda j: "yes" if found.identifiable[j] else "no", words=True),
     )
-    load = new.load
-    parts: list[Part] = [
-        Table(columns=COLUMNS, rows=rows),
+    load, said = new.load, list(_warnings(new))
+    parts = (
+        joints,
         Paragraph(
             "Check order and names of the joints against your controller's. Values marked * are assumed; so "
             "are gains, friction, rotor inertias and payload, by the rules of thumb noted in robot.toml. "
@@ -56,55 +43,10 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
             f"Payload: {load.body.mass:g} kg, centre {list(load.body.com)} m in the frame of the last link; "
             f"{load.source}."
         ),
-    ]
-    if load.warning:
-        parts.append(Paragraph(f"Warning: payload: {load.warning}."))
-    if new.end.held:
-        parts.append(
-            Paragraph(
-                f"Taken for a gripper's and held: {', '.join(new.end.held)}. The arm ends at body {new.end.flange}, "
-                "which carries the payload; name another last body with --flange."
-            )
-        )
-    if new.home_clearance < CLEAR:
-        parts.append(
-            Paragraph(f"Home {near_words(new.home_clearance)} floor or arm; give a pose clear of both with --home.")
-        )
-    if new.always_near:
-        pairs = ", ".join(f"{one} and {other}" for one, other in new.always_near)
-        parts.append(
-            Paragraph(
-                f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: "
-                f"{pairs}."
-            )
-        )
-    if new.facts.left:
-        parts.append(
-            Paragraph(
-                f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve numerical "
-                "stability only. Friction and rotor inertias in robot.toml follow rules of thumb; replace "
-                "them by measured values."
-            )
-        )
-    if new.facts.from_shapes:
-        parts.append(
-            Paragraph(
-                "The file states no inertia of these links, so it is computed from their shapes: "
-                f"{', '.join(new.facts.from_shapes)}."
-            )
-        )
-    if new.facts.missing_meshes:
-        missing = new.facts.missing_meshes
-        parts.append(
-            Paragraph(
-                f"{len(missing)} meshes are missing or cannot be compiled (first: {missing[0]}); clearance is checked "
-                "without them."
-            )
-        )
-    parts += [
+        *map(Paragraph, said),
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),
         Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
-    ]
+    )
     result = results.NewRobot(
         robot=new.name,
         joints=list(arm.joint_names),
@@ -116,7 +58,38 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         payload_source=load.source,
         payload_warning=load.warning or None,
     )
-    return Report(f"Robot {new.name}: {arm.n} joints", tuple(parts), result.model_dump(mode="json"))
+    return Report(f"Robot {new.name}: {arm.n} joints", parts, result.model_dump(mode="json"))
+
+
+def _warnings(new: NewRobot) -> Iterator[str]:
+    """What is odd about the arm, its home and its file."""
+    if new.load.warning:
+        yield f"Warning: payload: {new.load.warning}."
+    if new.end.held:
+        yield (
+            f"Recognised as joints of a gripper and locked: {', '.join(new.end.held)}. "
+            f"The arm ends at body {new.end.flange}, "
+            "which carries the payload; name another last body with --flange."
+        )
+    if new.home_clearance < CLEAR:
+        yield f"Home {near_words(new.home_clearance)} floor or arm; give a pose clear of both with --home."
+    if new.always_near:
+        near = ", ".join(f"{one} and {other}" for one, other in new.always_near)
+        yield f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}."
+    if new.facts.left:
+        yield (
+            f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve numerical "
+            "stability only. Friction and rotor inertias in robot.toml follow rules of thumb; replace "
+            "them by measured values."
+        )
+    if new.facts.from_shapes:
+        links = ", ".join(new.facts.from_shapes)
+        yield f"The file states no inertia of these links, so it is computed from their shapes: {links}."
+    if missing := new.facts.missing_meshes:
+        yield (
+            f"{len(missing)} meshes are missing or cannot be compiled (first: {missing[0]}); clearance is checked "
+            "without them."
+        )
 
 
 def _end(limit: float) -> str:

@@ -6,35 +6,28 @@ import scenarios.benchmark.paper.published as published
 from ident.model.parameters import INERTIAL, UNITS
 from scenarios.benchmark.paper.experiment import IDENTIFIED
 from scenarios.benchmark.paper.result import Claim, PaperPayload, PaperResult
-from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import NONE, Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.gains import reason_paragraph
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure as Drawing
 
 FIGURE_3 = "figure3"
 
 
-def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
-    """The verdict, tables, figure and claims.
-
-    Args:
-        found: The result.
-        torques: Rows of case 2.
-        seed: Of the experiment.
-    """
+def paper_report(found: PaperResult, torques: "pd.DataFrame", seed: int) -> Report:
+    """The verdict, tables, figure and claims. Figure 3 shows `torques`, the rows of case 2."""
     parts: list[Part] = [_table_2(found), _table_3(found)]
     parts += [reason_paragraph(each.joint, each.reason) for each in found.gains if each.reason is not None]
     parts += [_table_4(found), _patterns(found), _second_payload(found), _all_parameters(found)]
-    parts.append(
-        Figure(
-            FIGURE_3,
-            "Figure 3: torques of case 2, measured and reconstructed",
-            lambda: _figure_3(torques),
-            endings=("png", "svg"),
-        )
-    )
+
+    def draw() -> "Drawing":
+        from scenarios.reports.plots.paper import figure_3
+
+        return figure_3(torques)
+
+    parts.append(Figure(FIGURE_3, "Figure 3: torques of case 2, measured and reconstructed", draw, ("png", "svg")))
     parts += [_claim(check) for check in found.checks]
     failed = sum(not check.holds for check in found.checks)
     verdict = Paragraph(f"PASSED: all {len(found.checks)} claims hold.", Mood.GOOD, strong=True)
@@ -42,12 +35,6 @@ def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
         verdict = Paragraph(f"FAILED: {failed} of {len(found.checks)} claims do not hold.", Mood.BAD, strong=True)
     title = f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
     return Report(title, (verdict, *parts), found.model_dump(mode="json"))
-
-
-def _figure_3(torques: CaseTorques) -> "Drawing":
-    from scenarios.reports.plots.paper import figure_3
-
-    return figure_3(torques)
 
 
 def _claim(check: Claim) -> Paragraph:

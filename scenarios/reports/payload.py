@@ -8,22 +8,13 @@ import numpy as np
 import scenarios.design.results as results
 from ident.payload.files import payload_to_table
 from ident.support.arrays import Array
-from scenarios.design.payload_design import Candidate, Mounted, PayloadDesign
+from scenarios.design.payload_design import Mounted, PayloadDesign
 from scenarios.design.weights import MM
 from scenarios.prediction.deviations import RESIDUAL
-from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import Cell, Figure, Mood, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.payload_drawing import draw_weight
 
 DRAWING = "payload-drawing"
-JOINT_COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Payload\nbefore", unit="N m rms"),
-    Column(title="Deviation\nbefore", unit="%"),
-    Column(title="Payload\nafter", unit="N m rms"),
-    Column(title="Deviation\nafter", unit="%"),
-    Column(title="Of weight\nas made", unit="%"),
-    Column(title="Gain", words=True),
-)
 
 
 def payload_report(design: PayloadDesign) -> Report:
@@ -40,7 +31,7 @@ def payload_report(design: PayloadDesign) -> Report:
     limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load stated"
     parts.append(
         Paragraph(
-            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'of weight as made' "
+            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'payload as made' "
             f"includes the tolerances of dimensions and scale. Limits: {limit}, torque "
             f"of the drives, distance to floor and arm. Frame: {where}."
         )
@@ -99,20 +90,17 @@ def _told(design: PayloadDesign, found: Mounted) -> dict[str, Any]:
 
 def _joints(design: PayloadDesign) -> Table:
     before, after = design.before, design.after
-    shown = design.shows(before.deviations), design.shows(after.deviations)
-    rows = tuple(
-        cells(
-            str(j + 1),
-            f"{before.torque[j]:.3g}",
-            percent(before.deviations.noise[j], ".2f"),
-            f"{after.torque[j]:.3g}",
-            percent(after.deviations.noise[j], ".2f"),
-            percent(after.deviations.payload[j], ".2f"),
-            _verdict(bool(shown[0][j]), bool(shown[1][j])),
-        )
-        for j in range(len(before.torque))
+    shown = list(zip(design.shows(before.deviations).tolist(), design.shows(after.deviations).tolist(), strict=True))
+    return table(
+        range(len(shown)),
+        column("Joint", lambda j: j + 1),
+        column("Payload\nbefore [N m rms]", lambda j: f"{before.torque[j]:.3g}"),
+        column("Deviation\nbefore [%]", lambda j: percent(before.deviations.noise[j], ".2f")),
+        column("Payload\nafter [N m rms]", lambda j: f"{after.torque[j]:.3g}"),
+        column("Deviation\nafter [%]", lambda j: percent(after.deviations.noise[j], ".2f")),
+        column("Payload\nas made [%]", lambda j: percent(after.deviations.payload[j], ".2f")),
+        column("Gain", lambda j: _verdict(*shown[j]), words=True),
     )
-    return Table(columns=JOINT_COLUMNS, rows=rows)
 
 
 def _verdict(before: bool, after: bool) -> Cell:
@@ -144,24 +132,15 @@ def _beside(design: PayloadDesign, com: Array) -> float:
 
 
 def _shapes(design: PayloadDesign) -> Table:
-    columns = (
-        Column(title="Shape", words=True),
-        Column(title="Dimensions", unit="mm", words=True),
-        Column(title="Mass", unit="kg"),
-        Column(title="Beside axis", unit="mm"),
-        Column(title="Worst joint", unit="%"),
-    )
-    return Table(columns=columns, rows=tuple(_shape(design, each) for each in design.candidates))
-
-
-def _shape(design: PayloadDesign, candidate: Candidate) -> tuple[Cell, ...]:
-    weight = candidate.weight
-    return cells(
-        Cell(weight.shape, Mood.BAD if candidate.refusal else Mood.PLAIN),
-        f"{weight.stated}, turned {90 * weight.quarter}\u00b0",
-        f"{candidate.payload.mass:.3f}",
-        f"{_beside(design, np.array(candidate.payload.com)) / MM:.1f}",
-        percent(float(candidate.deviations.total[design.joints].max()), ".2f"),
+    return table(
+        design.candidates,
+        column("Shape", lambda each: Cell(each.weight.shape, Mood.BAD if each.refusal else Mood.PLAIN), words=True),
+        column(
+            "Dimensions [mm]", lambda each: f"{each.weight.stated}, turned {90 * each.weight.quarter}\u00b0", words=True
+        ),
+        column("Mass [kg]", lambda each: f"{each.payload.mass:.3f}"),
+        column("Beside axis [mm]", lambda each: f"{_beside(design, np.array(each.payload.com)) / MM:.1f}"),
+        column("Worst joint [%]", lambda each: percent(float(each.deviations.total[design.joints].max()), ".2f")),
     )
 
 
@@ -191,7 +170,7 @@ def _identified(design: PayloadDesign) -> Paragraph:
     shown = design.shows(design.after.deviations)
     missing = [str(j + 1) for j in design.joints if not shown[j]]
     if missing:
-        return Paragraph(f"No weight within the limits identifies joint {', '.join(missing)}.", Mood.BAD, strong=True)
+        return Paragraph(f"No payload within the limits identifies joint {', '.join(missing)}.", Mood.BAD, strong=True)
     return Paragraph(
         (
             f"The {design.best.weight.shape} identifies every joint; the worst gain's standard deviation is "

@@ -16,12 +16,7 @@ INK, STEEL, FLANGE, AXIS = "#222222", "#c9ced6", "#8a9099", "#b03030"
 
 
 def draw_weight(weight: Weight, *, flange: str) -> "Figure":
-    """Side view and top view in one scale, the flange's axes and the centre of mass in both.
-
-    Args:
-        weight: The weight.
-        flange: Name of the site or body of the model that is the flange; empty where none is.
-    """
+    """Side view and top view in one scale, the flange's axes and the centre of mass in both."""
     import matplotlib.pyplot as plt
 
     figure, (side, top) = plt.subplots(1, 2, figsize=(12.0, 6.6), width_ratios=(1.0, 1.0))
@@ -49,7 +44,7 @@ def draw_weight(weight: Weight, *, flange: str) -> "Figure":
         fontsize=12,
         color=INK,
     )
-    note = "All dimensions in mm, ISO 2768-m. Screws and their holes are left out: weigh the weight when it is made."
+    note = "All dimensions in mm, ISO 2768-m. Screws and their holes are left out: weigh the finished payload."
     figure.text(0.5, 0.02, note, ha="center", fontsize=9, color=INK)
     plt.close(figure)  # the caller has it; pyplot need not keep it
     return figure

@@ -23,14 +23,7 @@ COLUMNS = (
 
 
 def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed], diagnosed: Diagnosed) -> Report:
-    """The body in the frame of the last link, with intervals that contain those of the gains.
-
-    Args:
-        found: The payload's parameters.
-        body: Of it.
-        joints: The mass from each joint alone; empty where none is sure.
-        diagnosed: What is said of the recordings.
-    """
+    """The body in the frame of the last link, with intervals that contain those of the gains."""
     rows = tuple(
         quantity_row(
             each.name,

@@ -133,14 +133,7 @@ def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
 
 
 def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, float]], tone: Tone) -> Series:
-    """Intervals of categories.
-
-    Args:
-        label: Of the series.
-        x: The categories.
-        ends: Of each: the value, its lower and its upper end.
-        tone: What sets them apart.
-    """
+    """Intervals of categories. `ends` are the value, its lower and its upper end."""
     value, low, high = (values([each[k] for each in ends]) for k in range(3))
     return Series(label=label, mark=Mark.INTERVALS, tone=tone, x=tuple(x), y=value, low=low, high=high)
 

@@ -11,25 +11,11 @@ from ident.payload.payload import Payload
 from scenarios.design.trajectory_source import scenario_source
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import BARE
-from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Heading, Line, Paragraph, Part, Report, Table, column, table
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.trajectory import motion_table
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 
-MOTIONS = (
-    Column(title="Motion"),
-    Column(title="Mounted", words=True),
-    Column(title="Rest before", unit="s"),
-    Column(title="Lasts", unit="s"),
-    Column(title="File", words=True),
-)
-WEIGHTS = (
-    Column(title="Weight", words=True),
-    Column(title="Mass", unit="kg"),
-    Column(title="Centre", unit="m", words=True),
-    Column(title="Known", words=True),
-    Column(title="File", words=True),
-)
 SHOWN_HZ = 1000.0
 """Rate at which speeds of the motion are looked at."""
 SETTINGS = (
@@ -45,16 +31,16 @@ BEFORE = (
         "Mount exactly what the files describe: hoses, sensors and grippers belong to the payload, or stay "
         "on for bare motions as well."
     ),
-    "Log a minute at rest: positions must not drift, and a log must have every sample once.",
+    "Log a minute at rest: positions must not drift, and each sample must be logged exactly once.",
     "Turn each joint by hand or slowly: the position that is logged must rise when the model's joint does.",
 )
 SAFETY = (
     (
         "This page does not replace the robot's manual or a risk assessment of your cell: the motion "
-        "considers the arm's model only, no fences, tables, cables or hoses."
+        "avoids only the arm's own model, not fences, tables, cables or hoses."
     ),
     "Nobody is within reach while the robot moves; one person has a hand on the emergency stop.",
-    "Run the motion bare at reduced speed first, then at full speed, then with each weight at reduced speed.",
+    "Run the motion bare at reduced speed first, then at full speed, then with each payload at reduced speed.",
     "Stop at collisions, protective stops or unusual noise; a motion that was stopped is recorded again, all of it.",
 )
 
@@ -62,15 +48,7 @@ SAFETY = (
 def recipe_report(
     setup: Setup, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
 ) -> Report:
-    """The page.
-
-    Args:
-        setup: The scenario.
-        payloads: As it states them, by mounting.
-        name: As commands name it.
-        commands: Names of those that there are.
-        told: What logs of these motions will exclude, and what they will not tell.
-    """
+    """The page."""
     source, table = scenario_source(setup), setup.scenario.table
     robot = setup.experiments[0].plant.robot
     load = robot.rated_load
@@ -106,17 +84,15 @@ def recipe_report(
 
 
 def _motions(setup: Setup) -> Table:
-    rows = tuple(
-        cells(
-            str(number),
-            "nothing" if carried == BARE else carried,
-            f"{each.pause:g}" if number > 1 else "-",
-            f"{each.trajectory.duration:g}",
-            f"{each.name}.parquet",
-        )
-        for number, (carried, each) in enumerate(zip(setup.protocol, setup.experiments, strict=True), 1)
+    return table(
+        list(enumerate(zip(setup.protocol, setup.experiments, strict=True), 1)),
+        column("Motion", lambda row: row[0]),
+        column("Mounted", lambda row: "nothing" if row[1][0] == BARE else row[1][0], words=True),
+        column("Rest before [s]", lambda row: f"{row[1][1].pause:g}" if row[0] > 1 else None),
+        column("Lasts [s]", lambda row: f"{row[1][1].trajectory.duration:g}"),
+        column("File", lambda row: f"{row[1][1].name}.parquet", words=True),
+        title="Order of motions",
     )
-    return Table(title="Order of motions", columns=MOTIONS, rows=rows)
 
 
 def _warm_up(seconds: float) -> str:
@@ -129,11 +105,14 @@ def _warm_up(seconds: float) -> str:
 
 
 def _weights(payloads: Mapping[str, Payload]) -> Table:
-    rows = tuple(
-        cells(name, _mass(payload), _centre(payload), payload.known, payload_file(name))
-        for name, payload in payloads.items()
+    return table(
+        payloads.items(),
+        column("Payload", lambda row: row[0], words=True),
+        column("Mass [kg]", lambda row: _mass(row[1])),
+        column("Centre [m]", lambda row: _centre(row[1]), words=True),
+        column("Known", lambda row: row[1].known, words=True),
+        column("File", lambda row: payload_file(row[0]), words=True),
     )
-    return Table(columns=WEIGHTS, rows=rows)
 
 
 def _mass(payload: Payload) -> str:
@@ -180,8 +159,8 @@ def _afterwards(setup: Setup, commands: Collection[str]) -> list[Part]:
     columns = ["t=time[ms]", f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
     parts: list[Part] = [
         Paragraph(
-            f"A log whose columns are t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is a recording as it is, "
-            "CSV too. Another one becomes one, with the names and units of its columns in place of these:"
+            f"A Parquet or CSV log with columns t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is used as it is. "
+            "Convert any other log, with the names and units of its columns in place of these:"
         ),
         Line(shlex.join(["rx90", "convert", "LOG", "--out", first, "--signal", "current", "--columns", *columns])),
         Paragraph("and so on for each motion; then:"),

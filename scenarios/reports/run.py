@@ -5,25 +5,12 @@ from collections.abc import Sequence
 from ident.diagnosis.alternative import two_digits
 from ident.support.arrays import Array
 from scenarios.experiments.run import Run
-from scenarios.reports.content import (
-    VERDICT,
-    Cell,
-    Column,
-    Mood,
-    Paragraph,
-    Part,
-    Report,
-    Table,
-    cells,
-    percent,
-    rounded,
-)
+from scenarios.reports.content import Cell, Mood, Paragraph, Part, Report, Table, column, percent, rounded, table
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs, many
 from scenarios.reports.gains import (
-    INTERVAL,
     gain_unit,
-    interval,
+    interval_columns,
     joints_named,
     note_paragraphs,
     payload_tables,
@@ -54,33 +41,18 @@ def run_report(run: Run) -> Report:
 
 
 def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
-    """Injected against identified gains.
-
-    Args:
-        gains: One a joint, judged.
-        revolute: Whether each joint turns, shape (n,).
-    """
-    rows = tuple(
-        cells(
-            str(gain.joint),
-            *(rounded(value, gain.std and 2.0 * gain.std) for value in (gain.true, gain.estimate)),
-            *interval(gain),
-            percent(gain.rel_error, "+.3f"),
-            percent(gain.tolerance, ".3g"),
-            _verdict(gain),
-        )
-        for gain in gains
+    """Injected against identified gains. `revolute`, shape (n,), says which joints turn."""
+    unit = gain_unit(revolute)
+    return table(
+        gains,
+        column("Joint", lambda gain: gain.joint),
+        column(f"Injected [{unit}]", lambda gain: rounded(gain.true, gain.std and 2.0 * gain.std)),
+        column(f"Identified [{unit}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
+        *interval_columns(),
+        column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f")),
+        column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True),
+        column("Verdict", _verdict, words=True),
     )
-    columns = (
-        Column(title="Joint"),
-        Column(title="Injected", unit=gain_unit(revolute)),
-        Column(title="Identified", unit=gain_unit(revolute)),
-        *INTERVAL,
-        Column(title="Error", unit="%"),
-        Column(title="Tolerance", unit="%", file_only=True),
-        VERDICT,
-    )
-    return Table(columns=columns, rows=rows)
 
 
 def _verdict(gain: ResultGain) -> Cell:

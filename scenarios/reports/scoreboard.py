@@ -83,7 +83,8 @@ WEIGHTS = (
 )
 PREDICTED = (
     "Root mean square of the joints' errors, in % of their rms currents. The arm is that of the set's bare motions "
-    "with the gains in question; on a bare recording a factor common to all gains does not show."
+    "with the gains in question; on a bare recording a factor common to all gains has no effect. "
+    "Errors of different joints are not to be compared."
 )
 SENSORS = (
     Column(title="Joint"),
@@ -105,7 +106,7 @@ def scoreboard_report(found: Scoreboard) -> Report:
         parts += _entry_parts(each)
     others = [each for each in found.entries if each.status != "run"]
     if others:
-        parts.append(Heading("Not there, and how to get them"))
+        parts.append(Heading("Missing recordings, and how to get them"))
     for each in others:
         lacking = f" Missing: {', '.join(each.missing)}." if each.missing else ""
         failed = "" if each.reason is None else f" Not usable: {each.reason}."
@@ -202,7 +203,9 @@ def _entry_parts(each: Entry) -> list[Part]:
             )
             for w in each.weights
         ]
-        parts.append(Table(title="Payloads by gains that have not seen them", columns=WEIGHTS, rows=tuple(rows)))
+        parts.append(
+            Table(title="Payloads weighed with gains identified without them", columns=WEIGHTS, rows=tuple(rows))
+        )
     if each.sensors:
         rows = [
             cells(

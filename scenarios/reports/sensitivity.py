@@ -4,19 +4,7 @@ from collections.abc import Sequence
 
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
-from scenarios.reports.content import (
-    NONE,
-    Cell,
-    Column,
-    Figure,
-    Heading,
-    Paragraph,
-    Part,
-    Report,
-    Table,
-    cells,
-    percent,
-)
+from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.gains import budget_verdict
 from scenarios.reports.plots.sensitivity import chart
 
@@ -25,15 +13,6 @@ SHOWN = 6
 CHART = "budget"
 WIDEST = 0.5
 """Width of an index's interval from which on it tells nothing: half of what an index can be."""
-COLUMNS = (
-    Column(title="Source", words=True),
-    Column(title="Alone", unit="% rms"),
-    Column(title="95 % interval", unit="%"),
-    Column(title="Bias", unit="%"),
-    Column(title="Share", unit="%"),
-    Column(title="First order"),
-    Column(title="Total order"),
-)
 MEANING = (
     "Alone: the source at its declared size with all others off. Share: of the sum of mean squares. First and total "
     "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
@@ -42,12 +21,7 @@ MEANING = (
 
 
 def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
-    """The source that dominates, and each joint's sources, the largest first.
-
-    Args:
-        found: The budget.
-        scenario: That was varied.
-    """
+    """The source that dominates, and each joint's sources, the largest first."""
     parts: list[Part] = [verdict(found.joints, scenario.table.tolerance.gain)]
     for budget in found.joints:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
@@ -61,12 +35,7 @@ def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
 
 
 def verdict(budgets: Sequence[BudgetJoint], tolerances: Sequence[float]) -> Paragraph:
-    """How large errors are with all sources on, and what to reduce first.
-
-    Args:
-        budgets: Of joints.
-        tolerances: Relative error that passes, of all joints of the robot.
-    """
+    """How large errors are with all sources on, and what to reduce first."""
     return budget_verdict(
         [
             (each.joint, each.together, tolerances[each.joint - 1], each.costs[0].source if each.costs else None)
@@ -92,24 +61,21 @@ def _headline(budget: BudgetJoint) -> str:
 def _table(budget: BudgetJoint) -> Table:
     hidden = budget.costs[SHOWN:]
     rest = f"and {len(hidden)} more with {100.0 * sum(cost.share for cost in hidden):.2g} % together"
-    rows = tuple(
-        cells(
-            cost.source,
-            percent(cost.rms.value),
-            f"{percent(cost.rms.low)}..{percent(cost.rms.high)}",
-            percent(cost.bias, "+.3f"),
-            percent(cost.share, ".1f"),
-            _index(cost.first),
-            _index(cost.total),
-        )
-        for cost in budget.costs
+    return table(
+        budget.costs,
+        column("Source", lambda cost: cost.source, words=True),
+        column("Alone [% rms]", lambda cost: percent(cost.rms.value)),
+        column("95 % interval [%]", lambda cost: f"{percent(cost.rms.low)}..{percent(cost.rms.high)}"),
+        column("Bias [%]", lambda cost: percent(cost.bias, "+.3f")),
+        column("Share [%]", lambda cost: percent(cost.share, ".1f")),
+        column("First order", lambda cost: _index(cost.first)),
+        column("Total order", lambda cost: _index(cost.total)),
+        shown=SHOWN,
+        rest=rest,
     )
-    return Table(columns=COLUMNS, rows=rows, shown=SHOWN, rest=rest)
 
 
-def _index(index: Interval | None) -> Cell:
-    return Cell(
-        NONE
-        if index is None or index.high - index.low >= WIDEST
-        else f"{index.value:.2f} ({index.low:.2f}..{index.high:.2f})"
-    )
+def _index(index: Interval | None) -> str | None:
+    if index is None or index.high - index.low >= WIDEST:
+        return None
+    return f"{index.value:.2f} ({index.low:.2f}..{index.high:.2f})"

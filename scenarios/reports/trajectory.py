@@ -7,48 +7,29 @@ import numpy as np
 from scenarios.design.limits import Limits
 from scenarios.design.motion_formats import SampledMotion
 from scenarios.design.results import Sampled
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
-
-COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="Start"),
-    Column(title="Lowest"),
-    Column(title="Highest"),
-    Column(title="Speed"),
-    Column(title="Of limit", unit="%"),
-    Column(title="Acceleration"),
-    Column(title="Of limit", unit="%"),
-)
+from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Part, Report, Table, column, table
 
 
 def motion_table(motion: SampledMotion, limits: Limits) -> Table:
     """How each joint moves."""
     speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
-    rows = tuple(
-        cells(
-            str(j + 1),
-            NONE if motion.joint_names is None else motion.joint_names[j],
-            *(f"{x:.4f}" for x in (motion.q[0, j], motion.q[:, j].min(), motion.q[:, j].max())),
-            f"{speed[j]:.3f}",
-            _share(speed[j] / limits.velocity[j]),
-            f"{acceleration[j]:.3f}",
-            _share(acceleration[j] / limits.acceleration[j]),
-        )
-        for j in range(len(speed))
+    names = motion.joint_names or (NONE,) * len(speed)
+    return table(
+        range(len(speed)),
+        column("Joint", lambda j: j + 1),
+        column("Name", lambda j: names[j], words=True),
+        column("Start", lambda j: f"{motion.q[0, j]:.4f}"),
+        column("Lowest", lambda j: f"{motion.q[:, j].min():.4f}"),
+        column("Highest", lambda j: f"{motion.q[:, j].max():.4f}"),
+        column("Speed", lambda j: f"{speed[j]:.3f}"),
+        column("Of limit [%]", lambda j: _share(speed[j] / limits.velocity[j])),
+        column("Acceleration", lambda j: f"{acceleration[j]:.3f}"),
+        column("Of limit [%]", lambda j: _share(acceleration[j] / limits.acceleration[j])),
     )
-    return Table(columns=COLUMNS, rows=rows)
 
 
 def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: str) -> Report:
-    """What was written.
-
-    Args:
-        motion: The motion.
-        limits: Of the arm.
-        out: The file.
-        form: Its form.
-    """
+    """What was written."""
     broken = limits.broken_by((motion.q, motion.dq, motion.ddq))
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     verdict = Paragraph(words, strong=True)

@@ -1,65 +1,49 @@
 """What `rx90 verify` says: masses against the scale, or currents against their prediction."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
+from ident.payload_identification.payload_body import Quantity
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import (
     NONE,
-    VERDICT,
     Cell,
-    Column,
     Mood,
     Paragraph,
     Part,
     Report,
     Table,
-    cells,
+    column,
     percent,
     plus_minus,
+    table,
+    two_sigma,
 )
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 from scenarios.reports.unseen import unseen_parts, unseen_verdict
 
-MASSES = (
-    Column(title="From", words=True),
-    Column(title="Mass", unit="kg"),
-    Column(title="2 sigma", unit="kg"),
-    Column(title="Residual", unit="kg", file_only=True),
-    Column(title="Gains", unit="kg", file_only=True),
-    Column(title="Model", unit="kg", file_only=True),
-    Column(title="Error", unit="%"),
-    Column(title="2 sigma", unit="%"),
-    VERDICT,
-)
 MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
 
 def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> Report:
-    """The mass from all joints and from each alone, and what that says of the gains.
-
-    Args:
-        found: The masses.
-        diagnosed: What is said of the recordings.
-        unseen: A motion that no fit has seen, None where there is none.
-    """
+    """The mass from all joints and from each alone, and what that says of the gains."""
     result = verification_result(found, diagnosed, unseen)
     payload = found.payload
-    rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
         _conclusion(found),
         *unseen_verdict(result.unseen, this="these gains"),
         Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
-        Table(columns=MASSES, rows=rows),
+        _masses(found),
         Paragraph(
             "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
             f"gains and model; 2 sigma [%]: from the scale as well. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
@@ -75,14 +59,22 @@ def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unsee
     return Report("Gains against the scale", tuple(parts), result.model_dump(mode="json"))
 
 
-def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
-    verdict = Cell(each.verdict, MOODS.get(each.verdict, Mood.DOUBTFUL))
-    if each.mass is None:
-        return cells(name, *[NONE] * 7, verdict)
-    mass = each.mass
-    spreads = [f"{2.0 * std:.3f}" for std in (mass.std, mass.residual_std, mass.gain_std, mass.model_std)]
-    off = percent(each.rel_error, "+.2f")
-    return cells(name, f"{mass.value:.3f}", *spreads, off, percent(2.0 * (each.rel_std or 0.0), ".2f"), verdict)
+def _masses(found: Verification) -> Table:
+    def kilograms(std: Callable[[Quantity], float]) -> Callable[[tuple[str, Weighed]], str | None]:
+        return lambda row: row[1].mass and f"{std(row[1].mass):.3f}"
+
+    return table(
+        [("all joints", found.together), *((f"joint {k}", each) for k, each in enumerate(found.joints, 1))],
+        column("From", lambda row: row[0], words=True),
+        column("Mass [kg]", kilograms(lambda mass: mass.value)),
+        column("2 sigma [kg]", kilograms(lambda mass: 2.0 * mass.std)),
+        column("Residual [kg]", kilograms(lambda mass: 2.0 * mass.residual_std), file_only=True),
+        column("Gains [kg]", kilograms(lambda mass: 2.0 * mass.gain_std), file_only=True),
+        column("Model [kg]", kilograms(lambda mass: 2.0 * mass.model_std), file_only=True),
+        column("Error [%]", lambda row: row[1].mass and percent(row[1].rel_error, "+.2f")),
+        column("2 sigma [%]", lambda row: row[1].mass and two_sigma(row[1].rel_std or 0.0)),
+        column("Verdict", lambda row: Cell(row[1].verdict, MOODS.get(row[1].verdict, Mood.DOUBTFUL)), words=True),
+    )
 
 
 def _conclusion(found: Verification) -> Paragraph:
@@ -133,41 +125,15 @@ def _common_words(common: CommonError, found: Verification) -> str:
 
 
 def _off(rel_error: float, rel_std: float) -> str:
-    return f"{100.0 * rel_error:+.2g} % (2 sigma {200.0 * rel_std:.2g} %)"
-
-
-PREDICTIONS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="Prediction error", unit="% of rms"),
-    Column(title="Fit residual", unit="% of rms"),
-    Column(title="Gain change", unit="% rms"),
-    Column(title="At most", unit="%"),
-)
+    return f"{two_digits(100.0 * rel_error, sign='+')} % (2 sigma {two_digits(200.0 * rel_std)} %)"
 
 
 def prediction_report(
     identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
 ) -> Report:
-    """How well each part of the motions follows from the others.
-
-    Args:
-        identified: The gains, and what is said of the recordings.
-        found: How well each joint's currents are predicted.
-        unseen: A motion that no fit has seen, None where there is none.
-    """
+    """How well each part of the motions follows from the others."""
     result = cross_validation_result(identified, found, unseen)
     estimate = identified.estimate
-    rows = tuple(
-        cells(
-            str(each.joint + 1),
-            estimate.joints[each.joint].joint,
-            percent(each.share, ".2f"),
-            percent(each.fitted, ".2f"),
-            *_moves(each),
-        )
-        for each in found
-    )
     words = (
         f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict "
         "the currents "
@@ -177,7 +143,15 @@ def prediction_report(
     parts = (
         _predicted(found),
         *unseen_verdict(result.unseen),
-        Table(columns=PREDICTIONS, rows=rows),
+        table(
+            found,
+            column("Joint", lambda each: each.joint + 1),
+            column("Name", lambda each: estimate.joints[each.joint].joint, words=True),
+            column("Prediction error [% of rms]", lambda each: percent(each.share, ".2f")),
+            column("Fit residual [% of rms]", lambda each: percent(each.fitted, ".2f")),
+            column("Gain change [% rms]", lambda each: _moves(each)[0]),
+            column("At most [%]", lambda each: _moves(each)[1]),
+        ),
         Paragraph(words),
         *unseen_parts(result.unseen),
         *doubt_paragraphs(identified.found),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ident.diagnosis.autocorrelation import lag_one
+from ident.diagnosis.gain_symptoms import lag_one
 from ident.diagnosis.samples.motion import joint_motions
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
@@ -121,12 +121,7 @@ class _About(BaseModel):
 
 
 def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
-    """What an estimate was found from.
-
-    Args:
-        prepared: The logs.
-        estimate: What was found from them.
-    """
+    """What an estimate was found from."""
     problem, all_rows = prepared.problem, estimate.solution.rows
     logs = [motion.recording for motion in prepared.motions]
     joints, arm = sorted(all_rows.unknowns), problem.structure.arm
@@ -193,14 +188,7 @@ def read_fit(folder: Path) -> Fit:
 
 
 def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
-    """The rows of a joint.
-
-    Args:
-        problem: The motions.
-        estimate: What was found from them.
-        joint: The joint, from 0.
-        logs: What each motion was observed in.
-    """
+    """The rows of a joint, counted from 0; `logs` are what each motion was observed in."""
     rows, gain = estimate.solution.rows, estimate.joints[joint]
     own = rows.of(joint)
     turning = bool(problem.structure.arm.revolute[joint])

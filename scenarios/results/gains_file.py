@@ -14,6 +14,7 @@ from ident.estimation.known_gains import estimated_gains
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.files import payload_to_table
+from ident.recordings.copies import marks
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.options import option_types
@@ -26,23 +27,14 @@ from scenarios.experiments.files.gains import (
     OptionsEntry,
     RecordingEntry,
 )
-from scenarios.experiments.files.schema_line import schema_line
-from scenarios.experiments.files.toml_values import toml_value
+from scenarios.experiments.files.toml_text import schema_line, toml_value
 from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Origin:
-    """What gains were found from.
-
-    Attributes:
-        model: File of the robot's model.
-        arm: The arm.
-        motions: Recordings and payloads.
-        options: The method's own options, a dataclass.
-        observing: Filters and thresholds.
-    """
+    """What gains were found from; `options` are the method's own, a dataclass."""
 
     model: Path
     arm: Arm
@@ -66,9 +58,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
             ),
             "covariance": known.covariance.tolist(),
             "options": OptionsEntry(
-                method=_options(origin.options),
-                observe=_options(origin.observing),
-                gains=_options(estimate.options),
+                method=_options(origin.options), observe=_options(origin.observing), gains=_options(estimate.options)
             ),
             "model": ModelEntry(name=origin.model.name, sha256=hashlib.sha256(origin.model.read_bytes()).hexdigest()),
             "recordings": tuple(
@@ -76,6 +66,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
                     name=Path(each.recording.name).name,
                     sha256=recording_digest(each.recording),
                     payload=number.get(id(each.payload)),
+                    marks=marks(each.recording),
                 )
                 for each in origin.motions
             ),

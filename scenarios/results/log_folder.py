@@ -1,7 +1,7 @@
 """Recordings that were identified or checked as a folder, that of `--save`: logs, result, and the record of both."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 
 from pydantic import JsonValue
@@ -23,12 +23,36 @@ BELIEVED = {".toml": "gains.toml", ".json": "gains.json"}
 """The gains that were given, by the ending of their file."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Done:
-    """What was done with recordings.
+def log_files(motions: int) -> tuple[str, ...]:
+    """Names of the files that may be written of so many recordings."""
+    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, ROWS, RECORD)
 
-    Attributes:
-        kind: What.
+
+def save_logs(
+    folder: Path,
+    *,
+    kind: Kind,
+    title: str,
+    command: str,
+    model: Path,
+    flange: str | None,
+    couplings: Sequence[tuple[int, int]],
+    motions: Sequence[Motion],
+    observing: ObserveOptions,
+    gains: GainOptions,
+    document: Mapping[str, object],
+    method: str | None = None,
+    options: object | None = None,
+    payload: Payload | None = None,
+    about: tuple[float, ...] | None = None,
+    believed: Path | None = None,
+    fit: Fit | None = None,
+) -> None:
+    """Write recordings, payloads, the arm, the result and its rows, and the record of all that.
+
+    Args:
+        folder: Where.
+        kind: What was done with the recordings.
         title: Of its report.
         command: That did it.
         model: File of the robot's model.
@@ -44,67 +68,40 @@ class Done:
         about: What the gains of a check are about [N m / drive unit].
         believed: File of gains that were given with bare motions.
         fit: What gains were found from.
-    """
-
-    kind: Kind
-    title: str
-    command: str
-    model: Path
-    flange: str | None
-    couplings: Sequence[tuple[int, int]]
-    motions: Sequence[Motion]
-    observing: ObserveOptions
-    gains: GainOptions
-    document: Mapping[str, object]
-    method: str | None = None
-    options: object | None = None
-    payload: Payload | None = None
-    about: tuple[float, ...] | None = None
-    believed: Path | None = None
-    fit: Fit | None = None
-
-
-def log_files(motions: int) -> tuple[str, ...]:
-    """Names of the files that may be written of so many recordings."""
-    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, ROWS, RECORD)
-
-
-def save_logs(done: Done, folder: Path) -> None:
-    """Write recordings, payloads, the arm, the result and its rows, and the record of all that.
 
     Raises:
         OSError: If the folder cannot be written.
     """
-    motions = write_motions(done.motions, folder)
-    model = write_model(done.model, done.flange, folder)
-    if done.payload is not None:
-        write_payload(done.payload, folder / ASKED)
-    believed = None if done.believed is None else BELIEVED[done.believed.suffix.lower()]
-    if done.believed is not None and believed is not None:
-        (folder / believed).write_bytes(done.believed.read_bytes())
-    (folder / RESULT).write_text(to_json(done.document) + "\n", encoding="utf-8")
-    if done.fit is not None:
-        write_fit(done.fit, folder)
-    named = [name for each in motions for name in (each.recording, each.payload) if name is not None]
-    there = {ASKED: done.payload, ROWS: done.fit}
-    named += [model, RESULT, *(name for name, what in there.items() if what is not None)]
-    named += [] if believed is None else [believed]
+    tables, arm = write_motions(motions, folder), write_model(model, flange, folder)
+    (folder / RESULT).write_text(to_json(document) + "\n", encoding="utf-8")
+    named = [name for each in tables for name in (each.recording, each.payload) if name is not None]
+    named += [arm, RESULT]
+    if payload is not None:
+        write_payload(payload, folder / ASKED)
+        named.append(ASKED)
+    if fit is not None:
+        write_fit(fit, folder)
+        named.append(ROWS)
+    given = None if believed is None else BELIEVED[believed.suffix.lower()]
+    if believed is not None and given is not None:
+        (folder / given).write_bytes(believed.read_bytes())
+        named.append(given)
     record = RecordFile(
         format=1,
-        kind=done.kind,
-        title=done.title,
-        command=done.command,
+        kind=kind,
+        title=title,
+        command=command,
         created=now(),
-        sources=tuple(each.recording.name for each in done.motions),
-        robot=RobotTable(model=model, couplings=tuple(done.couplings)),
-        motions=motions,
-        observe=asdict(done.observing),
-        gains=asdict(done.gains),
-        method=done.method,
-        options=_changed(done.options),
-        payload=None if done.payload is None else ASKED,
-        about=done.about,
-        believed=believed,
+        sources=tuple(each.recording.name for each in motions),
+        robot=RobotTable(model=arm, couplings=tuple(couplings)),
+        motions=tables,
+        observe=asdict(observing),
+        gains=asdict(gains),
+        method=method,
+        options=_changed(options),
+        payload=None if payload is None else ASKED,
+        about=about,
+        believed=given,
         versions=versions(),
         files=digests_of(folder, list(dict.fromkeys(named))),
     )

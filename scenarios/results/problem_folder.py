@@ -50,47 +50,34 @@ class _Table(BaseModel):
 
 
 class RobotTable(_Table):
-    """The arm.
+    """The arm."""
 
-    Attributes:
-        model: File beside this one.
-        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
-    """
-
-    model: Name
-    couplings: tuple[tuple[Number, Number], ...] = ()
+    model: Name = Field(description="File beside this one")
+    couplings: tuple[tuple[Number, Number], ...] = Field(
+        (), description="Pairs of joints, from 1, whose second motor turns with the sum of both"
+    )
 
 
 class MotionTable(_Table):
-    """One motion, and what was mounted; motions of one payload file are one mounting.
+    """One motion, and what was mounted; motions of one payload file are one mounting."""
 
-    Attributes:
-        recording: File beside this one.
-        payload: Payload file beside this one; left out for a bare flange.
-    """
-
-    recording: Name
-    payload: Name | None = None
+    recording: Name = Field(description="File beside this one")
+    payload: Name | None = Field(None, description="Payload file beside this one; left out for a bare flange")
 
 
 class ProblemFile(_Table):
     """A problem: motions of one arm from which its drive gains are to be found, in order of time within a mounting.
 
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
-
-    Attributes:
-        format: Of this file.
-        robot: The arm.
-        motions: In order of time within a mounting.
-        observe: Options of `rx90 identify`: how recordings become a linear system.
-        gains: Options of `rx90 identify`: how estimates are judged.
     """
 
-    format: Literal[1]
-    robot: RobotTable
-    motions: tuple[MotionTable, ...] = Field(min_length=1)
-    observe: dict[str, float | str] = {}
-    gains: dict[str, float | str] = {}
+    format: Literal[1] = Field(description="Of this file")
+    robot: RobotTable = Field(description="The arm")
+    motions: tuple[MotionTable, ...] = Field(min_length=1, description="In order of time within a mounting")
+    observe: dict[str, float | str] = Field(
+        {}, description="Options of `rx90 identify`: how recordings become a linear system"
+    )
+    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: how estimates are judged")
 
 
 Stated = TypeVar("Stated", bound=ProblemFile)
@@ -204,11 +191,6 @@ def read_problem(folder: Path) -> GivenProblem:
 def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
     """The problem that a file states, with the files beside it.
 
-    Args:
-        path: The file that states it.
-        stated: What it states.
-        read: Reads a recording.
-
     Raises:
         ForeignProblem: If it says what cannot be.
         IdentificationError: If robot, recording or payload cannot be read.
@@ -266,12 +248,7 @@ def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: 
 
 
 def write_model(model: Path, flange: str | None, folder: Path) -> str:
-    """Write the kinematics of a robot as a file of its own.
-
-    Args:
-        model: MJCF or URDF file.
-        flange: Last body of the arm, where the file has more.
-        folder: Where; the file has one of the names `MODELS`.
+    """Write the kinematics of a robot as a file of its own. The file has one of the names `MODELS`.
 
     Returns:
         The file's name.

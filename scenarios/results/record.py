@@ -6,19 +6,23 @@ is none, or is half written.
 
 import hashlib
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime
+from itertools import groupby
 from pathlib import Path
 from typing import Literal, TypeVar
 
 from pydantic import Field, JsonValue, ValidationError
 
+from ident.estimation.gain_options import GainOptions
+from ident.observation.observation import ObserveOptions
 from ident.recordings.files import read_unchecked
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
+from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
-from scenarios.results.command_words import coupling_words, motion_words, option_words
-from scenarios.results.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
+from scenarios.results.problem_folder import GivenProblem, MotionTable, Name, ProblemFile, given_problem, read_stated
 from scenarios.support.errors import ForeignProblem, ScenarioError
 from scenarios.support.result_model import ResultModel, to_json
 
@@ -31,9 +35,9 @@ class RecordFile(ProblemFile):
     """A problem, what was made of it, and the digests of the folder's files.
 
     `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
-    its picture from that of another (`scenarios.results.scene`). Of a check, `payload` is the one that was asked about,
-    and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be
-    mounted, and `believed` the gains that were given.
+    its picture from that of another (`scene_digest`). Of a check, `payload` is the one that was asked about, and
+    `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be mounted,
+    and `believed` the gains that were given.
     """
 
     kind: Kind
@@ -120,14 +124,52 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
     """The recordings, payloads and arm of a folder; recordings may have whatever jumps and spikes they have.
 
     Raises:
-        ForeignProblem: If the record says what cannot be.
-        IdentificationError: If robot, recording or payload cannot be read.
+        ScenarioError: If the record says what cannot be; if robot, recording or payload cannot be read.
     """
 
     def unchecked(path: Path) -> Recording:
         return read_unchecked(path, LogDescription()).recording
 
-    return given_problem(folder / RECORD, record, unchecked)
+    try:
+        return given_problem(folder / RECORD, record, unchecked)
+    except IdentificationError as error:
+        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+
+
+def read_saved(folder: Path, kind: type[Kept]) -> tuple[RecordFile, Kept, GivenProblem]:
+    """What a folder says of itself, its result and its problem; raises as `read_record` and those two."""
+    record = read_record(folder)
+    return record, read_result(folder, kind), recorded_problem(folder, record)
+
+
+def motion_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:
+    """Recordings in their order, those of a payload followed by its description."""
+    words: list[str] = []
+    for payload, carrying in groupby(motions, key=lambda motion: motion.payload):
+        words += ["--unloaded" if payload is None else "--loaded", *(str(folder / each.recording) for each in carrying)]
+        words += [] if payload is None else ["--payload", str(folder / payload)]
+    return words
+
+
+def coupling_words(couplings: Sequence[tuple[int, int]]) -> list[str]:
+    """Options that say which motors turn with two joints, from 1."""
+    return [word for first, second in couplings for word in ("--coupling", str(first), str(second))]
+
+
+def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own: Mapping[str, object]) -> list[str]:
+    """Options other than their defaults.
+
+    `observe` and `gains` are by name, what is left out has its default; of the method's `own`, what is None.
+    """
+    words: list[str] = []
+    for stated, defaults in ((observe, asdict(ObserveOptions())), (gains, asdict(GainOptions()))):
+        for name, usual in defaults.items():
+            value = stated.get(name, usual)
+            flag, text = f"--{name.replace('_', '-')}", str(value)
+            words += [] if value == usual else [f"{flag}={text}"] if text.startswith("-") else [flag, text]
+    for name, value in own.items():
+        words += [] if value is None else ["--option", f"{name}={value}"]
+    return words
 
 
 def identify_words(folder: Path, record: RecordFile) -> str:

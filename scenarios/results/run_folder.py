@@ -1,5 +1,6 @@
 """A run as a folder, that of `--save`, and the command that identifies the same from it."""
 
+import hashlib
 import os
 import shlex
 from dataclasses import asdict, fields
@@ -8,16 +9,27 @@ from pathlib import Path
 from ident.payload.files import write_payload
 from ident.recordings.files import write_recording
 from scenarios.experiments.build import CHECK, Setup
+from scenarios.experiments.files.motions import motion_digest
 from scenarios.experiments.files.mountings import BARE, LOADED, grouped
-from scenarios.experiments.files.schema_line import schema_line
-from scenarios.experiments.run import Run
-from scenarios.experiments.simulated import as_identified
-from scenarios.results.command_words import coupling_words, motion_words, option_words
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.files.toml_text import schema_line
+from scenarios.experiments.robots import robot_digests
+from scenarios.experiments.run import Run, as_identified
 from scenarios.results.fit_rows import ROWS, fit_of, write_fit
 from scenarios.results.gains_file import Origin
 from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import MODELS, MotionTable, RobotTable, write_model
-from scenarios.results.record import RECORD, RESULT, RecordFile, digests_of, now, write_record
+from scenarios.results.record import (
+    RECORD,
+    RESULT,
+    RecordFile,
+    coupling_words,
+    digests_of,
+    motion_words,
+    now,
+    option_words,
+    write_record,
+)
 from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
@@ -38,13 +50,6 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     """Write recordings, believed payloads, the arm, truth, result and its rows, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
-
-    Args:
-        run: To be written.
-        folder: Where.
-        command: That made it.
-        named: What the scenario was called by.
-        scene: By `scene_digest`, of that scenario.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -138,3 +143,23 @@ def _motions(setup: Setup) -> tuple[MotionTable, ...]:
         )
         for k in grouped(setup.protocol)
     )
+
+
+SEEN = ("robot", "experiment", "plant")
+"""Tables of a scenario that a picture of it shows, or that move what it shows."""
+
+
+def scene_digest(scenario: Scenario) -> str:
+    """SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
+
+    Raises:
+        ScenarioError: If it names what is not there.
+        RobotError: If the robot's files cannot be read.
+    """
+    stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
+    whole = {
+        "tables": {name: stated[name] for name in SEEN},
+        "motion": motion_digest(motion, scenario.folder),
+        "robot": robot_digests(scenario.table.robot, scenario.folder),
+    }
+    return hashlib.sha256(to_json(whole).encode()).hexdigest()[:16]

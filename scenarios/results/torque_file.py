@@ -12,11 +12,6 @@ DEVIATIONS = 2.0
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
     """Write torques; the schema's metadata names unit and interval.
 
-    Args:
-        found: The torques.
-        file: The gains they are from, which know which joints slide.
-        path: Where to.
-
     Raises:
         OSError: If it cannot be written.
     """

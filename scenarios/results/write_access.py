@@ -21,13 +21,7 @@ RECORD = ".rx90.json"
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right of a command to write some files of a folder.
-
-    Attributes:
-        folder: Where.
-        names: Of the files.
-        command: The command.
-    """
+    """The right of a command to write some files of a folder."""
 
     folder: Path
     names: tuple[str, ...]
@@ -83,10 +77,6 @@ def make_folder(folder: Path) -> None:
 def try_folder(folder: Path, said: str) -> None:
     """Find out by writing a byte whether a folder, or the nearest one above it that is there, takes files.
 
-    Args:
-        folder: Where.
-        said: What the user asked for.
-
     Raises:
         ScenarioError: If it does not.
     """
@@ -104,12 +94,7 @@ def try_folder(folder: Path, said: str) -> None:
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
     """Find out whether a command may write files, and can.
 
-    Args:
-        folder: Where; it may not be there yet.
-        names: Of the files.
-        command: The command.
-        force: Whether files that are not its own may be written over.
-        reads: Files that the command reads; over none of them it writes, forced or not.
+    Files that are not its own are written over with `force`, those that it `reads` never.
 
     Raises:
         ScenarioError: If the folder cannot be written; if a file is one that the command reads; if one is there that
@@ -134,6 +119,17 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         if not force and ours[name] != _digest(path):
             raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
     return held
+
+
+def check_own_folder(folder: Path, command: str) -> None:
+    """Check that no other command has written into a folder, as that of a run.
+
+    Raises:
+        ScenarioError: If one has.
+    """
+    other = next((each for each in _records(folder) if each != command), None)
+    if other is not None:
+        raise ScenarioError(f"{one_line(folder)}: {other} wrote into this folder; give another one")
 
 
 def _check_file(path: Path) -> None:

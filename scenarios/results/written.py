@@ -1,5 +1,6 @@
-"""What commands print of a file that they wrote."""
+"""What commands print of files: those that they wrote, and the built-in scenarios."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from pydantic import Field
@@ -16,36 +17,22 @@ class Written(ResultModel):
 
 
 class Converted(ResultModel):
-    """What `rx90 convert --json` prints.
+    """What `rx90 convert --json` prints."""
 
-    Attributes:
-        out: The recording that was written.
-        samples: Of the recording.
-        joints: How many it has.
-        duration_s: From the first sample to the last [s].
-        rate_hz: One over the mean time between samples [Hz].
-        notes: What was taken for granted, and what one should know.
-    """
-
-    out: str
+    out: str = Field(description="The recording that was written")
     layout: str | None = Field(description="of recognised or named logs, null where the columns are declared")
     signal: str | None = Field(description="declared quantity of v")
     v: str | None = Field(description="quantity of v in the recording")
-    samples: int
-    joints: int
-    duration_s: float
-    rate_hz: float
+    samples: int = Field(description="Of the recording")
+    joints: int = Field(description="How many it has")
+    duration_s: float = Field(description="From the first sample to the last [s]")
+    rate_hz: float = Field(description="One over the mean time between samples [Hz]")
     columns: dict[str, str | list[str]] = Field(description="of the log, used for t, q and v")
-    notes: list[str]
+    notes: list[str] = Field(description="Assumptions and remarks")
 
 
 def converted(log: Log, out: Path) -> Converted:
-    """A log that was written as a recording.
-
-    Args:
-        log: The log that was read.
-        out: The file that was written.
-    """
+    """A log that was written as a recording."""
     said, recording = log.read.description, log.recording
     return Converted(
         out=str(out),
@@ -59,3 +46,21 @@ def converted(log: Log, out: Path) -> Converted:
         columns={"t": said.t.columns[0], "q": list(said.q.columns), "v": list(said.v.columns)},
         notes=list(log.notes),
     )
+
+
+class ListedScenario(ResultModel):
+    """A built-in scenario."""
+
+    name: str = Field(description="By which commands take it")
+    description: str = Field(description="What it shows, in a line")
+
+
+class ListedScenarios(ResultModel):
+    """What `rx90 list --json` prints."""
+
+    scenarios: list[ListedScenario] = Field(description="Those that are built in")
+
+
+def listed(described: Mapping[str, str]) -> ListedScenarios:
+    """Scenarios by their names, with their descriptions."""
+    return ListedScenarios(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])

@@ -1,10 +1,10 @@
-"""How far a study is: a bar on a terminal, a line now and then elsewhere; both on stderr."""
+"""How far a study or a search is: a bar on a terminal, a line now and then elsewhere; both on stderr."""
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -17,27 +17,9 @@ NARROW = 60
 """Characters of a terminal below which trials, time left and failures leave no room for a name, a bar and a rate."""
 
 
-class Reporter(Protocol):
-    """What a study tells of its progress."""
-
-    def advance(self, trials: int, failed: int) -> None:
-        """Some trials have finished, of which some failed."""
-
-    def tick(self) -> None:
-        """Time has passed."""
-
-
 @contextmanager
-def reporter(label: str, total: int, done: int, console: "Console", workers: int) -> Generator[Reporter]:
-    """Show the progress of a study.
-
-    Args:
-        label: What is under way.
-        total: Trials of the study.
-        done: Those finished before.
-        console: On stderr.
-        workers: How many carry out trials at once.
-    """
+def reporter(label: str, total: int, done: int, console: "Console", workers: int) -> "Generator[Reporter]":
+    """Show the progress of a study."""
     count = _Count(total, done, [time.monotonic()] * workers)
     if not console.is_terminal:
         yield _Lines(label, console, count)
@@ -107,13 +89,25 @@ class _Count:
         return f"{duration(seconds)} left"
 
 
-class _Bar:
-    def __init__(self, progress: "Progress", task: "TaskID", count: _Count) -> None:
-        self._progress, self._task, self._count = progress, task, count
+class Reporter:
+    """What a study tells of its progress."""
+
+    def __init__(self, count: _Count) -> None:
+        self._count = count
 
     def advance(self, trials: int, failed: int) -> None:
+        """Some trials have finished, of which some failed."""
         self._count.add(trials, failed)
         self.tick()
+
+    def tick(self) -> None:
+        """Time has passed."""
+
+
+class _Bar(Reporter):
+    def __init__(self, progress: "Progress", task: "TaskID", count: _Count) -> None:
+        super().__init__(count)
+        self._progress, self._task = progress, task
 
     def tick(self) -> None:
         count = self._count
@@ -121,14 +115,11 @@ class _Bar:
         self._progress.update(self._task, completed=count.done, rate=count.rate(), left=count.left(), failed=failed)
 
 
-class _Lines:
+class _Lines(Reporter):
     def __init__(self, label: str, console: "Console", count: _Count) -> None:
-        self._label, self._console, self._count = label, console, count
+        super().__init__(count)
+        self._label, self._console = label, console
         self._next = time.monotonic() + FIRST_LINE
-
-    def advance(self, trials: int, failed: int) -> None:
-        self._count.add(trials, failed)
-        self.tick()
 
     def tick(self) -> None:
         now, count = time.monotonic(), self._count
@@ -144,3 +135,53 @@ def duration(seconds: float) -> str:
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
+
+
+EVERY = 1.0
+"""Time between two looks at the best, on a terminal [s]."""
+Tell = Callable[[int, Callable[[], str]], None]
+"""Takes how much is done, and what gives the best so far in words."""
+
+
+@contextmanager
+def search_progress(label: str, total: int, console: "Console", before: int = 0) -> Generator[Tell]:
+    """Show the progress of a search."""
+    if not console.is_terminal:
+        yield _lines(label, total, console, before)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(elapsed_when_finished=True),
+        TextColumn("{task.fields[best]}"),
+    )
+    with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
+        task = progress.add_task(label, total=total, completed=before, best="")
+        yield _now_and_then(EVERY, EVERY, lambda done, best: progress.update(task, completed=done, best=best))
+
+
+def _lines(label: str, total: int, console: "Console", before: int) -> Tell:
+    began = time.monotonic()
+
+    def line(done: int, best: str) -> None:
+        pace = (time.monotonic() - began) / max(done - before, 1)
+        left = duration(pace * max(total - done, 0))
+        console.print(f"{label}: {done} of {total}, {left} left, {best}", soft_wrap=True)
+
+    return _now_and_then(FIRST_LINE, LINE_EVERY, line)
+
+
+def _now_and_then(first: float, period: float, say: Callable[[int, str], None]) -> Tell:
+    """Say it for the first time after a while, and again if the last time is a while ago."""
+    due = time.monotonic() + first
+
+    def tell(done: int, best: Callable[[], str]) -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + period
+            say(done, best())
+
+    return tell

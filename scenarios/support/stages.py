@@ -9,7 +9,7 @@ import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from scenarios.support.progress import FIRST_LINE, LINE_EVERY, duration
 
@@ -22,30 +22,17 @@ BAR = 15
 """Characters of a bar, so that it fits narrow terminals."""
 
 
-class Stages(Protocol):
-    """What work tells of its stages."""
+class Stages:
+    """What work tells of its stages; this one tells nobody."""
 
     def begin(self, name: str, total: float | None = None) -> None:
-        """A stage begins.
-
-        Args:
-            name: What is done.
-            total: How much there is to do, in a unit of one's own; None where nobody knows.
-        """
+        """A stage begins. The total is in a unit of one's own, None where nobody knows."""
 
     def advance(self, amount: float) -> None:
         """So much more of the stage is done."""
 
 
-class _Silent:
-    def begin(self, name: str, total: float | None = None) -> None:
-        """Say nothing."""
-
-    def advance(self, amount: float) -> None:
-        """Say nothing."""
-
-
-SILENT: Stages = _Silent()
+SILENT = Stages()
 """Nobody is told."""
 
 
@@ -58,12 +45,7 @@ def counted(items: Iterable[T], stages: Stages) -> Iterator[T]:
 
 @contextmanager
 def stages_of(name: str, console: "Console") -> Generator[Stages]:
-    """Show what is under way until it is done.
-
-    Args:
-        name: Of the first stage.
-        console: On stderr.
-    """
+    """Show what is under way until it is done."""
     if not console.is_terminal:
         with _lines(name, console) as stages:
             yield stages
@@ -75,7 +57,7 @@ def stages_of(name: str, console: "Console") -> Generator[Stages]:
         yield _Bar(progress, name)
 
 
-class _Bar:
+class _Bar(Stages):
     def __init__(self, progress: "Progress", name: str) -> None:
         self._progress, self._task = progress, progress.add_task(name, total=None)
 
@@ -89,14 +71,7 @@ class _Bar:
 
 @dataclass(slots=True)
 class Stage:
-    """How far a stage is.
-
-    Attributes:
-        name: What is done.
-        total: How much there is to do, None where nobody knows.
-        began: When, on a clock of seconds.
-        done: How much is done.
-    """
+    """How far a stage is, which began at a time of a clock of seconds; `total` is None where nobody knows it."""
 
     name: str
     total: float | None
@@ -104,11 +79,7 @@ class Stage:
     done: float = 0.0
 
     def line(self, now: float) -> str:
-        """The stage in a line.
-
-        Args:
-            now: On the same clock.
-        """
+        """The stage in a line."""
         lasted = now - self.began
         if not self.total or not self.done:
             return f"{self.name}: for {duration(lasted)}"
@@ -116,7 +87,7 @@ class Stage:
         return f"{self.name}: {100.0 * share:.0f} %, {duration(lasted * (1.0 - share) / share)} left"
 
 
-class _Told:
+class _Told(Stages):
     def __init__(self, name: str) -> None:
         self.now = Stage(name, None, time.monotonic())
 

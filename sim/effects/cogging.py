@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_drive, each_value
 
 PHASE = 1.0
 """Of ripple against cogging [rad]."""
@@ -35,13 +35,8 @@ class Cogging(Values):
 
 
 def _term(values: Sequence[Cogging], builds: Sequence[Build]) -> Term:
-    gain, offset, limit = (
-        np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
-        for name in ("gain", "amplifier_offset", "current_limit")
-    )
-    waves, ripple, cogging = (
-        np.array([[getattr(v, name)] for v in values]) for name in ("motor_waves", "torque_ripple", "cogging")
-    )
+    gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
+    waves, ripple, cogging = each_value(values, "motor_waves", "torque_ripple", "cogging")
     ripple, cogging = ripple * gain, cogging * np.abs(gain) * limit  # (B, n)
 
     def add(step: ControlStep) -> None:
@@ -51,8 +46,6 @@ def _term(values: Sequence[Cogging], builds: Sequence[Build]) -> Term:
     return add
 
 
-def _varies(values: Cogging) -> bool:
-    return values.cogging > 0.0 or values.torque_ripple > 0.0
-
-
-EFFECT = Effect[Cogging](varies=_varies, term=_term, instant=True)
+EFFECT = Effect[Cogging](
+    varies=lambda values: values.cogging > 0.0 or values.torque_ripple > 0.0, term=_term, instant=True
+)

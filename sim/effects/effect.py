@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import mujoco
+import numpy as np
 
 from ident.support.arrays import Array
 from ident.support.ranges import refuse_outside
@@ -130,3 +131,19 @@ class Effect(Generic[V]):
     term: Callable[[Sequence[V], Sequence[Build]], Term] = _no_term
     instant: bool = False
     along: Callable[[V, Build], Term] | None = None
+
+
+def each_value(values: Sequence[object], *names: str) -> list[Array]:
+    """Values of B simulations by their names, each of shape (B, 1)."""
+    return [np.array([[getattr(each, name)] for each in values]) for name in names]
+
+
+def each_drive(builds: Sequence[Build], *names: str) -> list[Array]:
+    """Numbers of the drives of B simulations by their names, each of shape (B, n)."""
+    return [np.stack([np.asarray(getattr(each.drives, name), dtype=np.float64) for each in builds]) for name in names]
+
+
+def tendons_ending(model: mujoco.MjModel, ending: str) -> slice:
+    """Where tendons whose names end so, added one after another, stand in a compiled model; empty if there are none."""
+    found = [k for k in range(model.ntendon) if model.tendon(k).name.endswith(ending)]
+    return slice(found[0], found[-1] + 1) if found else slice(0)

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +27,7 @@ class FrictionByDirection(Values):
 
 
 def _term(values: Sequence[FrictionByDirection], builds: Sequence[Build]) -> Term:
-    dry = 0.5 * np.array([[each.coulomb_by_direction] for each in values])  # (B, 1)
-    viscous = 0.5 * np.array([[each.viscous_by_direction] for each in values])
+    dry, viscous = (0.5 * each for each in each_value(values, "coulomb_by_direction", "viscous_by_direction"))
 
     def add(step: ControlStep) -> None:
         direction = np.sign(step.speed)
@@ -38,8 +37,6 @@ def _term(values: Sequence[FrictionByDirection], builds: Sequence[Build]) -> Ter
     return add
 
 
-def _varies(values: FrictionByDirection) -> bool:
-    return bool(values.coulomb_by_direction or values.viscous_by_direction)
-
-
-EFFECT = Effect[FrictionByDirection](varies=_varies, term=_term, instant=True)
+EFFECT = Effect[FrictionByDirection](
+    varies=lambda values: bool(values.coulomb_by_direction or values.viscous_by_direction), term=_term, instant=True
+)

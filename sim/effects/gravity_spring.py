@@ -27,7 +27,7 @@ class GravitySpringErrors(Values):
 def _has_spring(values: GravitySpringErrors, robot: Robot, drives: DriveTruth) -> None:
     if values.gravity_spring and robot.gravity_spring is None:
         raise EffectError(
-            f"errors: gravity_spring = {values.gravity_spring:g} N/m: {robot.name} has none; leave it at 0"
+            f"errors: gravity_spring = {values.gravity_spring:g} N/m: {robot.name} has no gravity spring; leave it at 0"
         )
 
 
@@ -56,8 +56,6 @@ def _hook_spring(values: GravitySpringErrors, spec: mujoco.MjSpec, build: Build)
     tendon.wrap_site("spring_far")
 
 
-def _resizes(values: GravitySpringErrors) -> bool:
-    return values.gravity_spring > 0.0
-
-
-EFFECT = Effect[GravitySpringErrors](fits=_has_spring, resizes=_resizes, before_compile=_hook_spring)
+EFFECT = Effect[GravitySpringErrors](
+    fits=_has_spring, resizes=lambda values: values.gravity_spring > 0.0, before_compile=_hook_spring
+)

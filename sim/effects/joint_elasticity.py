@@ -10,8 +10,7 @@ import numpy as np
 
 from ident.support.arrays import Array
 from sim.drives import DriveTruth
-from sim.effects.effect import Build, Effect, Values
-from sim.effects.tendons import tendons_ending
+from sim.effects.effect import Build, Effect, Values, tendons_ending
 from sim.errors import EffectError
 from sim.robot import Robot
 
@@ -131,8 +130,6 @@ def sag(model: mujoco.MjModel, state: Array) -> None:
         state[:n] += compliance * (data.qfrc_passive - data.qfrc_bias)[:n]
 
 
-def _resizes(values: JointElasticity) -> bool:
-    return values.joint_compliance is not None
-
-
-EFFECT = Effect[JointElasticity](fits=_fits, resizes=_resizes, before_compile=_add_motors, settle=_settle)
+EFFECT = Effect[JointElasticity](
+    fits=_fits, resizes=lambda values: values.joint_compliance is not None, before_compile=_add_motors, settle=_settle
+)

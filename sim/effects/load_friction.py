@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval
 
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_drive, each_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +34,8 @@ class LoadFriction(Values):
 
 def _term(values: Sequence[LoadFriction], builds: Sequence[Build]) -> Term:
     per_current = np.stack([v.load_friction * np.abs(b.drives.gain) for v, b in zip(values, builds, strict=True)])
-    offset = np.stack([np.asarray(b.drives.amplifier_offset, dtype=np.float64) for b in builds])  # (B, n)
-    per_torque = np.array([[v.transmitted_friction] for v in values])  # (B, 1)
-    per_gear = np.array([[v.gear_friction] for v in values])
+    (offset,) = each_drive(builds, "amplifier_offset")
+    per_torque, per_gear = each_value(values, "transmitted_friction", "gear_friction")
 
     def add(step: ControlStep) -> None:
         own = slice(offset.shape[1])
@@ -48,8 +47,8 @@ def _term(values: Sequence[LoadFriction], builds: Sequence[Build]) -> Term:
     return add
 
 
-def _varies(values: LoadFriction) -> bool:
-    return max(values.load_friction, values.transmitted_friction, values.gear_friction) > 0.0
-
-
-EFFECT = Effect[LoadFriction](varies=_varies, term=_term, instant=True)
+EFFECT = Effect[LoadFriction](
+    varies=lambda values: max(values.load_friction, values.transmitted_friction, values.gear_friction) > 0.0,
+    term=_term,
+    instant=True,
+)

@@ -16,7 +16,7 @@ from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
 from sim.drives import DriveTruth
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_value
 from sim.errors import EffectError
 from sim.robot import Robot
 
@@ -49,7 +49,7 @@ def _fits(values: Presliding, robot: Robot, drives: DriveTruth) -> None:
 
 
 def _term(values: Sequence[Presliding], builds: Sequence[Build]) -> Term:
-    distance = np.array([[v.presliding] for v in values])  # (B, 1)
+    (distance,) = each_value(values, "presliding")
     builds_up = distance > 0.0
     distance = np.where(builds_up, distance, 1.0)
     deflection: list[Array] = []  # (B, n + c), from the first period on
@@ -87,8 +87,4 @@ def _along(values: Presliding, build: Build) -> Term:
     return add
 
 
-def _varies(values: Presliding) -> bool:
-    return values.presliding > 0.0
-
-
-EFFECT = Effect[Presliding](fits=_fits, varies=_varies, term=_term, along=_along)
+EFFECT = Effect[Presliding](fits=_fits, varies=lambda values: values.presliding > 0.0, term=_term, along=_along)

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class Stribeck(Values):
 
 
 def _term(values: Sequence[Stribeck], builds: Sequence[Build]) -> Term:
-    share, fall = (np.array([[getattr(v, name)] for v in values]) for name in ("stribeck", "stribeck_speed"))
+    share, fall = each_value(values, "stribeck", "stribeck_speed")
 
     def add(step: ControlStep) -> None:
         step.friction[:] *= 1.0 + share * np.exp(-((step.speed / fall) ** 2))
@@ -35,8 +35,4 @@ def _term(values: Sequence[Stribeck], builds: Sequence[Build]) -> Term:
     return add
 
 
-def _varies(values: Stribeck) -> bool:
-    return values.stribeck > 0.0
-
-
-EFFECT = Effect[Stribeck](varies=_varies, term=_term, instant=True)
+EFFECT = Effect[Stribeck](varies=lambda values: values.stribeck > 0.0, term=_term, instant=True)

@@ -18,7 +18,7 @@ from annotated_types import Interval, Unit
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
 from sim.drives import DriveTruth
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_drive, each_value
 from sim.effects.wrist_coupling import coupled_motors
 from sim.errors import EffectError
 from sim.robot import Robot
@@ -84,19 +84,10 @@ def warming(values: Temperature, warmth: Array, load: Array, period: float) -> A
 
 
 def _term(values: Sequence[Temperature], builds: Sequence[Build]) -> Term:
-    gain, offset, limit = (
-        np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
-        for name in ("gain", "amplifier_offset", "current_limit")
-    )
-    warming, time, by_gain, by_coulomb, by_viscous = (
-        np.array([[getattr(v, name)] for v in values])
-        for name in (
-            "motor_warming",
-            "warming_time",
-            "gain_by_temperature",
-            "coulomb_by_temperature",
-            "viscous_by_temperature",
-        )
+    gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
+    warming, time = each_value(values, "motor_warming", "warming_time")
+    by_gain, by_coulomb, by_viscous = each_value(
+        values, "gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature"
     )
     heat = warming / np.where(limit > 0.0, limit, np.inf) ** 2  # (B, n) K per squared current
     rubbing = np.stack([[*range(b.robot.n), *coupled_motors(b.robot)] for b in builds])  # (B, n + c) whose drive it is

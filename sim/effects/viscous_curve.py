@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +34,7 @@ class ViscousCurve(Values):
 
 
 def _term(values: Sequence[ViscousCurve], builds: Sequence[Build]) -> Term:
-    share, power, speed = (
-        np.array([[getattr(v, name)] for v in values]) for name in ("viscous_curve", "viscous_power", "viscous_speed")
-    )
+    share, power, speed = each_value(values, "viscous_curve", "viscous_power", "viscous_speed")
 
     def add(step: ControlStep) -> None:
         # As dry friction, whose direction is the constraint's to find: a root is steep where speed changes its sign.
@@ -46,8 +44,4 @@ def _term(values: Sequence[ViscousCurve], builds: Sequence[Build]) -> Term:
     return add
 
 
-def _varies(values: ViscousCurve) -> bool:
-    return values.viscous_curve > 0.0
-
-
-EFFECT = Effect[ViscousCurve](varies=_varies, term=_term, instant=True)
+EFFECT = Effect[ViscousCurve](varies=lambda values: values.viscous_curve > 0.0, term=_term, instant=True)

@@ -9,8 +9,7 @@ from annotated_types import Interval
 
 from ident.support.arrays import Array
 from sim.drives import DriveTruth
-from sim.effects.effect import Build, Effect, Values
-from sim.effects.tendons import tendons_ending
+from sim.effects.effect import Build, Effect, Values, tendons_ending
 from sim.errors import EffectError
 from sim.robot import Robot
 
@@ -106,10 +105,9 @@ def _leave_own_parts(values: WristCoupling, model: mujoco.MjModel, build: Build)
         model.dof_frictionloss[driven] = own.coulomb_friction
 
 
-def _resizes(values: WristCoupling) -> bool:
-    return values.wrist_coupling > 0.0
-
-
 EFFECT = Effect[WristCoupling](
-    fits=_fits, resizes=_resizes, before_compile=_add_tendons, after_compile=_leave_own_parts
+    fits=_fits,
+    resizes=lambda values: values.wrist_coupling > 0.0,
+    before_compile=_add_tendons,
+    after_compile=_leave_own_parts,
 )

@@ -88,7 +88,6 @@ def exact_observation(
         joints.append(
             JointObservation(
                 V=V,
-                V_rate=np.zeros(rows),
                 W=W_st[:, j, structure.base.columns[columns]],
                 columns=columns,
                 W_L=W_L,

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.estimation.estimators import ols, tls_2014
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.homogeneous.weights import HomogeneousOptions
+from ident.estimation.homogeneous import HomogeneousOptions
 from ident.observation.observation import Observation
 
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)

@@ -11,9 +11,9 @@ from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparis
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.tables import CATALOG
-from scenarios.experiments.studies.coverage import Coverage
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.sensitivity import sensitivity
+from scenarios.experiments.studies.statistics import Coverage
 from scenarios.experiments.studies.study import Study, carry_out
 from scenarios.experiments.workers.kinds import Workers
 

@@ -1,14 +1,18 @@
 """Plants and experiments for tests."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 import rx90_mjcf
+from ident.recordings.recording import Recording
 from sim.controller import ControllerBelief, ControllerOptions
 from sim.effects import ModelErrors
+from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
+from sim.record import each_record
 from sim.robot_files import read_robot
 from sim.sensors import SensorOptions, noise_streams
 from sim.sensors.effect import NoiseStreams
@@ -48,3 +52,9 @@ def experiment(**changes) -> Experiment:
         step=1e-3,
     )
     return replace(plain, **changes)
+
+
+def try_record(experiments: Sequence[Experiment], noise: Sequence[NoiseStreams], threads: int):
+    """The recording of each experiment, or why there is none."""
+    outcomes: dict[int, Recording | SimulationError] = dict(each_record(experiments, noise, threads=threads))
+    return [outcomes[i] for i in range(len(experiments))]

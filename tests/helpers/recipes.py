@@ -1,15 +1,13 @@
 """The recipes of `docs/extending` as programs: what each writes, changes and runs."""
 
-import json
 import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+from one_process import Outcome, carried_out
 from places import ROOT
 
 from scenarios.__main__ import ONE_THREAD
@@ -118,52 +116,7 @@ def environment(packages: Path) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(packages), **dict.fromkeys(ONE_THREAD, "1")}
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """How a command ended and what it said."""
-
-    status: int
-    out: str
-    err: str
-
-
-DRIVER = """
-import contextlib, io, json, os, runpy, sys, traceback
-import pytest
-from scenarios.cli import main
-from scenarios.json_schemas import write_schemas
-write_schemas()
-outcomes = []
-for words in json.loads(sys.argv[1]):
-    out, err, status = io.StringIO(), io.StringIO(), 0
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            if words[0] == "python":
-                runpy.run_path(words[1])
-            elif words[0] == "pytest":
-                with contextlib.chdir(os.environ["PYTHONPATH"]):
-                    status = int(pytest.main(words[1:]))
-            else:
-                status = int(main(words[1:]))
-        except SystemExit as error:
-            status = int(error.code or 0)
-        except Exception:
-            status = 1
-            traceback.print_exc()
-    outcomes.append((status, out.getvalue(), err.getvalue()))
-print(json.dumps(outcomes))
-"""
-
-
 def run(commands: list[list[str]], packages: Path, work: Path) -> list[Outcome]:
     """Write the schemas as `make schemas` does, then run commands, one after the other in one process."""
-    done = subprocess.run(
-        [sys.executable, "-P", "-W", "ignore", "-c", DRIVER, json.dumps(commands)],
-        cwd=work,
-        env=environment(packages),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return [Outcome(*outcome) for outcome in json.loads(done.stdout.splitlines()[-1])]
+    schemas = "from scenarios.json_schemas import write_schemas; write_schemas()"
+    return carried_out(commands, work, before=schemas, environment=environment(packages))

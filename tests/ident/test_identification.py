@@ -21,7 +21,7 @@ from ident.payload.payload import Payload
 from ident.preparation import KNOWN, SIMULATED
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
-from ident.support.errors import Contradiction, NotIdentifiable, OptionError
+from ident.support.errors import Contradiction, NotConverged, NotIdentifiable, OptionError
 
 CORRUPTED = ("joint 2 negated", "joint 3 at +pi/2", "joints 4 and 5 swapped")
 """One of each kind and place; `tests/ident/diagnosis` puts in the others."""
@@ -116,6 +116,18 @@ def test_swapped_files_are_named(axes):
     bare, loaded = logs_of(Truth())
     with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
+
+
+def test_swapped_files_are_named_where_the_method_does_not_converge(axes, monkeypatch):
+    def lost(problem, options):
+        raise NotConverged("the gains do not converge")
+
+    monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
+    bare, loaded = logs_of(Truth())
+    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
+    with pytest.raises(NotConverged, match="the gains do not converge"):
+        identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)
 
 
 def test_a_motion_may_repeat_another_to_the_last_digit_only_where_it_is_simulated(axes):

@@ -7,12 +7,13 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.diagnosis.diagnosis import Diagnosed
+from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.known_gains import KnownGains, stated_gains
 from ident.payload_identification.gains_outcome import arm_in_use
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
-from ident.support.errors import Contradiction, GainsError
-from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, explained, predicted, used_model
+from ident.support.errors import GainsError
+from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, predicted, used_model
 
 LOG = Motion(Recording(np.arange(9.0), *2 * [np.outer(np.arange(9.0), np.ones(6))], "new"), None)
 """Its samples are nobody's: what they give is made apart."""
@@ -29,12 +30,15 @@ def motion(structure, heavy, rng) -> tuple[UnseenMotion, np.ndarray]:
     ), structure.base.regrouping @ chi
 
 
+FIT = {2: JointPrediction(joint=2, share=0.02, fitted=0.017, gain_change=np.zeros(0))}
+
+
 def model(structure, base: np.ndarray, gain: np.ndarray, joints: tuple[int, ...] = (0, 1, 2, 3, 4, 5)) -> UsedModel:
     at = np.array(joints)
     gains = KnownGains(
         names=structure.arm.joint_names, joints=at, value=gain[at], covariance=np.zeros((len(at), len(at)))
     )
-    return UsedModel(gains=gains, base=base, fitted={2: 0.017})
+    return UsedModel(gains=gains, base=base, covariance=np.zeros((len(base), len(base))), fits=FIT)
 
 
 def test_a_gain_k_times_too_large_leaves_1_less_1_over_k_of_the_current(structure, motion):
@@ -49,17 +53,66 @@ def test_a_gain_k_times_too_large_leaves_1_less_1_over_k_of_the_current(structur
     assert [each.fitted_rel_error for each in found.joints] == [None, None, 0.017, None, None, None]
 
 
-def test_a_motion_of_which_nothing_is_predicted_on_a_joint_is_refused(structure, motion):
+def test_a_motion_is_predicted_within_three_times_what_the_fit_is_off_by_where_it_has_not_seen(structure, motion):
     unseen, base = motion
-    turned = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0]) * GAIN
-    with pytest.raises(Contradiction, match="the motion to predict: nothing of the current of joint 4 is predicted"):
-        explained(predicted(unseen, model(structure, base, turned), model(structure, base, GAIN)))
-    found = predicted(unseen, model(structure, base, turned))  # asked of any gains, it is a number
-    np.testing.assert_allclose(found.joints[3].rel_error, 2.0, atol=3e-3)
-    assert predicted(unseen, model(structure, base, GAIN), model(structure, base, turned)).verdict == BETTER
-    small = np.array([1.0, 0.51, 1.0, 1.0, 1.0, 1.0]) * GAIN  # 96 % too much current
-    found = explained(predicted(unseen, model(structure, base, small))).joints[1]
-    np.testing.assert_allclose(found.rel_error, 1.0 / 0.51 - 1.0, atol=3e-3)
+    exact = model(structure, base, GAIN)
+    # Joint 3 was fitted to within 2 %; of the others nobody knows, and 15 % is the largest error of a model that holds.
+    # What is stated of this payload adds a third of a percent to that.
+    largest = [each.largest for each in predicted(unseen, exact).joints]
+    np.testing.assert_allclose(largest, [0.15, 0.15, 0.06, 0.15, 0.15, 0.15], rtol=5e-3)
+    for joint, factor, passes in (
+        (2, 1.05, True),
+        (2, 1.08, False),
+        (1, 1.13, True),
+        (1, 1.22, False),
+        (4, -1.0, False),
+    ):
+        off = GAIN * np.where(np.arange(6) == joint, factor, 1.0)
+        rival = replace(model(structure, base, 4.0 * GAIN), fits={})  # what is expected is the first one's
+        found = predicted(unseen, model(structure, base, off), rival)
+        assert found.joints[joint].exceeds is not passes
+        assert sum(each.exceeds for each in found.joints) == (not passes)
+        if factor > 0.0:
+            assert found.verdict == BETTER
+            assert found.passed is passes
+    np.testing.assert_allclose(found.joints[4].rel_error, 2.0, atol=3e-3)
+
+
+def test_deviations_of_arm_payload_and_gain_are_expected_of_an_unseen_motion(structure, motion, heavy):
+    unseen, base = motion
+    surest = replace(heavy, mass_std=0.0, com_std=(0.0,) * 3, inertia_std=(0.0,) * 6)
+    part, plain = unseen.parts[0].observation.joints[2], model(structure, base, GAIN)
+    torque = np.linalg.norm(part.V) * abs(GAIN[2])
+
+    def largest(used: UsedModel, payload=surest) -> float:
+        return predicted(replace(unseen, log=replace(unseen.log, payload=payload)), used).joints[2].largest
+
+    assert largest(plain) == pytest.approx(0.06, rel=1e-12)
+    covariance = np.zeros((len(base), len(base)))
+    covariance[part.columns[4], part.columns[4]] = 0.3**2
+    of_arm = 0.3 * np.linalg.norm(part.W[:, 4]) / torque
+    assert largest(replace(plain, covariance=covariance)) == pytest.approx(3.0 * np.hypot(0.02, of_arm), rel=1e-9)
+    gains = replace(plain.gains, covariance=np.diag((0.05 * GAIN) ** 2))
+    of_gain = 0.05 * np.linalg.norm(part.W_L @ heavy.known_part().chi) / torque
+    assert largest(replace(plain, gains=gains)) == pytest.approx(3.0 * np.hypot(0.02, of_gain), rel=1e-9)
+    spread = replace(surest, mass_std=0.2).known_part().spread
+    of_payload = np.linalg.norm(part.W_L @ spread) / torque
+    assert largest(plain, replace(surest, mass_std=0.2)) == pytest.approx(3.0 * np.hypot(0.02, of_payload), rel=1e-9)
+    assert min(of_arm, of_gain, of_payload) > 2e-3
+    assert max(of_arm, of_gain, of_payload) < 0.04
+
+
+def test_the_covariance_of_an_arm_in_use_is_that_of_its_parameters(structure, rng):
+    chi = rng.uniform(0.5, 2.0, 84)
+    problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-2)
+    found = arm_in_use(problem, stated_gains(structure.arm, GAIN))  # exact gains add nothing to deviations
+    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.covariance(structure, problem.options))), strict=True))
+    assert {each.name: each.std for each in found.arm.inertial} == pytest.approx(
+        {each.name: std[each.name] for each in found.arm.inertial}, rel=1e-6
+    )
+    for j, own in enumerate(found.arm.friction):
+        for each in own:
+            assert std[f"{each.name}{j + 1}"] == pytest.approx(abs(GAIN[j]) * each.std, rel=1e-6)
 
 
 def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):
@@ -72,7 +125,8 @@ def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):
     assert not predicted(unseen, off, right).passed
     assert not predicted(unseen, right, right).passed
     assert predicted(unseen, off).verdict is None
-    assert predicted(unseen, off).passed
+    assert predicted(unseen, right).passed
+    assert not predicted(unseen, off).passed  # off by up to 50 %, whatever else is worse
 
 
 def test_the_payload_is_part_of_the_prediction(structure, motion, heavy):
@@ -89,7 +143,7 @@ def test_gains_are_compared_on_joints_that_have_one_in_both(structure, motion):
     assert [each.other_rel_error is None for each in found.joints] == [True, True, False, False, True, False]
     both = [found.joints[j].other_rel_error for j in (2, 3)]
     assert found.other_rel_error == pytest.approx(np.sqrt(np.mean(np.square(both))), rel=1e-12)
-    with pytest.raises(GainsError, match="no joint has one here and among those to compare with"):
+    with pytest.raises(GainsError, match="no joint has a gain in both sets, so they cannot be compared"):
         predicted(unseen, model(structure, base, GAIN, (0, 1)), model(structure, base, GAIN, (2, 3)))
 
 
@@ -98,7 +152,7 @@ def test_a_factor_common_to_all_gains_shows_with_a_payload_alone(structure, heav
     motions = [(chi, None, None), (chi, None, None), (chi, heavy, heavy)]
     problem = exact_problem(structure, motions, GAIN, rng, options=TRUSTING, noise=1e-3)
     bare, parts = replace(problem, motions=problem.motions[:1]), problem.motions[1:]
-    models = [used_model(arm_in_use(bare, stated_gains(structure.arm, k * GAIN)), structure) for k in (1.0, 1.3)]
+    models = [used_model(arm_in_use(bare, stated_gains(structure.arm, k * GAIN)), bare) for k in (1.0, 1.3)]
     on_bare, on_loaded = (
         predicted(UnseenMotion(log=replace(LOG, payload=each), parts=(part,), found=Diagnosed()), *models)
         for each, part in zip((None, heavy), parts, strict=True)

@@ -9,7 +9,7 @@ import pytest
 from accelerations import SOLVER, STEP, acceleration, coupling, drive_torque
 from drive_states import COMPLIANCE, DQ, Q
 from pinocchio_arms import pinocchio_arm, rnea
-from plants import experiment, nominal_plant, streams
+from plants import experiment, nominal_plant, streams, try_record
 
 from sim.compile import plant_model, resting
 from sim.effects import ModelErrors
@@ -17,7 +17,6 @@ from sim.effects.joint_elasticity import FASTEST_MODE
 from sim.engine import Engine, Simulation
 from sim.errors import PlantError
 from sim.plant import Plant
-from sim.record import try_record
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from places import ROOT
-from plants import BELIEF, CYLINDER, experiment, nominal_plant, short_motion, streams
+from plants import BELIEF, CYLINDER, experiment, nominal_plant, short_motion, streams, try_record
 
 from sim.compile import plant_model
 from sim.controller import ControllerOptions
@@ -17,7 +17,7 @@ from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
 from sim.errors import Diverged, PlantError, SimulationError, StepError, TooLong
 from sim.experiment import substeps
-from sim.record import record, try_record
+from sim.record import record
 from sim.silenced_mujoco import silenced
 
 

@@ -80,7 +80,7 @@ def test_effects_that_every_arm_can_have_need_nothing_of_the_rx_90(tmp_path, joi
     [
         ({"d3_error": 0.004}, r"errors: d3_error = 0\.004 m: invented has no frame d3; leave it at 0"),
         ({"r4_error": -0.003}, r"errors: r4_error = -0\.003 m: invented has no frame r4; leave it at 0"),
-        ({"gravity_spring": 900.0}, r"errors: gravity_spring = 900 N/m: invented has none; leave it at 0"),
+        ({"gravity_spring": 900.0}, r"errors: gravity_spring = 900 N/m: invented has no gravity spring; leave it at 0"),
         ({"wrist_coupling": 0.5}, r"errors: wrist_coupling = 0\.5: invented has no coupling; leave it at 0"),
     ],
 )

@@ -8,7 +8,7 @@ from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.effects import ModelErrors
 from sim.errors import Saturated
-from sim.torque_limits import check_torque_limits
+from sim.feedforward_currents import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
 HOME = np.array([[0.2, 0.3, 1.0, 0.1, 0.4, -0.2]])

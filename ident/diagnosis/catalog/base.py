@@ -1,4 +1,4 @@
-"""A base that stands otherwise than the model's: on a wall or a ceiling, or tilted by a little."""
+"""Gravity otherwise than the model's: of a base on a wall, on a ceiling or tilted; or taken out of the currents."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -8,7 +8,6 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_rows
 from ident.diagnosis.fitted_currents import Reference, across
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -50,25 +49,36 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
         def refined(more: Array) -> Alternative:
             return alternative(value + more)
 
-        standing = _standing(logs, gravity, words)
-        return replace(standing, value=float(np.rad2deg(turn)), unit="degrees", refined=refined)
+        size, standing = float(np.rad2deg(turn)), _standing(logs, gravity, words)
+        return replace(standing, value=size, unit="degrees", refined=refined)
 
     parts = [motion.rows(motion.tilted()) for motion in reference.motions]
-    every = tuple(range(len(parts)))
     yield Direction(
-        family="base", joints=(), logs=every, columns=in_rows(parts, every), alternative=alternative, unit="degrees",
-        scale=180.0 / np.pi, largest=LARGEST,
+        family="base", joints=(), logs=logs.every, columns=in_rows(parts, logs.every), alternative=alternative,
+        unit="degrees", scale=180.0 / np.pi, largest=LARGEST,
     )  # fmt: skip
 
 
+def compensated(logs: Logs) -> Iterator[Alternative]:
+    """Links and payload that weigh nothing: a controller has taken out what gravity asks for."""
+    if logs.structure.arm.gravity.any():
+        yield Alternative(
+            family="gravity compensation",
+            words="v is gravity-compensated: it lacks the weight of links and payload",
+            joints=(),
+            logs=logs.every,
+            hypothesis=replace(logs.given, gravity=np.zeros(3)),
+            advice="log the motor current, or the whole commanded torque",
+        )
+
+
 def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
-    count = len(logs.recordings)
     return Alternative(
         family="base",
         words=words,
         joints=(),
-        logs=tuple(range(count)),
-        hypothesis=replace(as_logged(logs.structure.arm, count), gravity=gravity),
+        logs=logs.every,
+        hypothesis=replace(logs.given, gravity=gravity),
         advice="correct the orientation of the base in the model (gravity in its frame)",
     )
 

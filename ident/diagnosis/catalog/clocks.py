@@ -6,9 +6,7 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
 from ident.diagnosis.fitted_currents import Reference
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.support.arrays import Array
 
 FACTORS = (0.5, 2.0)
 """That are tried: samples logged half or twice as often as the stamps say; others are found from the derivative."""
@@ -32,25 +30,21 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     """Clocks that run a little slower."""
     parts = [motion.rows(motion.hurried()[..., None]) for motion in reference.motions]
     for scope in scopes(len(parts)):
-
-        def alternative(value: Array, scope: tuple[int, ...] = scope) -> Alternative:
-            return timed(logs, scope, 1.0 + float(value[0]))
-
         yield Direction(
-            family="clock", joints=(), logs=scope, columns=in_rows(parts, scope), alternative=alternative, unit="%",
-            scale=100.0, largest=LARGEST,
+            family="clock", joints=(), logs=scope, columns=in_rows(parts, scope),
+            alternative=lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
+            unit="%", scale=100.0, largest=LARGEST,
         )  # fmt: skip
 
 
 def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
     """Logs whose seconds are a factor of those that they say."""
-    given = as_logged(logs.structure.arm, len(logs.recordings))
     return Alternative(
         family="clock",
         words=in_logs(f"the clock is wrong: t must be multiplied by {factor:.4g}", scope, logs.names),
         joints=(),
         logs=scope,
-        hypothesis=given.changed(scope, clock=factor),
+        hypothesis=logs.given.changed(scope, clock=factor),
         advice="log the controller's own time, in seconds",
         value=100.0 * (factor - 1.0),
         unit="%",

@@ -7,7 +7,6 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_logs
 from ident.diagnosis.fitted_currents import Reference
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -38,24 +37,19 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     if count < 2:
         return
     for k, joints in product(range(1 if count == 2 else 0, count), ((), *((j,) for j in range(n)))):
-
-        def alternative(value: Array, k: int = k, joints: tuple[int, ...] = joints) -> Alternative:
-            return scaled(logs, (k,), joints, 1.0 + float(value[0]))
-
         yield Direction(
             family="current scale", joints=joints, logs=(k,),
             columns=tuple(
                 each[:, None] if not joints or j in joints else None for j, each in enumerate(reference.explained(k))
             ),
-            alternative=alternative, unit="", scale=1.0, largest=LARGEST,
+            alternative=lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
+            unit="", scale=1.0, largest=LARGEST,
         )  # fmt: skip
 
 
 def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
     """Currents of a log that are a factor of what they would be in the unit of the others."""
-    arm = logs.structure.arm
-    given = as_logged(arm, len(logs.recordings))
-    own = np.isin(np.arange(arm.n), joints) | (not joints)
+    own = np.isin(np.arange(logs.structure.arm.n), joints) | (not joints)
     what = "all currents" if not joints else f"v{joints[0] + 1}"
     verb = "are" if not joints else "is"
     words = f"{what} {verb} negated" if scale == -1.0 else f"{what} {verb} scaled by {scale:.4g}"
@@ -64,7 +58,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         words=in_logs(words, scope, logs.names),
         joints=joints,
         logs=scope,
-        hypothesis=given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
+        hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
         advice="bring the currents of all logs to one unit and sign",
         value=scale,
         unit="",

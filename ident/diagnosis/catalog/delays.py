@@ -6,7 +6,6 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes, two_digits
 from ident.diagnosis.fitted_currents import Reference
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -32,16 +31,11 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     for scope in scopes(len(parts)):
         apart = (every,) if n > 1 and len(scope) < len(parts) else ()
         for joints in ((), *((j,) for j in range(n)), *apart):
-
-            def alternative(
-                value: Array, scope: tuple[int, ...] = scope, joints: tuple[int, ...] = joints
-            ) -> Alternative:
-                return late(logs, scope, joints, value)
-
             yield Direction(
                 family="delay", joints=joints, logs=scope,
                 columns=in_rows(each_own if len(joints) > 1 else parts, scope, joints or None),
-                alternative=alternative, unit="ms", scale=1e3, largest=LARGEST,
+                alternative=lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
+                unit="ms", scale=1e3, largest=LARGEST,
             )  # fmt: skip
 
 
@@ -54,16 +48,14 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Ar
         joints: Joints that it is about, from 0; none for all of them together.
         delays: One of each joint, or one of all together [s], shape (1,) or (joints,).
     """
-    n = logs.structure.arm.n
-    given = as_logged(logs.structure.arm, len(logs.recordings))
-    of_joints = np.zeros(n)
+    of_joints = np.zeros(logs.structure.arm.n)
     of_joints[list(joints) if joints else slice(None)] = delays
     return Alternative(
         family="delay",
         words=in_logs(_delays_message(joints, delays), scope, logs.names),
         joints=joints,
         logs=scope,
-        hypothesis=given.changed(scope, delay=of_joints),
+        hypothesis=logs.given.changed(scope, delay=of_joints),
         advice=ADVICE if joints or len(scope) < len(logs.recordings) else f"{ADVICE}, or give --current-delay auto",
         value=1e3 * float(delays[0]) if len(delays) == 1 else None,
         unit="ms",

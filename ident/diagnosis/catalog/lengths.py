@@ -7,7 +7,6 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_rows
 from ident.diagnosis.fitted_currents import STEP, Reference
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -27,30 +26,27 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     """Every length, or one, longer by a little."""
     arm = logs.structure.arm
-    every = tuple(range(len(logs.recordings)))
     for which in _which(logs):
-
-        def alternative(value: Array, which: int | None = which) -> Alternative:
-            return lengthened(logs, which, 1.0 + float(value[0]))
-
         longer = replace(arm, translation=_length_factors(arm.n, which, 1.0 + STEP)[:, None] * arm.translation)
         parts = [motion.rows(motion.changed(longer)[..., None]) for motion in reference.motions]
         yield Direction(
-            family="lengths", joints=() if which is None else (which,), logs=every, columns=in_rows(parts, every),
-            alternative=alternative, unit="%", scale=100.0, largest=LARGEST,
+            family="lengths", joints=() if which is None else (which,), logs=logs.every,
+            columns=in_rows(parts, logs.every),
+            alternative=lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
+            unit="%", scale=100.0, largest=LARGEST,
         )  # fmt: skip
 
 
 def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
     """Every length, or that before a joint, from 0, times a factor."""
-    arm, count = logs.structure.arm, len(logs.recordings)
+    n = logs.structure.arm.n
     what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
     return Alternative(
         family="lengths",
         words=f"{what} {factor:.3g} times {'those' if which is None else 'that'} of the model",
         joints=() if which is None else (which,),
-        logs=tuple(range(count)),
-        hypothesis=replace(as_logged(arm, count), length_factors=_length_factors(arm.n, which, factor)),
+        logs=logs.every,
+        hypothesis=replace(logs.given, length_factors=_length_factors(n, which, factor)),
         advice="use the model of this arm; check units and the variant of the arm",
         value=100.0 * (factor - 1.0),
         unit="%",

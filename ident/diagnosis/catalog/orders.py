@@ -6,7 +6,6 @@ from itertools import combinations
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
 from ident.model.arm import Arm
 from ident.support.arrays import Indices
@@ -39,7 +38,6 @@ def _ordered(
     q: bool = True,
     v: bool = True,
 ) -> Alternative:
-    given = as_logged(logs.structure.arm, len(logs.recordings))
     fields = {name: order for name, wanted in (("q_order", q), ("v_order", v)) if wanted}
     what = "joints " if q and v else "q" if q else "v"
     words = words.replace("{}", what, 1).replace("{}", "" if q and v else what)
@@ -48,7 +46,7 @@ def _ordered(
         words=in_logs(words.replace("joints  ", "the joints "), scope, logs.names),
         joints=joints,
         logs=scope,
-        hypothesis=given.changed(scope, **fields),
+        hypothesis=logs.given.changed(scope, **fields),
         advice="bring the columns into the order of the model's joints",
     )
 

@@ -133,9 +133,7 @@ def states(logs: Logs, rows: JointRows) -> tuple[Array, Array]:
     """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
     q, dq = np.zeros(len(rows.V)), np.zeros(len(rows.V))
     for log, motion in enumerate(logs.problem.motions):
-        behind = motion.observation.full_rate
-        assert behind is not None, "asked of recordings only"
-        own = rows.motion == log
+        behind, own = motion.observation.recorded, rows.motion == log
         at = rows.position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
         q[own], dq[own] = behind.q[at, rows.joint], behind.dq[at, rows.joint]
     return q, dq
@@ -150,7 +148,7 @@ def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array
     words, advice = MESSAGES[family]
     sentence = f"joint {joints[0] + 1}: {words}" if joints else words
     return Direction(
-        family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns,
+        family=family, joints=joints, logs=logs.every, columns=columns,
         term=Term(words=lambda _: sentence, advice=advice, at_fault=family in (OFFSET, OFFSET_DRIFT)),
         unit="", scale=1.0, largest=np.inf,
     )  # fmt: skip

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.joint_limits import beyond_limits, within_limits
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
@@ -38,9 +37,8 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
     """Positions of one joint that count a motor's turns, by every plausible ratio, either sign."""
-    every = tuple(range(len(logs.recordings)))
     for ratio in np.concatenate((RATIOS, -RATIOS)).tolist():
-        yield geared(logs, every, joint, ratio)
+        yield geared(logs, logs.every, joint, ratio)
 
 
 def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alternative:
@@ -56,7 +54,6 @@ def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alte
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
     """Positions of some joints times a factor."""
     arm = logs.structure.arm
-    given = as_logged(arm, len(logs.recordings))
     every = len(joints) == int(np.sum(arm.revolute == arm.revolute[min(joints)])) and len(joints) > 1
     first = min(joints)
     what = "all positions are" if every else f"q{first + 1} is"
@@ -65,6 +62,6 @@ def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor:
         words=in_logs(f"{what} {words}", scope, logs.names),
         joints=() if every else joints,
         logs=scope,
-        hypothesis=given.changed(scope, q_factor=np.where([j in joints for j in range(arm.n)], factor, 1.0)),
+        hypothesis=logs.given.changed(scope, q_factor=np.where([j in joints for j in range(arm.n)], factor, 1.0)),
         advice="convert the positions to radians and metres of the joints",
     )

@@ -1,16 +1,13 @@
 """A joint whose positions are counted from another zero, in the other sense, or both."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
 from ident.diagnosis.fitted_currents import Reference
-from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.support.arrays import Array
 
 TURNS = (0, 90, 180, 270)
 """Zeros that conventions differ by [degrees]; others are found from the nearest of these."""
@@ -34,16 +31,12 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     arm = logs.structure.arm
     parts = [motion.rows(motion.displaced()) for motion in reference.motions]
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
-
-        def alternative(value: Array, k: int = k, scope: tuple[int, ...] = scope) -> Alternative:
-            return turned(logs, k, scope, 1.0, float(value[0]))
-
         yield Direction(
             family="zero",
             joints=(k,),
             logs=scope,
             columns=in_rows([[each[:, k : k + 1] for each in part] for part in parts], scope),
-            alternative=alternative,
+            alternative=lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
             unit="degrees" if arm.revolute[k] else "mm",
             scale=180.0 / np.pi if arm.revolute[k] else 1e3,
             largest=LARGEST,
@@ -53,9 +46,7 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: float) -> Alternative:
     """A joint whose position in the arm is `sign q + zero` in some logs."""
     arm = logs.structure.arm
-    given = as_logged(arm, len(logs.recordings))
     own = np.arange(arm.n) == joint
-    how = replace(given.logs[0], q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0))
     revolute = bool(arm.revolute[joint])
     size = float(np.rad2deg((zero + np.pi) % (2.0 * np.pi) - np.pi)) if revolute else 1e3 * zero
     size_text = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}"
@@ -71,7 +62,7 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
         words=in_logs(words, scope, logs.names),
         joints=(joint,),
         logs=scope,
-        hypothesis=given.changed(scope, q_factor=how.q_factor, zero=how.zero),
+        hypothesis=logs.given.changed(scope, q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0)),
         advice=f"use {mended}, or correct the model",
         value=size,
         unit="degrees" if revolute else "mm",
@@ -81,13 +72,12 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
 
 def reversed_joint(logs: Logs, joint: int, scope: tuple[int, ...]) -> Alternative:
     """A joint whose position and current both count in the other sense in some logs."""
-    arm = logs.structure.arm
-    own = np.where(np.arange(arm.n) == joint, -1.0, 1.0)
+    own = np.where(np.arange(logs.structure.arm.n) == joint, -1.0, 1.0)
     return Alternative(
         family="joint reversed",
         words=in_logs(f"q{joint + 1} and v{joint + 1} are negated", scope, logs.names),
         joints=(joint,),
         logs=scope,
-        hypothesis=as_logged(arm, len(logs.recordings)).changed(scope, q_factor=own, v_factor=own),
-        advice=f"negate q{joint + 1} and v{joint + 1} there",
+        hypothesis=logs.given.changed(scope, q_factor=own, v_factor=own),
+        advice=f"negate q{joint + 1} and v{joint + 1} in these logs",
     )

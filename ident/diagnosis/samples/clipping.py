@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.samples.runs import long_runs
+from ident.numerics.neighbours import long_runs
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask

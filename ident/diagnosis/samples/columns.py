@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.numerics.signals import edge_samples, low_passed
-from ident.observation.filtered import filtered_motion
+from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
@@ -25,7 +25,7 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     step = np.diff(recording.q, axis=0)
     to_and_fro = ((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all()  # where friction has either sign
     if recording.n > 1 and to_and_fro and (recording.v >= 0.0).all():
-        sentence = "v of every joint is never negative, though all joints move to and fro: magnitudes, not currents"
+        sentence = "v is never negative on any joint, though all joints move in both directions: v holds magnitudes"
         found.append(_wrong(recording, tuple(range(recording.n)), sentence))
     for kind, x in (("q", recording.q), ("v", recording.v)):
         left = _left(x, x)

@@ -13,8 +13,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.samples.runs import runs
-from ident.numerics.quantum import quantum
+from ident.numerics.neighbours import quantum, runs
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask

@@ -143,7 +143,10 @@ def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[
             Diagnosis(
                 name="held currents",
                 severity=Severity.WEAK,
-                sentence=f"all currents repeat the row before on {held:.3g} % of the rows: logged more slowly than q",
+                sentence=(
+                    f"all currents repeat the row before on {held:.3g} % of the "
+                    "rows: v is logged at a lower rate than q"
+                ),
                 advice="log them at the rate of positions",
                 logs=(recording.name,),
                 value=held,
@@ -180,8 +183,8 @@ def _lost(recording: Recording, odd: TimestampAnomalies) -> Diagnosis:
             name=name,
             severity=Severity.WEAK,
             sentence=(
-                f"{many} {'sample is' if many == 1 else 'samples are'} lost, which the time stamps "
-                f"do not show, {first}; stamps corrected"
+                f"{many} {'sample is' if many == 1 else 'samples are'} lost without a gap in the "
+                f"time stamps, {first}; stamps corrected"
             ),
             advice="log the controller's own time",
             logs=logs,

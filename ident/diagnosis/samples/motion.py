@@ -7,7 +7,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.model.arm import Arm
 from ident.numerics.signals import edge_samples
-from ident.observation.filtered import filtered_motion
+from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
@@ -43,45 +43,32 @@ class JointMotion:
     current_rms: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Filtered:
-    """A motion after the filters, their edges left out.
+def _filtered(recording: Recording, options: ObserveOptions) -> tuple[Array, Array, Array, Array]:
+    """Positions, speeds and accelerations after the filters, edges left out, shape (N, n) each.
 
-    Attributes:
-        q: Positions, shape (N, n).
-        dq: Speeds.
-        ddq: Accelerations.
-        slow: Share of the time that each joint is beside a reversal or at rest, shape (n,).
+    Last, the share of the time that each joint is beside a reversal or at rest, shape (n,).
     """
-
-    q: Array
-    dq: Array
-    ddq: Array
-    slow: Array
-
-
-def _filtered(recording: Recording, options: ObserveOptions) -> _Filtered:
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
     inner = slice(edge, max(edge + 1, len(even.t) - edge))
     q, dq, ddq = (each[inner] for each in filtered_motion(even, options.cutoff_hz))
-    return _Filtered(q, dq, ddq, np.mean(np.abs(dq) <= options.reversal_speed * _rms(dq), axis=0))
+    return q, dq, ddq, np.mean(np.abs(dq) <= options.reversal_speed * _rms(dq), axis=0)
 
 
 def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tuple[JointMotion, ...]:
     """How the joints of a recording moved, after the filters."""
-    x = _filtered(recording, options)
-    speed_rms, acceleration_rms, current_rms = _rms(x.dq), _rms(x.ddq), _rms(recording.v)
+    q, dq, ddq, slow = _filtered(recording, options)
+    speed_rms, acceleration_rms, current_rms = _rms(dq), _rms(ddq), _rms(recording.v)
     span = arm.upper - arm.lower
     return tuple(
         JointMotion(
-            low=float(x.q[:, j].min()),
-            high=float(x.q[:, j].max()),
-            covered=float(np.ptp(x.q[:, j]) / span[j]) if np.isfinite(span[j]) else None,
-            speed=float(np.abs(x.dq[:, j]).max()),
+            low=float(q[:, j].min()),
+            high=float(q[:, j].max()),
+            covered=float(np.ptp(q[:, j]) / span[j]) if np.isfinite(span[j]) else None,
+            speed=float(np.abs(dq[:, j]).max()),
             speed_rms=float(speed_rms[j]),
             acceleration_rms=float(acceleration_rms[j]),
-            slow=float(x.slow[j]),
+            slow=float(slow[j]),
             current_rms=float(current_rms[j]),
         )
         for j in range(arm.n)
@@ -90,10 +77,10 @@ def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tu
 
 def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Which joints moved too little, or too slowly."""
-    x = _filtered(recording, observing)
-    ranges = np.ptp(x.q, axis=0)
-    j, k = int(ranges.argmin()), int(x.slow.argmax())
-    short, slow = ranges[j] < LITTLE, x.slow[k] > SLOW_TIME
+    q, _, _, beside = _filtered(recording, observing)
+    ranges = np.ptp(q, axis=0)
+    j, k = int(ranges.argmin()), int(beside.argmax())
+    short, slow = ranges[j] < LITTLE, beside[k] > SLOW_TIME
     return [
         Diagnosis(
             name="range",
@@ -110,13 +97,13 @@ def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         Diagnosis(
             name="reversals",
             severity=Severity.WEAK if slow else Severity.GOOD,
-            sentence=f"q{k + 1} is beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time"
+            sentence=f"q{k + 1} is beside a reversal or at rest for {100.0 * beside[k]:.3g} % of the time"
             if slow
-            else f"joints are beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time or less",
+            else f"joints are beside a reversal or at rest for {100.0 * beside[k]:.3g} % of the time or less",
             advice="reverse less often, and leave out samples at rest" if slow else None,
             joints=(k,),
             logs=(recording.name,),
-            value=100.0 * float(x.slow[k]),
+            value=100.0 * float(beside[k]),
             unit="% of the time",
         ),
     ]

@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.numerics.neighbours import quantum
 from ident.numerics.normal import normal_quantile
-from ident.numerics.quantum import quantum
 from ident.numerics.signals import edge_samples, smooth_motion
-from ident.observation.filtered import filtered_motion
+from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, readonly

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.problem import Problem
-from ident.model.base import independent_columns
+from ident.model.base import BaseParameters, independent_columns
 from ident.model.parameters import INERTIAL
 from ident.model.structure import Structure
 from ident.support.arrays import Array, Indices
@@ -92,13 +92,17 @@ class SharedParameters:
         return chi
 
 
+def shared_arm(base: BaseParameters) -> Indices:
+    """Places of base parameters that joints share: all but their own friction and offset, shape (a,)."""
+    return np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in base.names], OWN))
+
+
 def shared_parameters(problem: Problem) -> SharedParameters:
     """The shared parameters of a problem."""
-    base, probes = problem.structure.base, np.vstack(list(problem.structure.payload_probes))
-    names = np.array([name.rstrip("0123456789") for name in base.names])
+    probes = np.vstack(list(problem.structure.payload_probes))
     known = [payload.known_part() for payload in problem.payloads]
     return SharedParameters(
-        arm=np.flatnonzero(~np.isin(names, OWN)),
+        arm=shared_arm(problem.structure.base),
         free=tuple(np.sort(independent_columns(probes, [np.flatnonzero(~each.mask)])) for each in known),
         known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),
         spread=np.array([each.spread for each in known]).reshape(len(known), len(INERTIAL), len(INERTIAL)),

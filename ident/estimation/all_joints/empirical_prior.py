@@ -16,7 +16,7 @@ SETTLED = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """Mean and deviation of the coefficients of load friction of an arm's joints."""
+    """Mean and deviation of what is believed of a number."""
 
     mean: float
     std: float

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.model.parameters import INERTIAL
-from ident.model.pseudo_inertia import pseudo_inertia
+from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.support.arrays import Array, Indices
 
 SMALLEST_BARRIER, SMALLER = 1e-11, 0.1

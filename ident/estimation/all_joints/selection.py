@@ -18,13 +18,12 @@ from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import (
-    AMPLIFIER,
-    AMPLIFIER_MEAN,
-    AMPLIFIER_STD,
+    LINKS,
     LOAD_FORMS,
     LOAD_MEAN,
     LOAD_STD,
-    MOTOR,
+    OFFSET,
+    SHARES,
     SPEED_TERMS,
     STRONGEST,
     TermColumns,
@@ -33,7 +32,7 @@ from ident.estimation.all_joints.terms import (
 )
 from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.uncertainty.jackknife import left_out
-from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.support.arrays import Array
 
 BETTER = 2.0
@@ -244,8 +243,8 @@ def _with_load(
 ) -> _Loaded:
     """A fit with load friction of one form, its torques taken from a fit that had it.
 
-    An offset of an amplifier is no part of its motor's torque. On joints where the share of that is found beyond what
-    it can be, data do not tell it from the friction itself, and all of the offset counts as torque.
+    On joints where the share of the offset that is no torque is found beyond what it can be, data do not tell it from
+    the friction itself, and all of the offset counts as torque.
     """
 
     def columns(fitted: Fitted) -> TermColumns:
@@ -253,38 +252,38 @@ def _with_load(
         found = torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
         return replace(found, softened=by_currents(ready, found, fitted, found.own)) if softened else found
 
-    def found(amplifiers: Collection[int]) -> tuple[_Loaded, list[int]]:
-        free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, amplifiers), softened, base)
+    def found(offsets: Collection[int]) -> tuple[_Loaded, list[int]]:
+        free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, offsets), softened, base)
         again = columns(free)
-        free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE, amplifiers), again.softened, free)
+        free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE, offsets), again.softened, free)
         again = columns(free)
         belief = _belief(free, form)
-        terms = _grown(chosen, form, again, belief, amplifiers)
+        terms = _grown(chosen, form, again, belief, offsets)
         final = fit_with(ready, terms, again.softened, free)
-        told = [j for j in amplifiers if all(_is_possible(each.own[j], each.fit.phi[j]) for each in (free, final))]
+        told = [j for j in offsets if all(_is_possible(each.own[j], each.fit.phi[j], form) for each in (free, final))]
         return _Loaded(_tried(final), terms, belief), told
 
-    amplifiers = list(range(ready.n)) if form == MOTOR else []
-    loaded, told = found(amplifiers)
-    return loaded if told == amplifiers else found(told)[0]
+    offsets = [] if form == LINKS else list(range(ready.n))
+    loaded, told = found(offsets)
+    return loaded if told == offsets else found(told)[0]
 
 
-def _is_possible(own: OwnColumns, phi: Array) -> bool:
-    """Whether a joint's friction takes less than its motor gives, and no amplifier has far more than its offset."""
-    value = dict(zip(own.names, phi.tolist(), strict=True))
-    share = value.get(AMPLIFIER, AMPLIFIER_MEAN)
-    return abs(value.get(MOTOR, 0.0)) < STRONGEST and abs(share - AMPLIFIER_MEAN) < BETTER * AMPLIFIER_STD
+def _is_possible(own: OwnColumns, phi: Array, form: str) -> bool:
+    """Whether a joint's friction takes less than it is let, and no more of the offset is no torque than there is."""
+    value, belief = dict(zip(own.names, phi.tolist(), strict=True)), SHARES[OFFSET]
+    off = value.get(OFFSET, belief.mean) - belief.mean
+    return abs(value.get(form, 0.0)) < STRONGEST and abs(off) < BETTER * belief.std
 
 
 def _grown(
-    chosen: Terms, form: str, columns: TermColumns, belief: Belief, amplifiers: Collection[int]
+    chosen: Terms, form: str, columns: TermColumns, belief: Belief, offsets: Collection[int]
 ) -> list[dict[str, Term]]:
-    """Terms of each joint with load friction, and of those whose amplifier may have an offset with that."""
-    terms = [
-        {**each, form: Term(own[form], belief.mean, belief.std)} for each, own in zip(chosen, columns.own, strict=True)
-    ]
-    for j in amplifiers:
-        terms[j][AMPLIFIER] = Term(columns.own[j][AMPLIFIER], AMPLIFIER_MEAN, AMPLIFIER_STD)
+    """Terms of each joint with load friction, and the shares that this depends on; of the offset on some joints."""
+    terms = list[dict[str, Term]]()
+    for j, (each, own, shares) in enumerate(zip(chosen, columns.own, columns.shares, strict=True)):
+        beside = {name: column for name, column in shares[form].items() if name != OFFSET or j in offsets}
+        believed = {name: Term(column, SHARES[name].mean, SHARES[name].std) for name, column in beside.items()}
+        terms.append({**each, form: Term(own[form], belief.mean, belief.std), **believed})
     return terms
 
 

@@ -7,8 +7,7 @@ come out too small, and those of stiff joints negative and sure (`docs/derivatio
 
 import numpy as np
 
-from ident.numerics.signals import FILTER_ORDER, low_passed
-from ident.numerics.spectra import power_density
+from ident.numerics.signals import FILTER_ORDER, low_passed, power_density
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
 

@@ -1,33 +1,36 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.estimation.all_joints.columns import SharedParameters
+from ident.estimation.all_joints.empirical_prior import Belief
 from ident.estimation.all_joints.fit import AllJointsFit
 from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.shown_band import without_encoder_noise
-from ident.estimation.all_joints.torques import Torques, rotor_inertia, torques
+from ident.estimation.all_joints.torques import ROTOR_SHARE, Torques, rotor_inertia, told_rotors, torques
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.support.arrays import Array
 
 STRONGEST = 0.5
 """Share of the motor torque that friction is let take while a fit is on its way."""
-MOTOR = "load-motor"
+MOTOR, LINKS = "load-motor", "load"
 LOAD_FORMS = {
     MOTOR: "the motor torque",
-    "load": "the torque of links and payload",
+    LINKS: "the torque of links and payload",
     "load-through": "the torque of links, payload and other friction",
 }
 """What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
 loss. Of gears comes no torque that speeds up a rotor before them."""
-AMPLIFIER = "amplifier"
-"""Column of the share of a joint's offset that is its amplifier's: no torque, from which friction could follow as from
-that of a spring."""
-AMPLIFIER_MEAN, AMPLIFIER_STD = 0.5, 0.5
-"""What is believed of the share: it is from 0 to 1, and nothing else is known."""
+OFFSET, ROTOR = "offset-share", "rotor-share"
+"""Columns of two shares that load friction depends on: the part of a joint's offset that is no torque, unlike that of a
+spring, and the part of a joint's inertia that is its rotor's, where data do not tell the two apart."""
+SHARES = {OFFSET: Belief(0.5, 0.5), ROTOR: Belief(0.0, 0.5)}
+"""What is believed of their coefficients: a share is from 0 to 1, and nothing else is known. Load friction itself has
+all of the offset in it, and of the inertia the half that is assumed to be the rotor's."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -42,13 +45,15 @@ class TermColumns:
 
     Attributes:
         own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
-            positive where friction brakes; `AMPLIFIER` stands beside that of the motor.
+            positive where friction brakes.
+        shares: Those of the columns of `SHARES` that stand beside each of `LOAD_FORMS`, n dicts by form.
         softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
             arrays of shape (r_j, n), empty if not asked.
         torques: What the columns follow from, one a motion.
     """
 
     own: tuple[dict[str, Array], ...]
+    shares: tuple[dict[str, dict[str, Array]], ...]
     softened: tuple[Array, ...]
     torques: tuple[Torques, ...]
 
@@ -109,8 +114,9 @@ def torque_terms(
         forms: Of `LOAD_FORMS`, those that are asked for.
     """
     n = problem.structure.arm.n
-    motors = (AMPLIFIER,) if MOTOR in forms else ()
-    columns: list[dict[str, list[Array]]] = [{name: [] for name in (*forms, *motors)} for _ in range(n)]
+    told = told_rotors(problem.structure)
+    columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
+    shares: list[dict[str, dict[str, list[Array]]]] = [{name: defaultdict(list) for name in forms} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
     spun = rotor_inertia(problem, shared, fit.found.theta)
     along = tuple(torques(problem, motion, shared, fit.found.theta) for motion in problem.motions)
@@ -124,33 +130,44 @@ def torque_terms(
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
             rotor = fit.found.h[j] * spun[j] * behind.ddq[:, j]
-            links = fit.found.h[j] * found.rigid[:, j] - rotor
             for name in forms:
-                current = links
-                if name != "load":
-                    current = links + braking(behind.dq[:, j], own[j], fit.phi[j], number)
-                load = np.abs(current)
-                if name == MOTOR:
-                    c, offset = (_value(each, own[j], fit.phi[j], 0.0) for each in (MOTOR, "off"))
-                    load, less = (_of_motor(current + rotor - each, c, against) for each in (0.0, offset))
-                    change = _value(MOTOR, own[j], fit.phi[j], LOAD_MEAN) * (less - load) * against
-                    columns[j][AMPLIFIER].append(behind.decimated(change, j)[kept])
+                given, parts = fit.found.h[j] * found.rigid[:, j], dict[str, Array | float]()
+                if name != LINKS:
+                    given = given + braking(behind.dq[:, j], own[j], fit.phi[j], number)
+                    parts[OFFSET] = _value("off", own[j], fit.phi[j], 0.0)
+                if name != MOTOR:
+                    given = given - rotor
+                    if not told[j]:
+                        parts[ROTOR] = rotor / ROTOR_SHARE
+                c = _value(name, own[j], fit.phi[j], 0.0)
+                load = _size(name, given, c, against)
                 columns[j][name].append(behind.decimated(load * against, j)[kept])
+                for share, part in parts.items():
+                    less = (_size(name, given - part, c, against) - load) * against
+                    change = _value(name, own[j], fit.phi[j], LOAD_MEAN) * less
+                    shares[j][name][share].append(behind.decimated(change, j)[kept])
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
+        tuple(
+            {form: {name: np.concatenate(parts) for name, parts in own.items()} for form, own in each.items()}
+            for each in shares
+        ),
         tuple(np.vstack(each) for each in softened) if compliance else (),
         along,
     )
 
 
-def _of_motor(given: Array, c: float, against: Array) -> Array:
-    """Size of the current that gives a motor's torque, friction in proportion to it included, shape (N,).
+def _size(form: str, given: Array, c: float, against: Array) -> Array:
+    """Size of the current that friction is in proportion to, shape (N,): a motor's has that friction in it.
 
     Args:
+        form: One of `LOAD_FORMS`.
         given: Current without that friction, shape (N,).
         c: Friction as a share of the motor's torque.
         against: Sign of the current against friction, shape (N,).
     """
+    if form != MOTOR:
+        return np.abs(given)
     return np.abs(given / (1.0 - np.clip(c, -STRONGEST, STRONGEST) * against * np.sign(given)))  # W = x + c |W| against
 
 

@@ -14,7 +14,7 @@ from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
 from ident.numerics.splines import spline
 from ident.observation.full_rate import FullRate
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array, Indices, Mask
 
 ROTOR_SHARE = 0.5
 """Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
@@ -171,9 +171,18 @@ def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, l
     chi = np.zeros(structure.base.regrouping.shape[1])
     chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
     whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, behind.q)), axis=0)
-    places = len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia")
-    told = np.isin(places, _rotors(structure))
-    return np.where(told, np.maximum(chi[places], least * whole), ROTOR_SHARE * whole)
+    found = np.maximum(chi[_motors(structure)], least * whole)
+    return np.where(told_rotors(structure), found, ROTOR_SHARE * whole)
+
+
+def told_rotors(structure: Structure) -> Mask:
+    """Joints whose rotor's inertia is told from that of links, shape (n,)."""
+    return np.isin(_motors(structure), _rotors(structure))
+
+
+def _motors(structure: Structure) -> Indices:
+    """Standard parameters that are inertias of the joints' own motors, shape (n,)."""
+    return np.asarray(len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia"), np.intp)
 
 
 def _of_rotors(structure: Structure, chi: Array) -> Array:

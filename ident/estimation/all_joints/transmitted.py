@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.estimation.all_joints.solution import Fitted, Setting
-from ident.estimation.all_joints.terms import AMPLIFIER, MOTOR, STRONGEST, TermColumns, braking, of_rows
+from ident.estimation.all_joints.terms import MOTOR, OFFSET, STRONGEST, TermColumns, braking, of_rows
 from ident.estimation.problem import ObservedMotion
 from ident.numerics.least_squares import factors
 from ident.numerics.signals import delayed, low_passed
@@ -88,7 +88,7 @@ def without_friction(V: Array, dq: Array, own: OwnColumns, phi: Array, motion: i
         c = np.clip(value.get(form, 0.0), -STRONGEST, STRONGEST)
         return current / (1.0 + c * against * np.sign(current))
 
-    share = value.get(AMPLIFIER, 0.0)
+    share = value.get(OFFSET, 0.0)
     load = (1.0 - share) * np.abs(V) + share * np.abs(V - value.get("off", 0.0))
     V = V - value.get(MOTOR, 0.0) * load * against
     return carried(carried(V, "load-through") - braking(dq, own, phi, motion), "load")

@@ -20,31 +20,27 @@ class Estimator:
     Attributes:
         options: Class of its own options, a frozen dataclass with a default for every field.
         estimate: The estimate of a problem with options of that class.
-        drift: Whether it lets friction differ between motions.
     """
 
     options: type[object]
     estimate: Callable[[Problem, object], GainEstimate]
-    drift: bool = False
 
 
-def plug_in(
-    estimate: Callable[[Problem, Options], GainEstimate], options: type[Options], *, drift: bool = False
-) -> Estimator:
-    """An estimator from a function and the class of its options; `drift` says that friction may differ."""
+def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[Options]) -> Estimator:
+    """An estimator from a function and the class of its options."""
 
     def checked(problem: Problem, chosen: object) -> GainEstimate:
         if not isinstance(chosen, options):
             raise OptionError(f"options are {type(chosen).__name__}; this estimator takes {options.__name__}")
         return estimate(problem, chosen)
 
-    return Estimator(options, checked, drift)
+    return Estimator(options, checked)
 
 
 ESTIMATORS: dict[str, Estimator] = {
     iv.NAME: plug_in(iv.instrumental_gains, iv.InstrumentOptions),
     ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
-    nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions, drift=True),
+    nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
     ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
     tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.HomogeneousOptions),

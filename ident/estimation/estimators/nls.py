@@ -5,7 +5,7 @@ joints feel tie the gains of these joints together, so that a joint that the kno
 through its neighbours.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -60,13 +60,13 @@ class AllJointsOptions:
     Attributes:
         friction: Friction of every joint besides viscous and Coulomb.
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
-        compliance: Whether joints yield, one compliance each; if not, with `friction = "auto"`, data decide.
-        payload_body: Whether unknown parameters of a payload may be anything, or only those that a body can have.
-        zero_std: Deviation of the joints' zeros [deg, of slides mm], which data correct where they are better; 0 if the
-            zeros are right. Arms are zeroed to 0.02 to 0.5 degrees; the default is that of a calibrated one (assumed).
+        compliance: Whether joints are elastic, one compliance each; if not, `friction = "auto"` selects it from data.
+        payload_body: Whether unknown parameters of a payload are free, or constrained to be physically consistent.
+        zero_std: Standard deviation of the joints' zeros [deg, of slides mm], which are estimated with this prior; 0 if
+            they are exact. Arms are zeroed to 0.02 to 0.5 degrees; the default is that of a calibrated one (assumed).
         tilt_std: Deviation of the base's tilt about its x and y axes [deg], likewise. The default is 2 mm in a metre.
-        loss: What residuals count: their squares, or by Student's distribution, which bears gross outliers.
-        prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
+        loss: Loss of the residuals: their squares, or that of Student's t distribution, robust to gross outliers.
+        prior_std: Prior standard deviation of log|1/g| around the start: keeps the gain of a joint without load finite.
         gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
         gain_value: That gain [N m / drive unit].
     """
@@ -113,12 +113,7 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         TooFewRows: If a joint has fewer rows than unknowns.
         NotConverged: If no end is found.
     """
-    ready = setting(
-        problem,
-        per_motion=options.friction_per_motion,
-        prior_std=options.prior_std,
-        given=_given(options, problem.structure.arm.n),
-    )
+    ready = setting_of(problem, options, _given(options, problem.structure.arm.n))
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
     found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
@@ -126,6 +121,11 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
+
+
+def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:
+    """What a fit of all joints starts from, with gains that are given."""
+    return setting(problem, per_motion=options.friction_per_motion, prior_std=options.prior_std, given=given)
 
 
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:

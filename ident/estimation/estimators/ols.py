@@ -12,9 +12,13 @@ from scipy import linalg
 
 from ident.estimation.all_joints.reduction import own_sigma
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.homogeneous.solved import Unknowns, gain_solution
-from ident.estimation.homogeneous.system import HomogeneousSystem, homogeneous_system
-from ident.estimation.homogeneous.weights import HomogeneousOptions
+from ident.estimation.homogeneous import (
+    HomogeneousOptions,
+    HomogeneousSystem,
+    Unknowns,
+    gain_solution,
+    homogeneous_system,
+)
 from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import factors

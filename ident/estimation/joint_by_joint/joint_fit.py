@@ -87,7 +87,7 @@ def joint_fit(
     system = gain_system(problem, joint, known)
     if system is None:
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
-        return NoFit(joint, f"{what} has no independent torque on this joint")
+        return NoFit(joint, f"the torque of {what} on this joint cannot be separated from that of the arm")
     try:
         return solver(system, problem.options.rank_tol)
     except (TooFewRows, NotExcited) as error:

@@ -1,6 +1,7 @@
 """Uncertainty of what was found from rows: a function `(rows, influence, serial_s) -> covariance`, by name.
 
-`influence` is the derivative of k quantities by the current of each row, shape (k, r); the covariance has shape (k, k).
+`rows` have residuals; `influence` is the derivative of k quantities by the current of each row, shape (k, r); the
+time `serial_s` after which residuals are unrelated [s], for those that ask; the covariance has shape (k, k).
 """
 
 from collections.abc import Callable
@@ -8,8 +9,7 @@ from collections.abc import Callable
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.jackknife import jackknife
-from ident.estimation.uncertainty.max_of_classical_and_hac import max_of_classical_and_hac
-from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.estimation.uncertainty.larger import max_of_classical_and_hac, max_of_classical_and_jackknife
 from ident.estimation.uncertainty.serial import serial
 from ident.support.arrays import Array
 

@@ -7,16 +7,7 @@ from ident.support.arrays import Array
 
 
 def classical(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance for residuals that are unrelated to each other.
-
-    Args:
-        rows: Rows with their residuals.
-        influence: Derivative of each quantity by each row's current, shape (k, r).
-        serial_s: Without meaning here.
-
-    Returns:
-        Covariance, shape (k, k).
-    """
+    """Covariance for residuals that are unrelated to each other, shape (k, k); `serial_s` is without meaning."""
     sigma = np.empty(len(rows.V))
     for joint in rows.unknowns:
         sigma[rows.of(joint)] = rows.sigma(joint)

@@ -18,13 +18,7 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
     that stretch. To first order it differs by the influence of its rows times the residual that they have when they are
     not fitted to, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
 
-    Args:
-        rows: Rows with their residuals.
-        influence: Derivative of each quantity by each row's current, shape (k, r).
-        serial_s: Without meaning here.
-
-    Returns:
-        Covariance, shape (k, k).
+    Arguments are those of every uncertainty, of which `serial_s` is without meaning; shape (k, k).
     """
     changes = np.array([influence[:, block] @ left for block, left in left_out(rows)])
     apart = changes - changes.mean(axis=0)

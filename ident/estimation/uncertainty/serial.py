@@ -10,15 +10,8 @@ def serial(rows: Rows, influence: Array, serial_s: float) -> Array:
     """Covariance for residuals of a joint that are unrelated only after some time.
 
     Weights fall linearly to zero over the L row periods of `serial_s` (Bartlett). The sum over lags then is that of the
-    squares of sums over L consecutive rows (`docs/derivations.md`), so the covariance is never indefinite.
-
-    Args:
-        rows: Rows with their residuals; those that were left out count as zero.
-        influence: Derivative of each quantity by each row's current, shape (k, r).
-        serial_s: Time after which residuals are unrelated [s].
-
-    Returns:
-        Covariance, shape (k, k).
+    squares of sums over L consecutive rows (`docs/derivations.md`), so the covariance is never indefinite. Rows that
+    were left out count as zero. Arguments are those of every uncertainty; shape (k, k).
     """
     lags = max(1, round(serial_s / rows.row_period))
     covariance = np.zeros((len(influence), len(influence)))

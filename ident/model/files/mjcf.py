@@ -73,7 +73,7 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
         RobotModelError: Naming line and element, if a number, name or class is wrong, or something is not supported.
     """
     if root.tag != "mujoco":
-        raise RobotModelError(f"{root.where}: {root.tag} is no <mujoco>; URDF files end in .urdf")
+        raise RobotModelError(f"{root.where}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf")
     root = _expanded(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
     reading = _reading(root)
     refuse_ties(root, flange)
@@ -105,7 +105,9 @@ def _expanded(element: Element, folder: Path, sizes: dict[Path, int], room: int)
     children = list[Element]()
     for child in element.children:
         if room <= 1:
-            raise RobotModelError(f"{child.where}: with what is included, elements are nested deeper than {DEEPEST}")
+            raise RobotModelError(
+                f"{child.where}: elements, including those of included files, are nested deeper than {DEEPEST}"
+            )
         found = child if child.tag != "include" else _included(child, folder, sizes)
         found = _expanded(found, folder, sizes, room - 1)
         children += [found] if child.tag != "include" else found.children
@@ -115,7 +117,7 @@ def _expanded(element: Element, folder: Path, sizes: dict[Path, int], room: int)
 def _included(include: Element, folder: Path, sizes: dict[Path, int]) -> Element:
     name = include.attributes.get("file", "")
     if not name:
-        raise RobotModelError(f"{include.where}: include names no file")
+        raise RobotModelError(f"{include.where}: include lacks the attribute file")
     path = folder / name
     if path.resolve() in sizes:
         raise RobotModelError(f"{include.where}: include file = {shown(name)} is included a second time")
@@ -290,7 +292,7 @@ def _check_spelling(element: Element, meant: tuple[str, ...], known: tuple[str, 
 def _name_once(element: Element, kind: str, reading: _Reading) -> None:
     key = kind, element.attributes.get("name", f"unnamed {len(reading.names)}")
     if key in reading.names:
-        raise RobotModelError(f"{element.title} is there twice; the first one is in {reading.names[key].line}")
+        raise RobotModelError(f"{element.title} appears twice; the first one is in {reading.names[key].line}")
     reading.names[key] = element
 
 

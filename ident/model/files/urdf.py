@@ -32,7 +32,9 @@ def minimal_urdf(root: Element, path: Path, flange: str | None = None) -> Minima
         RobotModelError: Naming line and element, if a number, name, type or the tree of links is wrong.
     """
     if root.tag != "robot":
-        raise RobotModelError(f"{root.where}: {root.tag} is no <robot>; MJCF files end in .xml or .mjcf")
+        raise RobotModelError(
+            f"{root.where}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"
+        )
     if flange is not None:
         root = urdf_to_flange(root, flange)
     links, joints = _by_name(root.all("link")), _by_name(root.all("joint"))
@@ -51,7 +53,7 @@ def _by_name(elements: list[Element]) -> dict[str, Element]:
         if not name.strip():
             raise RobotModelError(f"{element.where}: a {element.tag} without a name")
         if name in found:
-            raise RobotModelError(f"{element.title} is there twice; the first one is in {found[name].line}")
+            raise RobotModelError(f"{element.title} appears twice; the first one is in {found[name].line}")
         found[name] = element
     return found
 
@@ -75,7 +77,7 @@ def _joint(joint: Element, links: dict[str, Element]) -> str:
     for end in ("parent", "child"):
         link = parts[end].attributes.get("link", "") if end in parts else ""
         if link not in links:
-            raise RobotModelError(f"{joint.title}: its {end} link {shown(link)} is not there{nearest(link, links)}")
+            raise RobotModelError(f"{joint.title}: its {end} link {shown(link)} does not exist{nearest(link, links)}")
     unread = ("limit", "axis") if kind == "fixed" else ("limit",)
     inside = [tag(e.tag, _checked(e)) for e in parts.values() if e.tag not in unread]
     if kind in ("revolute", "prismatic"):

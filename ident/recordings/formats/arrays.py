@@ -88,7 +88,7 @@ def _check_turned(path: Path, arrays: dict[str, np.ndarray], samples: int) -> No
             rows, columns = array.shape
             raise RecordingError(
                 f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected one "
-                "row a sample; it is transposed, save its .T"
+                "row per sample; it is transposed, save its .T"
             )
 
 

@@ -6,11 +6,12 @@ header, or numbers where there is none; the decimal sign may be a comma where th
 
 import csv
 import io
+import math
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -50,19 +51,8 @@ class _Layout:
     start: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Wanted:
-    """Columns to be read.
-
-    Attributes:
-        names: Their names.
-        places: Where they are, from 0.
-        dated: Whether they hold dates.
-    """
-
-    names: list[str]
-    places: list[int]
-    dated: list[bool]
+_Wanted: TypeAlias = list[tuple[int, bool]]
+"""Where each column to be read is, from 0, and whether it holds dates."""
 
 
 def read_csv(path: Path, request: Request) -> Columns:
@@ -75,31 +65,28 @@ def read_csv(path: Path, request: Request) -> Columns:
     text = read_text(path, request.text.encoding)
     layout = _layout(path, text, request)
     chosen = request.chosen(path, layout.header)
-    names = list(chosen.names)
-    wanted = _Wanted(names, [layout.header.index(name) for name in names], [name in chosen.dated for name in names])
+    wanted = [(layout.header.index(name), name in chosen.dated) for name in chosen.names]
     rows = without_comments(text[layout.start :])
     values = _parsed(rows, layout, wanted)
-    if values is None and layout.separator == " " and not any(wanted.dated):
+    if values is None and layout.separator == " " and not chosen.dated:
         values = _spaced(rows, layout, wanted)
     if values is None:
         lines = [_tidy(line, layout) for line in rows.splitlines()]
-        if fault := _fault(path, lines, layout, wanted):
-            raise fault
         values = _parsed(b"\n".join(lines), layout, wanted)
-    if values is None:
-        raise RecordingError(f"{one_line(path)}: not readable as CSV")
+        if values is None:
+            values = _cell_by_cell(path, lines, layout, wanted)
     if not len(values[0]):
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    return dict(zip(names, values, strict=True))
+    return dict(zip(chosen.names, values, strict=True))
 
 
 def _layout(path: Path, text: bytes, request: Request) -> _Layout:
     """Find header, separator and decimal sign, as far as they are not said."""
-    layout_given = request.text
+    stated = request.text
     found = _header(path, text, request)
-    start, line = found.end, found.line
-    if layout_given.rows is not None:
-        start, line = _start_of_line(path, text, layout_given.rows), layout_given.rows - 1
+    start, line = found.start, found.line
+    if stated.rows is not None:
+        start, line = _start_of_line(path, text, stated.rows), stated.rows - 1
     rest = text[start : start + 10_000].split(b"\n")
     first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
     if not first and not without_comments(text[start:]).strip():
@@ -107,44 +94,34 @@ def _layout(path: Path, text: bytes, request: Request) -> _Layout:
     cells = _split(_decoded(first.split(b"#", 1)[0].strip()), found.separator)
     quoted = len(cells) == len(found.header) and any(_QUOTED.fullmatch(cell) for cell in cells)
     decimal = "," if quoted or (found.separator != "," and b"," in first.split(b"#", 1)[0]) else "."
-    return _Layout(found.header, found.separator, layout_given.decimal or decimal, line, start)
+    return _Layout(found.header, found.separator, stated.decimal or decimal, line, start)
 
 
-@dataclass(frozen=True, slots=True)
-class _Header:
-    """The line of the names: what they are, what separates them, its number, and where the next one begins."""
-
-    header: list[str]
-    separator: str
-    line: int
-    end: int
-
-
-def _header(path: Path, text: bytes, request: Request) -> _Header:
-    """The header, or the numbers of the columns where it is said that there is none."""
-    layout_given = request.text
-    position = 0 if not layout_given.header else _start_of_line(path, text, layout_given.header)
-    number, commented, words = (layout_given.header or 1) - 1, "", ""
+def _header(path: Path, text: bytes, request: Request) -> _Layout:
+    """The header, or the numbers of the columns where it is said that there is none; the decimal sign is left open."""
+    stated = request.text
+    position = 0 if not stated.header else _start_of_line(path, text, stated.header)
+    number, commented, words = (stated.header or 1) - 1, "", ""
     while position < len(text):
         found = _LINE.match(text, position)
         assert found is not None, "an empty line matches too"
         number += 1
         start, position = position, _next_line(text, found.end())
         line = _decoded(found[0])
-        words = line.strip().lstrip("#").strip() if layout_given.header else line.split("#", 1)[0].strip()
+        words = line.strip().lstrip("#").strip() if stated.header else line.split("#", 1)[0].strip()
         if words:
             break
-        if layout_given.header:
+        if stated.header:
             raise RecordingError(f"{one_line(path)}: line {number}, declared as the header, is empty")
         commented = line.strip().lstrip("#").strip() or commented
     else:
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    separator = layout_given.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
+    separator = stated.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
     counted = [str(k + 1) for k in range(len(_split(words, separator)))]
-    by_number = layout_given.header is None and _split(words, separator) != counted and request.known(counted) > 1
-    if layout_given.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
-        return _Header(counted, separator, number - 1, start)
-    if layout_given.header is None and not _known(words, request):
+    by_number = stated.header is None and _split(words, separator) != counted and request.known(counted) > 1
+    if stated.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
+        return _Layout(counted, separator, ".", number - 1, start)
+    if stated.header is None and not _known(words, request):
         if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
             words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
         elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
@@ -152,8 +129,8 @@ def _header(path: Path, text: bytes, request: Request) -> _Header:
                 f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
                 'v1,.., or say header = "none" in a log description'
             )
-    separator = layout_given.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
-    return _Header(_split(words, separator), separator, number, position)
+    separator = stated.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
+    return _Layout(_split(words, separator), separator, ".", number, position)
 
 
 def _start_of_line(path: Path, text: bytes, number: int) -> int:
@@ -183,53 +160,31 @@ def _numbers_in(line: str, separator: str) -> int:
 
 
 def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
-    """The wanted columns, None if a row or cell does not fit."""
+    """The wanted columns, None if a row or cell does not fit, or without pyarrow."""
     try:
         import pyarrow as pa
     except ModuleNotFoundError:
-        return _parsed_by_python(rows, layout, wanted)
+        return None
     from pyarrow import csv
 
     names = [str(k) for k in range(len(layout.header))]
-    places = [names[k] for k in wanted.places]
-    kinds = [pa.string() if dated else pa.float64() for dated in wanted.dated]
+    kinds = {names[k]: pa.string() if dated else pa.float64() for k, dated in wanted}
     try:
         table = csv.read_csv(
             pa.py_buffer(rows),
             read_options=csv.ReadOptions(column_names=names, use_threads=False, block_size=1 << 22),
             parse_options=csv.ParseOptions(delimiter=layout.separator),
             convert_options=csv.ConvertOptions(
-                column_types=dict(zip(places, kinds, strict=True)),
-                include_columns=places,
+                column_types=kinds,
+                include_columns=list(kinds),
                 null_values=[],
                 decimal_point=layout.decimal,
                 check_utf8=False,
             ),
         )
-        return [
-            _dates(table[place]) if dated else floats(table[place])
-            for place, dated in zip(places, wanted.dated, strict=True)
-        ]
+        return [_dates(table[names[k]]) if dated else floats(table[names[k]]) for k, dated in wanted]
     except pa.ArrowInvalid:
         return None
-
-
-def _parsed_by_python(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
-    """The same without pyarrow, ten times slower."""
-    values: list[list[float]] = [[] for _ in wanted.names]
-    for line in rows.splitlines():
-        text = _decoded(line)
-        if not text.strip():
-            continue
-        cells = _split(text, layout.separator)
-        if len(cells) != len(layout.header):
-            return None
-        for column, k, dated in zip(values, wanted.places, wanted.dated, strict=True):
-            number = _date_by_python(cells[k]) if dated else _number(cells[k], layout.decimal)
-            if number is None:
-                return None
-            column.append(number)
-    return [np.array(column) for column in values]
 
 
 def _number(cell: str, decimal: str) -> float | None:
@@ -237,13 +192,21 @@ def _number(cell: str, decimal: str) -> float | None:
     return float(plain) if _NUMBER.fullmatch(plain) else None
 
 
-def _date_by_python(cell: str) -> float | None:
+def _date(cell: str) -> float | None:
     """Seconds since 1970; without an offset it counts as UTC."""
     try:
-        found = datetime.fromisoformat(cell.replace(",", "."))
-    except ValueError:
+        import pyarrow as pa
+    except ModuleNotFoundError:
+        try:
+            found = datetime.fromisoformat(cell.replace(",", "."))
+        except ValueError:
+            return None
+        return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+    try:
+        (seconds_since,) = _dates(pa.chunked_array([[cell]], pa.string())).tolist()
+    except pa.ArrowInvalid:
         return None
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
+    return None if math.isnan(seconds_since) else seconds_since
 
 
 def _dates(cells: "pa.ChunkedArray") -> Array:
@@ -269,7 +232,7 @@ def _spaced(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None
         values = np.loadtxt(numbers, ndmin=2)
     except ValueError:
         return None
-    return [values[:, k] for k in wanted.places] if values.shape[1] == len(layout.header) else None
+    return [values[:, k] for k, _ in wanted] if values.shape[1] == len(layout.header) else None
 
 
 def _tidy(line: bytes, layout: _Layout) -> bytes:
@@ -283,39 +246,35 @@ def _tidy(line: bytes, layout: _Layout) -> bytes:
     return line if line.strip() else b""
 
 
-def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> RecordingError | None:
-    """Find the first row or cell that does not fit."""
+def _cell_by_cell(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> list[Array]:
+    """The wanted columns without pyarrow, ten times slower.
+
+    Raises:
+        RecordingError: At the first row or cell that does not fit.
+    """
+    values: list[list[float]] = [[] for _ in wanted]
     for number, line in enumerate(lines, layout.line + 1):
         if not line:
             continue
         cells = _split(_decoded(line), layout.separator)
-        for k, dated in zip(wanted.places, wanted.dated, strict=True):
+        for column, (k, dated) in zip(values, wanted, strict=True):
             cell = cells[k] if k < len(cells) else ""
-            if dated and not _date(cell):
-                return RecordingError(
-                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date as ISO "
-                    "8601 writes it, year first, such as 2031-07-19T09:41:07.125"
+            found = _date(cell) if dated else _number(cell, layout.decimal)
+            if found is None and dated:
+                raise RecordingError(
+                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is not a date in "
+                    "ISO 8601, year first, such as 2031-07-19T09:41:07.125"
                 )
-            if not dated and _number(cell, layout.decimal) is None:
-                return RecordingError(
+            if found is None:
+                raise RecordingError(
                     f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is not a number"
                 )
+            column.append(found)
         if len(cells) != len(layout.header):
             hint = "; separate columns with ; where the decimal sign is a comma" if layout.separator == "," else ""
             count = f"{len(cells)} cells, but the header names {len(layout.header)}"
-            return RecordingError(f"{one_line(path)}: line {number} has {count}{hint}")
-    return None
-
-
-def _date(cell: str) -> bool:
-    try:
-        import pyarrow as pa
-    except ModuleNotFoundError:
-        return _date_by_python(cell) is not None
-    try:
-        return not np.isnan(_dates(pa.chunked_array([[cell]], pa.string())))[0]
-    except pa.ArrowInvalid:
-        return False
+            raise RecordingError(f"{one_line(path)}: line {number} has {count}{hint}")
+    return [np.array(column) for column in values]
 
 
 def _split(line: str, separator: str) -> list[str]:

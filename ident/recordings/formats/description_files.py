@@ -1,6 +1,5 @@
 """Descriptions of logs, from TOML files and in few words: `t=time[ms]`, `q=pos_{1..6}[deg]`, `v=a,b,c[mA]`."""
 
-import codecs
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -40,7 +39,7 @@ class _Table:
         for key in table:
             if key not in known:
                 raise LogDescriptionError(
-                    f"{place}: unknown key {shown(key)}{nearest(str(key), known)}; there are {', '.join(known)}"
+                    f"{place}: unknown key {shown(key)}{nearest(str(key), known)}; known: {', '.join(known)}"
                 )
         self.place, self.table = place, table
 
@@ -67,7 +66,7 @@ class _Table:
         value = self.table.get(key, [])
         texts = [value] if isinstance(value, str) else value
         if not isinstance(texts, list) or not all(isinstance(each, str) and each.strip() for each in texts):
-            raise self.wrong(key, "a text, or an array of texts, one a joint")
+            raise self.wrong(key, "a text, or an array of texts, one per joint")
         if key in self.table and not texts:
             raise self.wrong(key, "at least one")
         return tuple(texts)
@@ -78,7 +77,7 @@ class _Table:
         found = value if isinstance(value, list) else [value]
         for each in found:
             if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) <= LARGEST:
-                raise self.wrong(key, "a number, or an array of numbers, one a joint")
+                raise self.wrong(key, "a number, or an array of numbers, one per joint")
         if key in self.table and not found:
             raise self.wrong(key, "at least one")
         return tuple(float(each) for each in found)
@@ -160,42 +159,34 @@ def _only(top: _Table) -> tuple[tuple[str, float], ...]:
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
         for value in table.values()
     ):
-        raise top.wrong("only", "columns with the number that rows must have there, { episode_index = 3 }")
+        raise top.wrong("only", "a table of columns and the number that selects rows, such as { episode_index = 3 }")
     return tuple((str(name), float(value)) for name, value in table.items())
 
 
 def _text(description: _Table) -> TextLayout:
     header = 0 if description.table.get("header") == "none" else description.line("header")
-    rows, separator, decimal = (
-        description.line("rows"),
-        description.table.get("separator"),
-        description.table.get("decimal"),
-    )
+    rows, encoding = description.line("rows"), description.word("encoding")
+    separator, decimal = (description.table.get(key) for key in ("separator", "decimal"))
     if separator is not None and (not isinstance(separator, str) or len(separator) != 1 or separator in "\"'\r\n#\0"):
         raise description.wrong("separator", "one character")
     if decimal is not None and decimal not in (".", ","):
         raise description.wrong("decimal", "'.' or ','")
     if decimal is not None and decimal == separator:
-        raise description.wrong("decimal", "another sign than the separator")
+        raise description.wrong("decimal", "a character other than the separator")
     if header and rows and rows <= header:
         raise description.wrong("rows", f"a line after that of the header, {header}")
-    encoding = description.word("encoding")
     if encoding is not None and not _is_encoding(encoding):
-        raise description.wrong("encoding", "one that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..")
+        raise description.wrong("encoding", "an encoding that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..")
     return TextLayout(separator=separator, decimal=decimal, header=header, rows=rows, encoding=encoding)
 
 
 def _is_encoding(name: str) -> bool:
     try:
-        codecs.lookup(name)
-    except (LookupError, ValueError):
-        return False
-    try:
         b"a".decode(name)
-    except LookupError:  # one of bytes to bytes
-        return False
-    except UnicodeError:
+    except UnicodeError:  # half a character of a wide one
         return True
+    except (LookupError, ValueError):  # none, one of bytes to bytes, or no name
+        return False
     return True
 
 
@@ -245,7 +236,7 @@ def _in_words(kind: str, given: str) -> Channels:
     if ending is not None and not ending[2].isdigit():
         given, unit = ending[1], (ending[2],)
         if unit[0] not in UNITS[kind]:
-            known = f"{nearest(unit[0], UNITS[kind])}; there are {', '.join(UNITS[kind])}"
+            known = f"{nearest(unit[0], UNITS[kind])}; known: {', '.join(UNITS[kind])}"
             raise LogDescriptionError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
     names = [name for word in given.split(",") for name in spread(word.strip(), "--columns")] if given else []
     if not all(names):

@@ -216,7 +216,7 @@ def _currents(path: Path, info: DatasetInfo) -> Entries:
     kinds = info.currents()
     if not kinds:
         raise RecordingError(
-            f"{one_line(path)}: the dataset has no currents, without which no gain is found: no name ends in "
+            f"{one_line(path)}: the dataset has no currents, which identification needs: no name ends in "
             f".current, .torque or .effort; {_features(info)}"
         )
     if len(kinds) > 1:

@@ -175,7 +175,7 @@ def read_info(folder: Path) -> DatasetInfo:
     if isinstance(episodes, bool) or not isinstance(episodes, int) or episodes < 1:
         raise RecordingError(f"{place}: total_episodes = {shown(episodes)}; expected a number of at least 1")
     if not isinstance(features, dict):
-        raise RecordingError(f"{place}: features = {shown(features)}; expected an object with one entry a feature")
+        raise RecordingError(f"{place}: features = {shown(features)}; expected an object with one entry per feature")
     every = cast("dict[str, object]", features)
     read = {name: _feature(name, feature) for name, feature in every.items()}
     robot = table.get("robot_type")

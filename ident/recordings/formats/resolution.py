@@ -34,6 +34,11 @@ class Resolved:
     layout: str | None
 
     @property
+    def divided(self) -> bool:
+        """Whether v was a torque from current, and is the current by the constants stated."""
+        return self.description.signal == TORQUE_FROM_CURRENT and bool(self.description.v.constant)
+
+    @property
     def chosen(self) -> Chosen:
         """The columns to be read, each once; time as dates where its unit says so."""
         description = self.description
@@ -134,7 +139,10 @@ def _column(path: Path, names: Sequence[str], name: str) -> str:
         return name
     if many > 1:
         raise RecordingError(f"{one_line(path)}: column {shown(name)} appears twice")
-    ours = "; it has our own t, q1, v1, ..: convert only the logs that have others (rx90 convert LOG --columns ..)"
+    ours = (
+        "; this log already has columns t, q1, v1, ..; convert only logs with "
+        "other names (rx90 convert LOG --columns ..)"
+    )
     advice = ours if {"t", "q1", "v1"} <= set(names) else ""
     raise RecordingError(
         f"{one_line(path)}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}{advice}"
@@ -176,7 +184,7 @@ def _check_units(place: str, found: LogDescription) -> None:
         for unit in getattr(found, kind).unit:
             if unit not in known:
                 what = f"{kind}, {found.signal}," if kind == "v" else kind
-                raise RecordingError(f"{place}: unit {shown(unit)} of {what} is unknown; there are {', '.join(known)}")
+                raise RecordingError(f"{place}: unit {shown(unit)} of {what} is unknown; known: {', '.join(known)}")
     if TICKS in found.q.unit and not found.q.counts_per_turn:
         raise RecordingError(
             f"{place}: positions are in ticks; say counts_per_turn of [q], of the joint, in a log description"
@@ -227,21 +235,17 @@ def signal_of(read: Resolved) -> str:
     description = read.description
     if description.signal is None:
         return "as logged [drive units]"
-    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
+    if read.divided:
         return "current, from torque by the constants stated [A]"
     return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
 
 
 def signal_after(read: Resolved) -> str | None:
     """What v of the recording is, a name of `MEANINGS`; None in drive units."""
-    description = read.description
-    return "current" if description.signal == TORQUE_FROM_CURRENT and description.v.constant else description.signal
+    return "current" if read.divided else read.description.signal
 
 
 def _meaning_note(read: Resolved) -> str:
-    description = read.description
-    if description.signal is None:
-        return ""
-    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
+    if read.divided:
         return "v is the current: torque divided by the stated constants"
-    return MEANINGS[description.signal].note
+    return "" if read.description.signal is None else MEANINGS[read.description.signal].note

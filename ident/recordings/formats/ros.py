@@ -6,24 +6,18 @@ joint. Needs the package `rosbags`.
 
 import importlib.util
 import struct
+from array import array
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from itertools import islice
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
 from ident.recordings.formats.columns import MOST_VALUES, Columns, LogFormat, Request, listed
-from ident.recordings.formats.joint_state_messages import (
-    JointStates,
-    NotJointStates,
-    alike,
-    joint_states,
-    message_layout,
-)
 from ident.recordings.formats.layouts import EFFORT, POSITION, STAMP
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 from ident.support.extras import needed_extra
 from ident.support.file_access import check_file
@@ -32,6 +26,7 @@ from ident.support.naming import nearest, one_line, shown
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
     from rosbags.rosbag2 import Reader
+    from rosbags.typesys.stores.latest import sensor_msgs__msg__JointState as JointState
 
 TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
@@ -39,16 +34,51 @@ LARGEST = 16_000_000_000
 """Bytes of a file; chunks are read one at a time."""
 LARGEST_CHUNK = 1_000_000_000
 """Bytes of an unpacked chunk; writers begin a new one after some megabytes."""
-AT_ONCE = 4096
-"""Messages that are taken as one array."""
-MOST_LAYOUTS = 64
-"""Layouts of messages on one topic; each publisher has one."""
-Messages: TypeAlias = Iterator[tuple[Indices, np.ndarray]]
-"""Times of logging [ns], shape (k,), and bytes, shape (k, length)."""
-_Key: TypeAlias = tuple[tuple[str, ...], bool]
-"""Names of joints, and whether they have efforts."""
-_Logged: TypeAlias = tuple[Indices, JointStates]
-"""Times of logging [ns], shape (k,), and numbers."""
+MOST_KINDS = 64
+"""Sets of joints in the messages on one topic; each publisher has one."""
+Messages: TypeAlias = Iterator[tuple[int, bytes]]
+"""Times of logging [ns], and bytes."""
+
+
+def _numbers() -> "array[float]":
+    return array("d")
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Messages with the same joints.
+
+    Attributes:
+        names: Of the n joints.
+        logged: Times of logging [ns], of k messages.
+        stamp: Times of their headers [s].
+        position: Positions of all joints, message after message, k n numbers.
+        effort: Efforts, likewise; none if they have none.
+    """
+
+    names: tuple[str, ...]
+    logged: "array[int]" = field(default_factory=lambda: array("q"))
+    stamp: "array[float]" = field(default_factory=_numbers)
+    position: "array[float]" = field(default_factory=_numbers)
+    effort: "array[float]" = field(default_factory=_numbers)
+
+    def add(self, logged: int, state: "JointState") -> None:
+        """One more message."""
+        self.logged.append(logged)
+        self.stamp.append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
+        self.position.extend(state.position.tolist())
+        self.effort.extend(state.effort.tolist())
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Columns by name, each of shape (k,)."""
+        position, effort = (np.array(each).reshape(len(self.stamp), -1) for each in (self.position, self.effort))
+        found = {STAMP: np.array(self.stamp)}
+        for joint, name in enumerate(self.names):
+            found[name + POSITION] = position[:, joint]
+            if effort.size:
+                found[name + EFFORT] = effort[:, joint]
+        return found
 
 
 def read_ros(path: Path, request: Request) -> Columns:
@@ -68,17 +98,15 @@ def read_ros(path: Path, request: Request) -> Columns:
         groups = _groups(path, _each_readable(path, _messages(reader, connections)))
     if not groups:
         raise RecordingError(f"{one_line(path)}: topic {one_line(connections[0].topic)} has no message")
-    names = list[str]()
-    for states in groups.values():
-        names += _names(states[0][1])
-    wanted = request.chosen(path, list(dict.fromkeys(names))).names
-    return _columns(path, list(groups.values()), wanted)
+    tables = [(np.array(group.logged), group.columns) for group in groups]
+    names = dict.fromkeys(name for _, columns in tables for name in columns)
+    return _columns(path, tables, request.chosen(path, list(names)).names)
 
 
 def _check(path: Path) -> None:
     """Refuse what is there to be no bag, before anything is imported."""
     if path.suffix.lower() == ".bag":
-        raise RecordingError(f"{one_line(path)}: a bag of ROS 1; make one of ROS 2 of it with rosbags-convert")
+        raise RecordingError(f"{one_line(path)}: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert")
     if path.is_dir() and (path / METADATA).is_file():
         check_file(path / METADATA, most_bytes=10_000_000, error=RecordingError)
     else:
@@ -142,73 +170,57 @@ def _connections(path: Path, there: "Sequence[Connection]", request: Request) ->
 
 
 def _messages(reader: "Reader", connections: "Sequence[Connection]") -> Messages:
-    """Messages of some connections, those of one length together."""
+    """Messages of some connections."""
     for storage in getattr(reader.storage, "storages", [reader.storage]):
         largest = max((chunk.uncompressed_size for chunk in getattr(storage, "chunks", ())), default=0)
         if largest > LARGEST_CHUNK:
             raise ValueError(f"a chunk of {largest / 1e6:.4g} MB")
-    walk = reader.messages(connections)
-    while batch := list(islice(walk, AT_ONCE)):
-        times = np.array([time for _, time, _ in batch], dtype=np.intp)
-        sizes = np.array([len(message) for _, _, message in batch])
-        for size in np.unique(sizes).tolist():
-            own = np.flatnonzero(sizes == size)
-            data = np.frombuffer(b"".join(bytes(batch[k][2]) for k in own), dtype=np.uint8)
-            yield times[own], data.reshape(len(own), size)
+    for _, time, message in reader.messages(connections):
+        yield time, message
 
 
-def _groups(path: Path, messages: Messages) -> dict[_Key, list[_Logged]]:
+def _groups(path: Path, messages: Messages) -> list[_Group]:
     """Numbers of all messages, those of the same joints together."""
-    groups: dict[_Key, list[_Logged]] = {}
-    values, kinds = 0, set[bytes]()
-    for times, rows in messages:
-        while len(rows):
-            try:
-                layout = message_layout(rows[0].tobytes())
-            except NotJointStates as error:
-                raise RecordingError(f"{one_line(path)}: a message is no {TYPE}: {error}") from error
-            same, kind = alike(rows, layout)
-            kinds.add(kind)
-            values += int(same.sum()) * (2 * len(layout.names) + 1)
-            if len(kinds) > MOST_LAYOUTS:
-                raise RecordingError(f"{one_line(path)}: over {MOST_LAYOUTS} kinds of messages on one topic")
-            if values > MOST_VALUES:
-                raise RecordingError(f"{one_line(path)}: over {MOST_VALUES} numbers on one topic; take a part of it")
-            states = joint_states(rows if same.all() else rows[same], layout)
-            groups.setdefault((layout.names, layout.effort is not None), []).append((times[same], states))
-            times, rows = times[~same], rows[~same]
-    return groups
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.LATEST)
+    groups: dict[tuple[tuple[str, ...], bool], _Group] = {}
+    values = 0
+    for logged, message in messages:
+        try:
+            state = cast("JointState", store.deserialize_cdr(message, TYPE))
+        except SerdeError as error:
+            raise RecordingError(f"{one_line(path)}: a message cannot be read as {TYPE}: {one_line(error)}") from error
+        names, efforts = tuple(state.name), len(state.effort)
+        if len(state.position) != len(names) or efforts not in (0, len(names)):
+            counts = f"{len(names)} names, {len(state.position)} positions and {efforts} efforts"
+            raise RecordingError(f"{one_line(path)}: a message cannot be read as {TYPE}: it has {counts}")
+        values += 2 * len(names) + 1
+        if values > MOST_VALUES:
+            raise RecordingError(f"{one_line(path)}: over {MOST_VALUES} numbers on one topic; take a part of it")
+        groups.setdefault((names, efforts > 0), _Group(names)).add(logged, state)
+        if len(groups) > MOST_KINDS:
+            raise RecordingError(f"{one_line(path)}: over {MOST_KINDS} kinds of messages on one topic")
+    return list(groups.values())
 
 
-def _columns(path: Path, groups: Sequence[list[_Logged]], wanted: Sequence[str]) -> Columns:
+def _columns(path: Path, tables: Sequence[tuple[np.ndarray, Columns]], wanted: Sequence[str]) -> Columns:
     """The wanted columns in order of logging, from the messages that have all of them."""
-    whole: list[_Logged] = []
-    for group in groups:
-        table = _names(group[0][1])
-        lacking = [name for name in wanted if name not in table]
+    whole: list[tuple[np.ndarray, Columns]] = []
+    for logged, columns in tables:
+        lacking = [name for name in wanted if name not in columns]
         if not lacking:
-            whole += group
+            whole.append((logged, columns))
         elif len(lacking) < len(set(wanted) - {STAMP}):
             raise RecordingError(
                 f"{one_line(path)}: {len(lacking)} of the wanted values, {listed(lacking, 3)}, are not in the same "
                 "messages as the others; record one publisher"
             )
-    times = np.concatenate([time for time, _ in whole])
-    order = slice(None) if (np.diff(times) >= 0).all() else np.argsort(times, kind="stable")
-    tables = [_names(states) for _, states in whole]
-    found = {name: np.concatenate([table[name] for table in tables])[order] for name in wanted}
+    order = np.argsort(np.concatenate([logged for logged, _ in whole]), kind="stable")
+    found = {name: np.concatenate([columns[name] for _, columns in whole])[order] for name in wanted}
     if STAMP in found and not found[STAMP].any():
         raise RecordingError(f"{one_line(path)}: the stamp of every header is 0; the publisher has to set it")
-    return found
-
-
-def _names(states: JointStates) -> dict[str, Array]:
-    """Columns of messages by name."""
-    found = {STAMP: states.stamp}
-    for joint, name in enumerate(states.layout.names):
-        found[name + POSITION] = states.position[:, joint]
-        if states.effort is not None:
-            found[name + EFFORT] = states.effort[:, joint]
     return found
 
 

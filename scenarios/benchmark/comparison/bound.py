@@ -23,8 +23,7 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
-from scenarios.experiments.run import motion_streams
-from scenarios.experiments.simulated import as_identified
+from scenarios.experiments.run import as_identified, motion_streams
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -35,10 +34,7 @@ FREQUENCIES = 1 << 14
 
 
 def gain_bound(setup: Setup) -> Array | None:
-    """Smallest relative standard deviation of each gain.
-
-    Args:
-        setup: A scenario; what it draws is taken as stated, not drawn.
+    """Smallest relative standard deviation of each gain. What the scenario draws is taken as stated, not drawn.
 
     Returns:
         Shape (n,), infinite for a joint that the data do not show at all; None if no current noise is injected.
@@ -50,7 +46,7 @@ def gain_bound(setup: Setup) -> Array | None:
     if not sensors.current_white and not sensors.current_coloured:
         return None
     silent = [replace(experiment, sensors=SensorOptions()) for experiment in setup.experiments]
-    recordings = record(silent, motion_streams(0, {}, len(silent)), threads=2)
+    recordings = record(silent, motion_streams(0, {}, len(silent)), threads=1)
     problem = _problem(setup, recordings)
     level = np.array(
         [_row_noise(recordings[k], sensors, setup, problem.row_period) for k in grouped(setup.protocol)]
@@ -64,10 +60,8 @@ def gain_bound(setup: Setup) -> Array | None:
 def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> Array:
     """The bound of a system of all joints.
 
-    Args:
-        joints: Rows without noise.
-        h: True 1/g, shape (n,).
-        sigma: Standard deviation of the noise of each row [drive units], n arrays of shape (r_j,).
+    The `joints` have rows without noise, `h` is the true 1/g, shape (n,), `sigma` the standard deviation of the noise
+    of each row [drive units], n arrays of shape (r_j,).
 
     Returns:
         Relative standard deviation of each gain, shape (n,), infinite where the rows do not show it.

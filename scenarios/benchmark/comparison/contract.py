@@ -45,30 +45,19 @@ MOVED = 2
 
 
 class KeptPromise(ResultModel):
-    """A promise that any method should keep.
+    """A promise that any method should keep."""
 
-    Attributes:
-        promise: In words.
-        kept: Whether the method keeps it.
-    """
-
-    promise: str
+    promise: str = Field(description="In words")
     broken: str | None = Field(description="how it is violated, null if it holds")
-    kept: bool
+    kept: bool = Field(description="Whether the method keeps it")
 
 
 class Contract(ResultModel):
-    """What `rx90 compare --check M --json` prints.
+    """What `rx90 compare --check M --json` prints."""
 
-    Attributes:
-        method: As it was given.
-        passed: Whether it keeps all promises.
-        checks: One a promise.
-    """
-
-    method: str
-    passed: bool
-    checks: list[KeptPromise]
+    method: str = Field(description="As it was given")
+    passed: bool = Field(description="Whether it keeps all promises")
+    checks: list[KeptPromise] = Field(description="One per promise")
 
 
 Claims = tuple[Claim, ...]

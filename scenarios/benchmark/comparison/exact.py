@@ -52,11 +52,8 @@ class Exact:
 def exact_motions(structure: Structure, seed: int, *, noise: float, mounted: bool = True) -> Exact:
     """Record a bare and a loaded motion of an arm with random links and friction.
 
-    Args:
-        structure: Of the arm.
-        seed: Of everything random.
-        noise: White noise of the currents, as a share of each joint's rms current.
-        mounted: Whether the payload is really there in the second motion.
+    `noise` of the currents is white, a share of each joint's rms current; without `mounted` the payload is not really
+    there.
     """
     arm, rng = structure.arm, np.random.default_rng(seed)
     chi = rng.uniform(0.5, 2.0, structure.base.regrouping.shape[1])

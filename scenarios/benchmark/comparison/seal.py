@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.bound import gain_bound
@@ -65,25 +65,15 @@ class SealFile(BaseModel):
 
 
 class SealedProblems(ResultModel):
-    """What `rx90 compare --seal DIR --json` prints.
+    """What `rx90 compare --seal DIR --json` prints."""
 
-    Attributes:
-        problems: How many were sealed.
-        folder: That holds them, their seal and, until it is revealed, their truth.
-    """
-
-    problems: int
-    folder: str
+    problems: int = Field(description="How many were sealed")
+    folder: str = Field(description="Folder of the problems, their seal and, until they are published, the true gains")
 
 
 @dataclass(frozen=True, slots=True)
 class Revealed:
-    """Truths whose digests are those that were published.
-
-    Attributes:
-        truths: By the name of the problem.
-        digests: Of the problems, by name.
-    """
+    """Truths whose digests are those that were published, and digests of the problems, by name."""
 
     truths: Mapping[str, TruthFile]
     digests: Mapping[str, str]
@@ -131,7 +121,7 @@ def seal(
     for number, place in enumerate(counted(order, stages), 1):
         name = f"problem-{number:04d}"
         setup, bound, own = trials[place]
-        simulated = simulate(setup, own, threads=2)
+        simulated = simulate(setup, own, threads=1)
         write_trial(simulated, folder / PROBLEMS / name)
         truth = TruthFile(
             salt=secrets.token_hex(SALT_BYTES),
@@ -149,10 +139,6 @@ def seal(
 
 def revealed(seal_file: Path, truths: Path) -> Revealed:
     """Read the truths and hold them against the seal that was published.
-
-    Args:
-        seal_file: As published.
-        truths: Folder of the truths.
 
     Raises:
         ScenarioError: If a truth is missing, or is not the one that was sealed.

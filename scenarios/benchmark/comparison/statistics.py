@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.study import METHOD
-from scenarios.experiments.studies.coverage import Coverage, coverage
+from scenarios.experiments.studies.statistics import Coverage, coverage
 from scenarios.support.result_model import ResultModel
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
@@ -69,18 +70,18 @@ class MethodSummary:
         method: Its text.
         trials: Trials that it was given.
         wanted: Gains that their data should give.
-        score: Gains solved within `RANKED_BY`, 3 %, less wrong claims, as a share of those wanted. Who refuses
-            everything has 0.
+        score: Gains within `RANKED_BY`, 3 %, minus wrong claims, as a share of those wanted; 0 if everything is
+            refused.
         solved: Share of the gains wanted that are within each of `SOLVED`, 1, 3 and 10 %.
         refused_rightly: Gains not claimed that the data cannot give.
         refused_wrongly: Gains not claimed that the data should give, in answers that were read.
-        wrong_claims: Gains claimed that are off by more than `FAR`, 10 %, and by more than `SURE`, 3, of their own
-            deviations; gains that the data should not give unless they err, and may err, by less than both.
+        wrong_claims: Gains with an error above both `FAR`, 10 %, and `SURE`, 3, of their own deviations; where the
+            data should not give a gain, all except those with an error below both and a deviation below `FAR`.
         wrong_signs: Gains claimed with the wrong sign.
         crashes, time_outs, misfits: Calls that ended so, or with an answer that cannot be read.
         failures: All of these by kind.
         seconds: Median wall time of a call [s]; None without a call.
-        joints: One a joint.
+        joints: One per joint.
     """
 
     method: str
@@ -101,43 +102,31 @@ class MethodSummary:
 
 
 class ComparedScenario(ResultModel):
-    """How methods did on a scenario.
+    """How methods did on a scenario."""
 
-    Attributes:
-        name: Of the scenario, or of the sealed problems made from it.
-        trials: Each method was given.
-        unposed: Of these, trials that failed before any method was asked.
-        methods: The best first.
-    """
-
-    name: str
-    trials: int
-    unposed: int
-    methods: list[MethodSummary]
+    name: str = Field(description="Of the scenario, or of the sealed problems made from it")
+    trials: int = Field(description="Each method was given")
+    unposed: int = Field(description="Of these, trials that failed before any method was asked")
+    methods: list[MethodSummary] = Field(description="The best first")
 
 
 class Comparison(ResultModel):
-    """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems.
+    """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems."""
 
-    Attributes:
-        about: What it takes to repeat it: command, date, versions, methods from elsewhere.
-        scenarios: One entry each.
-    """
-
-    about: dict[str, str]
-    scenarios: list[ComparedScenario]
+    about: dict[str, str] = Field(
+        description="What it takes to repeat it: command, date, versions, methods from elsewhere"
+    )
+    scenarios: list[ComparedScenario] = Field(description="One entry each")
 
 
 def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> tuple[MethodSummary, ...]:
     """Sum up a comparison on one scenario.
 
-    Args:
-        rows: A row a trial, method and joint, with `NEEDED`.
-        methods: Their texts.
-        bound: Smallest relative deviation of each joint, shape (n,); None if there is none.
+    The rows, one a trial, method and joint, have `NEEDED`; `bound` is the smallest relative deviation of each joint,
+    shape (n,).
 
     Returns:
-        One a method, the best first; equal ones in the order given.
+        One per method, the best first; equal ones in the order given.
     """
     judged = _judged(rows)
     found = [_summary(method, judged.query(f"{METHOD} == @method"), bound) for method in methods]

@@ -14,19 +14,10 @@ from scenarios.experiments.build import Setup
 from scenarios.experiments.files.draws import places_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim, judge_claims
-from scenarios.experiments.run import ReadyTrial, simulate_batch
-from scenarios.experiments.simulated import Simulated
+from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import Study
-from scenarios.experiments.trials import (
-    Failure,
-    Rows,
-    Work,
-    failed_rows,
-    failure_of,
-    setting_columns,
-    trial_schema,
-)
+from scenarios.experiments.trials import Failure, Rows, Work, failed_rows, failure_of, setting_columns, trial_schema
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import ScenarioError
 
@@ -38,12 +29,7 @@ COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
     """The study of `count` trials of one scenario.
 
-    Args:
-        scenario: What is repeated; the method it names itself is not asked.
-        methods: Those that are.
-        limits: What each call may take.
-        count: Number of trials.
-        seed: Of the first; trial k is that of `monte_carlo`.
+    Trial k is that of `monte_carlo`; the method that the scenario names is not asked.
 
     Raises:
         ScenarioError: If there is no method, or one twice; as `monte_carlo`.

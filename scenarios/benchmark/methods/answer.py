@@ -12,39 +12,25 @@ from scenarios.support.errors import ImpossibleGain, NoAnswer, NotFinite, WrongF
 
 
 class AnswerGain(BaseModel):
-    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither.
-
-    Attributes:
-        joint: Its number, from 1.
-        identifiable: Whether there is a gain.
-        reason: Why not.
-    """
+    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither."""
 
     model_config = ConfigDict(extra="allow")
-    joint: int = Field(ge=1)
+    joint: int = Field(ge=1, description="Its number, from 1")
     estimate: float | None = Field(description="[N m / drive unit], null if refused")
     std: float | None = Field(description="[N m / drive unit], null if refused or not stated")
-    identifiable: bool
-    reason: str | None = None
+    identifiable: bool = Field(description="Whether there is a gain")
+    reason: str | None = Field(None, description="Why there is no gain")
 
 
 class AnswerFile(BaseModel):
-    """What a method prints: one gain a joint, in their order; other keys are free.
-
-    Attributes:
-        gains: One a joint, in their order.
-    """
+    """What a method prints: one gain a joint, in their order; other keys are free."""
 
     model_config = ConfigDict(extra="allow")
-    gains: list[AnswerGain]
+    gains: list[AnswerGain] = Field(description="One per joint, in their order")
 
 
 def read_answer(text: str, joints: int) -> tuple[Claim, ...]:
     """Read an answer.
-
-    Args:
-        text: What the method printed.
-        joints: Of the arm.
 
     Raises:
         NoAnswer: If it is no JSON object.

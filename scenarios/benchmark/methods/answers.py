@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answer import AnswerGain
@@ -23,32 +23,23 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class AnswerRow(BaseModel):
-    """One call: gains, one a joint, or the kind of failure with its reason.
-
-    Attributes:
-        problem: Name of its folder.
-        digest: SHA-256 of the names and contents of the problem's files.
-        method: As it was given.
-        files: Digest of each file of the method's own that is known, and version of each package that it imports.
-        seconds: Wall time of the call [s].
-        failure: Kind of what went wrong, null if there are gains.
-        reason: What went wrong, in words.
-        gains: One a joint, in their order; none of a call that failed.
-    """
+    """One call: gains, one a joint, or the kind of failure with its reason."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    problem: str
-    digest: str
-    method: str
-    files: dict[str, str]
-    seconds: float
-    failure: str | None = None
-    reason: str | None = None
-    gains: list[AnswerGain] = []
+    problem: str = Field(description="Name of its folder")
+    digest: str = Field(description="SHA-256 of the names and contents of the problem's files")
+    method: str = Field(description="As it was given")
+    files: dict[str, str] = Field(
+        description="Digest of each file of the method's own that is known, and version of each package that it imports"
+    )
+    seconds: float = Field(description="Wall time of the call [s]")
+    failure: str | None = Field(None, description="Kind of what went wrong, null if there are gains")
+    reason: str | None = Field(None, description="What went wrong, in words")
+    gains: list[AnswerGain] = Field([], description="One per joint, in their order; none of a call that failed")
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """What is claimed, one a joint; nothing of a call that failed."""
+        """What is claimed, one per joint; nothing of a call that failed."""
         return tuple(Claim(gain.estimate, gain.std, gain.reason) for gain in self.gains)
 
 
@@ -61,13 +52,9 @@ class AnswersFile(BaseModel):
 
 
 class Answers(ResultModel):
-    """What `rx90 compare --json` prints of problem folders.
+    """What `rx90 compare --json` prints of problem folders."""
 
-    Attributes:
-        answers: One a problem and method.
-    """
-
-    answers: list[AnswerRow]
+    answers: list[AnswerRow] = Field(description="One per problem and method")
 
 
 def answered(
@@ -75,12 +62,7 @@ def answered(
 ) -> tuple[AnswerRow, ...]:
     """Ask every method for every problem, and write each answer down when it is there.
 
-    Args:
-        folders: Problems, each under a name of its own.
-        methods: Those that are asked.
-        limits: What a call may take.
-        path: File of answers; of those that it holds, none is asked for again.
-        stages: Told how many calls are done.
+    Of the answers that the file `path` holds, none is asked for again.
 
     Returns:
         All answers of the file.
@@ -151,13 +133,7 @@ def read_answers(path: Path) -> tuple[AnswerRow, ...]:
 
 
 def read_model(kind: type[Model], path: Path, what: str, *, digest: str | None = None) -> Model:
-    """Read a JSON file that must have a certain form.
-
-    Args:
-        kind: The form.
-        path: Of the file.
-        what: The file is meant to be, for the message.
-        digest: SHA-256 that it must have, None for any.
+    """Read a JSON file that must have a certain form. `what` names the file in messages.
 
     Raises:
         ScenarioError: If it cannot be read, has another digest or another form.
@@ -165,7 +141,7 @@ def read_model(kind: type[Model], path: Path, what: str, *, digest: str | None =
     try:
         content = path.read_bytes()
         if digest is not None and hashlib.sha256(content).hexdigest() != digest:
-            raise ScenarioError(f"{one_line(path)}: its SHA-256 is not the sealed one; give the file as it was sealed")
+            raise ScenarioError(f"{one_line(path)}: its SHA-256 differs from the sealed one; give the unchanged file")
         return kind.model_validate_json(content, strict=True)
     except OSError as error:
         raise ScenarioError(f"{one_line(path)}: {error.strerror}; expected {what}") from error

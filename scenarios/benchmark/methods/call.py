@@ -90,14 +90,7 @@ class Call:
 
 
 def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
-    """Call a method; whatever it does, there is an outcome, and nothing that it started in its session is left.
-
-    Args:
-        method: The method.
-        folder: The problem's.
-        joints: Of the arm.
-        limits: What it may take.
-    """
+    """Call a method; whatever it does, there is an outcome, and nothing that it started in its session is left."""
     with tempfile.TemporaryDirectory() as place:
         out, err = (Path(place) / name for name in ("out", "err"))
         started = time.perf_counter()

@@ -29,7 +29,7 @@ from ident.payload_identification.payload_parameters import PayloadEstimate, pay
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.paper.result import Claim, WrongGains
-from scenarios.experiments.build import Setup, setup_of
+from scenarios.experiments.build import Setup, body_of, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import LOADED
 from scenarios.support.stages import SILENT, Stages
@@ -77,10 +77,6 @@ class PaperRun:
 def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     """Record the three motions, identify gains and payloads, check the claims.
 
-    Args:
-        seed: Seed of every random number.
-        stages: Told what is under way.
-
     Raises:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If a recording cannot be identified.
@@ -88,9 +84,7 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     setup = setup_of(load_scenario("paper"))
     table = setup.scenario.table.identification
     weighed = read_payload(rx90_mjcf.PAYLOADS["4.275 kg"])
-    assert weighed.com is not None, "the shipped payloads are complete"
-    assert weighed.inertia is not None, "the shipped payloads are complete"
-    second_body = PayloadBody(mass=weighed.mass, com=weighed.com, inertia=weighed.inertia)
+    second_body = body_of(weighed)
     recordings = _recordings(setup, second_body, seed, stages)
     stages.begin("identifying")
     unloaded, loaded, second = (observe(recording, setup.structure, table.observe) for recording in recordings)
@@ -158,13 +152,7 @@ def _off(gain: Array, signs: Sequence[int]) -> Array:
 
 
 def wrong_gains(signs: Sequence[int], wrong: PayloadEstimate, right: PayloadEstimate) -> WrongGains:
-    """What errors of the gains change.
-
-    Args:
-        signs: Of the errors of joints 1 to 4.
-        wrong: The payload with these gains.
-        right: The payload with the gains of case 2.
-    """
+    """What errors of the gains change."""
     return WrongGains(
         signs=" ".join("-+"[sign > 0] for sign in signs),
         M=wrong["M"].value / right["M"].value,

@@ -5,7 +5,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Literal, TypedDict
 
-import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 
@@ -16,7 +15,6 @@ from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun
 from scenarios.benchmark.paper.result import PaperCase, PaperFit, PaperGain, PaperParameter, PaperPayload, PaperResult
-from scenarios.benchmark.paper.torques import CaseTorques, case_torques
 from scenarios.results.record import digests_of
 from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import to_json
@@ -58,13 +56,8 @@ def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
         raise ScenarioError(f"{one_line(path)}: its result lacks data for the page: {first}; {again}") from error
 
 
-def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:
-    """The rows that a case was identified from.
-
-    Args:
-        folder: That of `rx90 paper --out`.
-        saved: Its result.
-        case: Number of the case, from 1.
+def read_torques(folder: Path, saved: SavedPaper, case: int) -> pd.DataFrame:
+    """The rows that a case, counted from 1, was identified from, as `case_rows`.
 
     Raises:
         ScenarioError: If their file is missing, or another one than was written with the result.
@@ -77,23 +70,11 @@ def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:
         raise ScenarioError(f"{one_line(path)}: cannot be read: {error}") from error
     if rows is None:
         raise ScenarioError(f"{one_line(path)}: is not the file that {PAPER} names; write it again")
-    own = rows[rows["case"] == _case(case)]
-    return CaseTorques(
-        joint=own["joint"].to_numpy(np.intp) - 1,
-        loaded=own["loaded"].to_numpy(np.bool_),
-        t=own["t"].to_numpy(np.float64),
-        measured=own["measured"].to_numpy(np.float64),
-        reconstructed=own["reconstructed"].to_numpy(np.float64),
-    )
+    return rows.query(f"case == {_case(case)!r}")
 
 
 def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
     """Write `FILES`.
-
-    Args:
-        run: The experiment.
-        folder: Where.
-        command: That repeated it.
 
     Raises:
         OSError: If they cannot be written.
@@ -113,7 +94,7 @@ def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
         for p in case.parameters
     ]
     pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
-    pd.concat([_rows(name, case) for name, case in _cases(run)]).to_parquet(folder / ROWS, index=False)
+    pd.concat([case_rows(name, case) for name, case in _cases(run)]).to_parquet(folder / ROWS, index=False)
     saved = {
         "format": 1,
         "seed": run.seed,
@@ -194,15 +175,20 @@ def _estimate(case: PayloadEstimate, true: Array) -> _Estimate:
     return {"gains": tuple(case.gain.tolist()), "payload": payload, "fit": fit}
 
 
-def _rows(name: str, case: PayloadEstimate) -> pd.DataFrame:
-    rows = case_torques(case)
+def case_rows(name: str, case: PayloadEstimate) -> pd.DataFrame:
+    """The rows that a case was identified from, which figure 3 is drawn from.
+
+    Columns: `case`; `joint`, from 1; `loaded`, whether the row is of the loaded motion; `t`, time in its motion [s];
+    `measured`, gain in use times current [N m]; `reconstructed`, what the fitted model makes of the motion [N m].
+    """
+    system = case.system
     return pd.DataFrame(
         {
             "case": name,
-            "joint": rows.joint + 1,
-            "loaded": rows.loaded,
-            "t": rows.t,
-            "measured": rows.measured,
-            "reconstructed": rows.reconstructed,
+            "joint": system.joint + 1,
+            "loaded": system.loaded,
+            "t": system.t,
+            "measured": case.gain[system.joint] * system.V,
+            "reconstructed": case.torque,
         }
     )

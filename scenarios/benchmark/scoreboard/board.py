@@ -17,12 +17,13 @@ from ident.model.arm import load_arm
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import ObserveOptions
 from ident.payload.files import read_payload
+from ident.payload_identification.common_scale import negative_mass
 from ident.payload_identification.gains_outcome import arm_in_use, with_unknown_weight
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import verified
 from ident.preparation import KNOWN, Prepared, prepare
 from ident.recordings.motion import Motion, read
-from ident.support.errors import IdentificationError
+from ident.support.errors import IdentificationError, NegativeMass
 from ident.unseen import predicted, unseen_motion, used_model
 from scenarios.benchmark.methods.answers import AnswerRow, answered
 from scenarios.benchmark.methods.call import Limits
@@ -38,7 +39,7 @@ from scenarios.benchmark.scoreboard.results import (
     Refusals,
     Scoreboard,
 )
-from scenarios.benchmark.scoreboard.sensors import sensor_gains
+from scenarios.benchmark.scoreboard.sensors import disagreements, sensor_gains
 from scenarios.gains_in_use.bare import bare_answer
 from scenarios.results.problem_folder import write_problem_of
 from scenarios.support.errors import ScenarioError
@@ -118,6 +119,7 @@ def _entry(folder: Path, recipe: Recipe, methods: Sequence[Method], limits: Limi
     try:
         if recipe.sensors is not None:
             entry.sensors = sensor_gains(folder / recipe.sensors.file, recipe.sensors)
+            entry.notes += disagreements(entry.sensors)
         if recipe.set:
             _identified(entry, folder, recipe, methods, limits, out, stages)
     except (IdentificationError, ScenarioError) as error:
@@ -237,7 +239,7 @@ def _predictions(
         prepared: Prepared = prepare(one.motions, structure, policy=KNOWN)
         used = [(row.method, _known(row, structure)) for row in one.rows] + [(PUBLISHED, published)]
         models = [
-            (name, used_model(arm_in_use(prepared.problem, gains), structure))
+            (name, used_model(arm_in_use(prepared.problem, gains), prepared.problem))
             for name, gains in used
             if gains is not None
         ]
@@ -253,7 +255,11 @@ def _predictions(
 
 
 def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains | None) -> Iterable[BoardWeight]:
-    """The payload of a set, by gains of sets that share no recording with it, and by published ones."""
+    """The payload of a set, by gains of sets that share no recording with it, and by published ones.
+
+    Raises:
+        NegativeMass: If it is below zero by all of these.
+    """
     for one in (each for each in sets if each.weighed):
         prepared = prepare(one.motions, structure, policy=KNOWN)
         payload = next(motion.payload for motion in one.motions if motion.payload is not None)
@@ -261,6 +267,7 @@ def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains
         problem = with_unknown_weight(prepared.problem, loaded)
         apart = [each for each in sets if each.weighed and not set(each.files) & set(one.files)]
         used = [(row.method, each.table.name, _known(row, structure)) for each in apart for row in each.rows]
+        refusals = list[NegativeMass | None]()
         for name, origin, gains in [*used, (PUBLISHED, None, published)]:
             if gains is None:
                 continue
@@ -269,6 +276,7 @@ def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains
             except IdentificationError:  # the mass does not show with so few gains
                 continue
             assert found.mass is not None, "refused otherwise"
+            refusals.append(negative_mass(found.mass))
             yield BoardWeight(
                 gains=name,
                 gains_set=origin,
@@ -277,6 +285,8 @@ def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains
                 found=found.mass.value,
                 std=found.mass.std,
             )
+        if refusals and refusals[-1] is not None and None not in refusals:  # a single one may be wrong gains
+            raise NegativeMass(f"set {one.table.name}: {refusals[-1]}")
 
 
 def _predictable(motion: Motion) -> bool:

@@ -67,7 +67,7 @@ class Recipe(_Table):
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
         log: How the recordings are read, as a log description says it.
         set: Recordings that are identified together.
-        published: Gains that somebody states, one a joint, in N m per unit that is logged.
+        published: Gains that somebody states, one per joint, in N m per unit that is logged.
         published_by: Who, and what they rest on.
         sensors: Columns of joint torque sensors.
     """

@@ -16,7 +16,7 @@ class BoardGain(ResultModel):
         joint: Its number, from 1.
         gain: [N m / drive unit], null if refused.
         std: Standard deviation [N m / drive unit], null if refused or not stated.
-        published: What somebody states [N m / drive unit], null where nobody does.
+        published: Published gain [N m / drive unit], null if there is none.
         rel_difference: Relative difference, the gain over the published one, less one.
         reason: Why there is no gain.
     """
@@ -88,7 +88,7 @@ class BoardPrediction(ResultModel):
 
 
 class BoardWeight(ResultModel):
-    """The payload of a set, weighed by gains that have not seen it.
+    """The payload of a set, weighed with gains identified without it.
 
     Attributes:
         gains: Method that they are from, or `published`.
@@ -115,7 +115,7 @@ class Refusals(ResultModel):
         given: Gains that it gave.
         refused: Gains that it refused.
         right: Refusals where nothing was weighed, so that no gain can be known.
-        wrong: Gains given there all the same.
+        wrong: Gains given nevertheless.
         failed: Calls without an answer.
         seconds: Wall time of all calls [s].
     """
@@ -156,19 +156,19 @@ class Entry(ResultModel):
         source: Where the recordings are published.
         licence: As their source states it.
         status: Whether its files are there and could be used.
-        untried: Whether nobody of this project has seen a file of it.
+        untried: Whether this project has seen no file of it.
         missing: Files that are not there.
         reason: Why files that are there could not be used.
         get: How to get the recordings.
         notes: What is not said elsewhere.
         published_by: Who states gains.
-        gains: One a set, method and joint.
-        ratios: One a joint of sets without a payload.
-        agreements: One a method and pair of sets.
-        predictions: One a recording, set and origin of gains.
-        weights: One a set with a payload and origin of gains.
-        refusals: One a method.
-        sensors: One a sensor.
+        gains: One per set, method and joint.
+        ratios: One per joint of sets without a payload.
+        agreements: One per method and pair of sets.
+        predictions: One per recording, set and origin of gains.
+        weights: One per set with a payload and origin of gains.
+        refusals: One per method.
+        sensors: One per sensor.
     """
 
     name: str
@@ -196,7 +196,7 @@ class Scoreboard(ResultModel):
     Attributes:
         folder: Of the recordings.
         methods: As they were named.
-        entries: One a recipe.
+        entries: One per recipe.
     """
 
     folder: str

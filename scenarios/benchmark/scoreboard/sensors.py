@@ -1,9 +1,12 @@
 """Motor torques or currents against joint torque sensors: sensor = slope * motor + Fv dq + Fc sign(dq) + offset."""
 
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.estimation.gain_options import GainOptions
 from ident.numerics.least_squares import least_squares
 from ident.support.errors import IdentificationError
@@ -34,6 +37,18 @@ def sensor_gains(path: Path, table: SensorTable) -> list[SensorGain]:
     columns = pq.read_table(path, columns=names)
     values = {name: np.asarray(columns[name].to_numpy(), dtype=np.float64) for name in names}
     return [_slope(values, table, j, sensor) for j in range(1, table.joints + 1) for sensor in table.sensors]
+
+
+def disagreements(found: Sequence[SensorGain]) -> list[str]:
+    """What sensors of one joint say differently, beyond two deviations of the difference; a sentence each pair."""
+    said = list[str]()
+    for A, B in combinations(found, 2):
+        if A.joint != B.joint or A.slope is None or B.slope is None or A.std is None or B.std is None:
+            continue
+        if abs(A.slope - B.slope) > 2.0 * np.hypot(A.std, B.std):
+            off = two_digits(100.0 * (B.slope / A.slope - 1.0), sign="+")
+            said.append(f"joint {A.joint}: {B.sensor} differs from {A.sensor} by {off} %; not both can be its torque")
+    return said
 
 
 def _slope(values: dict[str, np.ndarray], table: SensorTable, j: int, sensor: str) -> SensorGain:

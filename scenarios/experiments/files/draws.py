@@ -27,11 +27,7 @@ Number = float | tuple[float, ...]
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
-    """Draw everything that a scenario declares random.
-
-    Args:
-        scenario: With its `random` tables.
-        seed: Seed of the run; the draw named k uses the stream of (seed, checksum of k).
+    """Draw everything that a scenario declares random; the draw named k uses the stream of (seed, checksum of k).
 
     Returns:
         New values by place; empty if nothing is random.
@@ -96,10 +92,8 @@ def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
     """Values of a draw's targets.
 
-    Args:
-        draw: What is drawn.
-        uniform: Numbers in (0, 1), shape (numbers_needed,).
-        table: The scenario's, for the values that `add` and `multiply` start from.
+    `uniform` are numbers in (0, 1), shape (numbers_needed,); from the table come values that `add` and `multiply` start
+    from.
 
     Raises:
         ScenarioError: If a target does not exist.
@@ -115,7 +109,7 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
     for place in draw.targets:
         value = value_at(table, place)
         if isinstance(value, str):
-            raise WrongDraw(f"{place} is the name {value!r}; draw it with choice = [...]")
+            raise WrongDraw(f"{place} is a name, {value!r}; draw it with choice = [...]")
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
         own = slice(used, used + len(base))
         part = np.repeat(uniform, len(base)) if draw.shared else uniform[own]
@@ -145,10 +139,7 @@ class Spread:
 def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
     """Mean and standard deviation of the numbers that a draw's distribution gives one of its targets.
 
-    Args:
-        draw: What is drawn.
-        own: Which of the draw's numbers are the target's.
-        total: How many numbers all its targets have.
+    Of all targets' `total` numbers, `own` are the target's.
 
     Raises:
         WrongDraw: If distribution or parameters do not exist or do not fit.
@@ -226,11 +217,7 @@ SCALED = {
 
 @lru_cache(maxsize=64)
 def _distribution(name: str) -> "_Scaled | scipy.stats.rv_continuous | scipy.stats.rv_discrete":
-    """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever.
-
-    Raises:
-        WrongDraw: If there is none, or it has none.
-    """
+    """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever."""
     if name in SCALED:
         return SCALED[name]
     families = scipy.stats.rv_continuous, scipy.stats.rv_discrete

@@ -21,10 +21,6 @@ def is_exact(exact: bool | Mapping[str, bool], name: str) -> bool:
 def check_exact(table: Mapping[str, object], path: Path) -> None:
     """Check that a file does not state deviations of a payload that it takes as exact.
 
-    Args:
-        table: The file's own, nothing overlaid.
-        path: Of the file, for messages.
-
     Raises:
         WrongValue: At the first that it does.
     """
@@ -38,12 +34,7 @@ def check_exact(table: Mapping[str, object], path: Path) -> None:
 
 
 def exactness(base: Mapping[str, object], over: Mapping[str, object]) -> object:
-    """What `belief.exact` is once a file lies over what it extends, None where neither says.
-
-    Args:
-        base: Tables of what is extended.
-        over: Those of the file.
-    """
+    """What `belief.exact` is once a file lies over what it extends, None where neither says."""
     below, above = _below(base, "belief"), _below(over, "belief")
     exact = above.get("exact", below.get("exact"))
     counting = _deviations(above)

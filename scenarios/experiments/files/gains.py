@@ -1,6 +1,6 @@
 """The gains file: drive gains with covariance and origin, TOML or JSON by the file's ending, read strictly.
 
-What is needed is `gains`, one entry a joint in their order, so that a file can be written by hand from data sheets;
+What is needed is `gains`, one entry per joint in their order, so that a file can be written by hand from data sheets;
 all else is where gains came from. Without `covariance` deviations are independent of each other.
 """
 
@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from ident.diagnosis.gain_symptoms import negative
 from ident.estimation.known_gains import KnownGains
+from ident.model.arm import Arm
 from ident.support.errors import GainsError
 from ident.support.file_access import read_bytes
 from ident.support.naming import nearest, one_line, shown
@@ -22,6 +23,7 @@ from scenarios.support.errors import ScenarioError
 
 TURNING, SLIDING = "N m / drive unit", "N / drive unit"
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+Mark = Annotated[str, Field(pattern="^[0-9a-f]{12}$")]
 Deviation = Annotated[float, Field(ge=0.0)]
 SAME = 1e-6
 """Relative difference of a deviation from its variance that digits left out explain."""
@@ -32,18 +34,14 @@ class _Table(BaseModel):
 
 
 class GainEntry(_Table):
-    """One joint: `estimate` and `std`, or `identifiable = false` and the reason.
+    """One joint: `estimate` and `std`, or `identifiable = false` and the reason."""
 
-    Attributes:
-        joint: Its number, from 1.
-        unit: Of the gain; the second where the joint slides.
-        identifiable: Whether there is a gain.
-    """
-
-    joint: int = Field(ge=1)
+    joint: int = Field(ge=1, description="Its number, from 1")
     name: str | None = Field(None, description="of the joint in the robot's model")
-    unit: Literal["N m / drive unit", "N / drive unit"] = TURNING
-    identifiable: bool = True
+    unit: Literal["N m / drive unit", "N / drive unit"] = Field(
+        TURNING, description="Of the gain; the second where the joint slides"
+    )
+    identifiable: bool = Field(True, description="Whether there is a gain")
     estimate: float | None = Field(
         None, description="joint torque or force per drive unit, in `unit`; left out if refused"
     )
@@ -57,70 +55,46 @@ class GainEntry(_Table):
 
 
 class ModelEntry(_Table):
-    """The robot's model file.
+    """The robot's model file."""
 
-    Attributes:
-        name: Of the file.
-        sha256: Digest of its bytes.
-    """
-
-    name: str
-    sha256: Digest
+    name: str = Field(description="Of the file")
+    sha256: Digest = Field(description="Digest of its bytes")
 
 
 class RecordingEntry(_Table):
-    """A recording that gains were found from.
+    """A recording that gains were found from."""
 
-    Attributes:
-        name: Of the file.
-    """
-
-    name: str
+    name: str = Field(description="Of the file")
     sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
     payload: int | None = Field(None, ge=1, description="which of payloads it carries; left out for a bare flange")
+    marks: tuple[Mark, ...] = Field((), description="hashes of some of its rows q, v: they tell a part of it")
 
 
 class OptionsEntry(_Table):
-    """Options of the identification.
+    """Options of the identification."""
 
-    Attributes:
-        method: The method's own.
-        observe: How recordings became a linear system.
-        gains: How estimates were judged.
-    """
-
-    method: dict[str, JsonValue] = {}
-    observe: dict[str, JsonValue] = {}
-    gains: dict[str, JsonValue] = {}
+    method: dict[str, JsonValue] = Field(default={}, description="The method's own")
+    observe: dict[str, JsonValue] = Field(default={}, description="How recordings became a linear system")
+    gains: dict[str, JsonValue] = Field(default={}, description="How estimates were judged")
 
 
 class GainsFile(_Table):
-    """Drive gains of one robot.
+    """Drive gains of one robot."""
 
-    Attributes:
-        format: Of this file.
-        robot: Its name.
-        options: Options of the identification.
-        model: Robot's model.
-        recordings: What gains were found from.
-        payloads: As payload files have them.
-        versions: Of packages.
-    """
-
-    format: Literal[1] = 1
+    format: Literal[1] = Field(1, description="Of this file")
     created: str | None = Field(None, description="when, ISO 8601")
-    robot: str | None = None
+    robot: str | None = Field(None, description="Its name")
     method: str | None = Field(None, description="estimator, or where the gains are from")
     gains: tuple[GainEntry, ...] = Field(min_length=1, description="one per joint, in their order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
         None,
         description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
     )
-    options: OptionsEntry = OptionsEntry()
-    model: ModelEntry | None = None
-    recordings: tuple[RecordingEntry, ...] = ()
-    payloads: tuple[dict[str, JsonValue], ...] = ()
-    versions: dict[str, str] = {}
+    options: OptionsEntry = Field(OptionsEntry(), description="Options of the identification")
+    model: ModelEntry | None = Field(None, description="Robot's model")
+    recordings: tuple[RecordingEntry, ...] = Field((), description="What gains were found from")
+    payloads: tuple[dict[str, JsonValue], ...] = Field((), description="As payload files have them")
+    versions: dict[str, str] = Field({}, description="Of packages")
 
     @property
     def known(self) -> KnownGains:
@@ -137,6 +111,21 @@ class GainsFile(_Table):
             value=np.array([entry.estimate or 0.0 for entry in given]),
             covariance=np.diag(std**2) if self.covariance is None else np.array(self.covariance),
         )
+
+    def of(self, arm: Arm) -> KnownGains:
+        """The gains for use with an arm.
+
+        Raises:
+            GainsError: If they are of another robot or of other joints, or cannot be used.
+        """
+        if self.robot not in (None, arm.name):
+            raise GainsError(
+                f"gains: of robot {one_line(self.robot)}, but the model is of {arm.name}; if both are one arm, write "
+                f"robot = {arm.name!r} into the gains file"
+            )
+        known = self.known
+        known.check_arm(arm)
+        return known
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -185,7 +174,7 @@ def _read_json(path: Path) -> object:
         place = f"line {fault.lineno}, column {fault.colno}"
         raise ScenarioError(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
     except (RecursionError, ValueError) as fault:
-        raise ScenarioError(f"{one_line(path)}: not JSON that can be meant: {one_line(fault)}") from fault
+        raise ScenarioError(f"{one_line(path)}: JSON that cannot be read: {one_line(fault)}") from fault
 
 
 def _complaint(error: ValidationError) -> str:

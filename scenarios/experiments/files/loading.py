@@ -64,13 +64,7 @@ def _name_of(path: Path) -> str:
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
-    """Validate a scenario's tables.
-
-    Args:
-        table: The tables, nothing left to extend.
-        name: Of the scenario.
-        folder: Where its motions are looked up.
-        where: Where the tables came from, for messages.
+    """Validate a scenario's tables. `folder` is where its motions are looked up, `where` names the tables in messages.
 
     Raises:
         ScenarioError: At an unknown key or a wrong value; the message names both.
@@ -88,13 +82,7 @@ def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, wh
 
 
 def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
-    """What pydantic found, in one line.
-
-    Args:
-        error: Of a table.
-        where: The scenario.
-        place: Of the table in it, empty for the whole scenario.
-    """
+    """What pydantic found, in one line."""
     first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
     below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
     what = first["msg"][0].lower() + first["msg"][1:]
@@ -136,7 +124,7 @@ def _table_class(hint: object) -> type | None:
 
 
 def check_lengths(table: ScenarioTable, path: str) -> None:
-    """Every array has one entry a joint, and the method takes its options.
+    """Every array has one entry per joint, and the method takes its options.
 
     Raises:
         ScenarioError: At the first array that does not fit.
@@ -213,5 +201,5 @@ def _check_draws(table: ScenarioTable, path: str) -> None:
                 if stream is None and not place.startswith(DRAWABLE):
                     raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
                 if place in owner:
-                    raise WrongDraw(f"{where}: {place} is taken by {group}.{owner[place]}; draw each value once")
+                    raise WrongDraw(f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once")
                 owner[place] = name

@@ -11,8 +11,8 @@ from ident.support.arrays import Array
 from ident.support.file_access import read_bytes
 from ident.support.naming import nearest, shown
 from ident.support.toml_files import LARGEST as LARGEST_FILE
-from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.tables import CATALOG, read_table
+from scenarios.experiments.files.toml_text import schema_line
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -54,11 +54,7 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
 
 
 def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int) -> Array:
-    """Numbers of a motion file, in an array of as many dimensions.
-
-    Raises:
-        ScenarioError: If they are none, not finite, too large or in rows of unequal length.
-    """
+    """Numbers of a motion file, in an array of as many dimensions."""
     form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
     if not _all_numbers(table[key], dimensions):
         raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")

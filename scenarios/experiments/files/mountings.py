@@ -59,12 +59,6 @@ def check_protocol(
 ) -> None:
     """Check that plant and belief have the payloads of a protocol, both the same.
 
-    Args:
-        protocol: What each motion carries.
-        plant: Payloads that are true, by mounting.
-        belief: Payloads as believed.
-        path: Of the scenario, for messages.
-
     Raises:
         WrongValue: If there are no motions or too many, or a name is none.
         UnknownName: If a name is known on one side only, or on none.

@@ -17,13 +17,7 @@ BUILT_IN = {
 
 
 def seen_from(table: Mapping[str, object], beside: Path, folder: Path) -> dict[str, object]:
-    """A scenario's tables with the places that they name as another folder sees them.
-
-    Args:
-        table: The tables.
-        beside: Folder that relative places are relative to.
-        folder: Folder that they shall be relative to.
-    """
+    """A scenario's tables with the places that they name as another folder sees them."""
 
     def seen(place: object, key: str) -> object:
         if beside == folder or not isinstance(place, str) or place in BUILT_IN[key] or Path(place).is_absolute():

@@ -16,7 +16,7 @@ from ident.support.naming import nearest, shown
 from scenarios.experiments.files.exactness import is_exact
 from scenarios.experiments.files.mountings import LOADED, by_mounting, mountings
 from scenarios.experiments.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
-from scenarios.experiments.named_files import robot_of
+from scenarios.experiments.robots import robot_of
 from scenarios.support.errors import ScenarioError, UnknownName
 from sim.drives import DriveTruth
 

@@ -50,65 +50,39 @@ class _Table(BaseModel):
 
 
 class InertiaTable(_Table):
-    """Inertia about the centre of mass, axes of the last link [kg m^2].
+    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
 
-    Attributes:
-        ixx: Moment about x [kg m^2].
-        iyy: Moment about y [kg m^2].
-        izz: Moment about z [kg m^2].
-        ixy: Product of x and y [kg m^2].
-        ixz: Product of x and z [kg m^2].
-        iyz: Product of y and z [kg m^2].
-    """
-
-    ixx: float
-    iyy: float
-    izz: float
-    ixy: float = 0.0
-    ixz: float = 0.0
-    iyz: float = 0.0
+    ixx: float = Field(description="Moment about x [kg m^2]")
+    iyy: float = Field(description="Moment about y [kg m^2]")
+    izz: float = Field(description="Moment about z [kg m^2]")
+    ixy: float = Field(0.0, description="Product of x and y [kg m^2]")
+    ixz: float = Field(0.0, description="Product of x and z [kg m^2]")
+    iyz: float = Field(0.0, description="Product of y and z [kg m^2]")
 
 
 class BodyTable(_Table):
-    """The payload that is really mounted, in the frame of the last link.
+    """The payload that is really mounted, in the frame of the last link."""
 
-    Attributes:
-        mass: Its mass [kg].
-        com: Its centre of mass [m].
-        inertia: About the centre of mass [kg m^2].
-    """
-
-    mass: Positive
-    com: Triple
-    inertia: InertiaTable
+    mass: Positive = Field(description="Its mass [kg]")
+    com: Triple = Field(description="Its centre of mass [m]")
+    inertia: InertiaTable = Field(description="About the centre of mass [kg m^2]")
 
 
 class PlantTable(_Table):
-    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's.
+    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's."""
 
-    Attributes:
-        payload: What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table.
-        payloads: Others, by the names that the protocol calls them.
-        gain: Drive gains [N m / drive unit], or N where a joint slides.
-        amplifier_offset: Current references that give no torque [drive units].
-        rotor_inertia: Of the rotors, joint side [kg m^2].
-        viscous_friction: Friction by speed [N m s/rad].
-        coulomb_friction: Dry friction [N m].
-        coulomb_asymmetry: Constant part of friction [N m].
-        current_limit: Where the current reference saturates [drive units].
-        errors: What the robot has and the identification model has not.
-    """
-
-    payload: str | BodyTable | None = None
-    payloads: dict[str, str | BodyTable] = {}
-    gain: Vector | None = None
-    amplifier_offset: Vector | None = None
-    rotor_inertia: Vector | None = None
-    viscous_friction: Vector | None = None
-    coulomb_friction: Vector | None = None
-    coulomb_asymmetry: Vector | None = None
-    current_limit: Vector | None = None
-    errors: ModelErrors = ModelErrors()
+    payload: str | BodyTable | None = Field(
+        None, description="What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table"
+    )
+    payloads: dict[str, str | BodyTable] = Field({}, description="Others, by the names that the protocol calls them")
+    gain: Vector | None = Field(None, description="Drive gains [N m / drive unit], or N where a joint slides")
+    amplifier_offset: Vector | None = Field(None, description="Current references that give no torque [drive units]")
+    rotor_inertia: Vector | None = Field(None, description="Of the rotors, joint side [kg m^2]")
+    viscous_friction: Vector | None = Field(None, description="Friction by speed [N m s/rad]")
+    coulomb_friction: Vector | None = Field(None, description="Dry friction [N m]")
+    coulomb_asymmetry: Vector | None = Field(None, description="Constant part of friction [N m]")
+    current_limit: Vector | None = Field(None, description="Where the current reference saturates [drive units]")
+    errors: ModelErrors = Field(ModelErrors(), description="What the robot has and the identification model has not")
 
 
 class ExperimentTable(_Table):
@@ -116,24 +90,17 @@ class ExperimentTable(_Table):
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
     noise of its own, and friction may drift from each to the next. Drives that warm up stay warm.
-
-    Attributes:
-        motion: A built-in motion's name, or a motion file beside the scenario.
-        protocol: What is mounted in each motion.
-        warm_up: For how long the robot repeats its motion with a bare flange before the first one [s].
-        pause: Rest before every other motion, brakes on [s].
-        step: Of the physics [s].
-        controller: The digital controller.
-        sensors: Encoders, current sensors and clocks.
     """
 
-    motion: str
-    protocol: tuple[str, ...] = PAIR
-    warm_up: Seconds = 0.0
-    pause: Seconds = 0.0
-    step: Positive
-    controller: ControllerOptions = ControllerOptions()
-    sensors: SensorOptions = SensorOptions()
+    motion: str = Field(description="A built-in motion's name, or a motion file beside the scenario")
+    protocol: tuple[str, ...] = Field(PAIR, description="What is mounted in each motion")
+    warm_up: Seconds = Field(
+        0.0, description="For how long the robot repeats its motion with a bare flange before the first one [s]"
+    )
+    pause: Seconds = Field(0.0, description="Rest before every other motion, brakes on [s]")
+    step: Positive = Field(description="Of the physics [s]")
+    controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
+    sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
 
 
 class BeliefTable(_Table):
@@ -159,19 +126,12 @@ class BeliefTable(_Table):
 
 
 class IdentificationTable(_Table):
-    """How gains are identified; `options` are the method's own.
+    """How gains are identified; `options` are the method's own."""
 
-    Attributes:
-        method: Name of the estimator.
-        options: The method's own.
-        observe: How recordings become a linear system.
-        gains: How estimates are judged.
-    """
-
-    method: str = DEFAULT
-    options: dict[str, bool | float | str] = {}
-    observe: ObserveOptions = ObserveOptions()
-    gains: GainOptions = GainOptions()
+    method: str = Field(default=DEFAULT, description="Name of the estimator")
+    options: dict[str, bool | float | str] = Field(default={}, description="The method's own")
+    observe: ObserveOptions = Field(default=ObserveOptions(), description="How recordings become a linear system")
+    gains: GainOptions = Field(default=GainOptions(), description="How estimates are judged")
 
     @property
     def method_options(self) -> object:
@@ -180,30 +140,25 @@ class IdentificationTable(_Table):
 
 
 class ToleranceTable(_Table):
-    """What counts as passed.
+    """What counts as passed."""
 
-    Attributes:
-        gain: Relative error of each gain that passes.
-        identifiable: Which joints' gains the data should give.
-        pass_rate: Share of the runs in which each joint must pass when a study repeats the scenario.
-    """
-
-    gain: tuple[Positive, ...]
-    identifiable: tuple[bool, ...]
-    pass_rate: Share = 0.95
+    gain: tuple[Positive, ...] = Field(description="Relative error of each gain that passes")
+    identifiable: tuple[bool, ...] = Field(description="Which joints' gains the data should give")
+    pass_rate: Share = Field(
+        0.95, description="Share of the runs in which each joint must pass when a study repeats the scenario"
+    )
 
 
 class CostTable(_Table):
-    """What a run says beside its gains: what comes out with the controller's gains, with those found, and what is true.
+    """What a run says beside its gains: results with the controller's gains, with those found, and what is true."""
 
-    Attributes:
-        payload: Weight of one more motion, which identification does not see, weighed without error: a name of
-            `rx90_mjcf.PAYLOADS` or a table.
-        mass_error: Relative error of its mass that passes, with the gains found.
-    """
-
-    payload: str | BodyTable
-    mass_error: Positive = 0.02
+    payload: str | BodyTable = Field(
+        description=(
+            "Weight of one more motion, which identification does not see, weighed without error: a name of "
+            "`rx90_mjcf.PAYLOADS` or a table"
+        )
+    )
+    mass_error: Positive = Field(0.02, description="Relative error of its mass that passes, with the gains found")
 
 
 class DrawTable(_Table):
@@ -232,45 +187,33 @@ class DrawTable(_Table):
 
 
 class SourceTable(DrawTable):
-    """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise.
+    """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise."""
 
-    Attributes:
-        stream: Noise whose random numbers are its own.
-        size: Size of the noise, where the scenario's own value is not meant.
-        off: The value without it, the scenario's own if left out.
-    """
-
-    stream: Stream | None = None
-    size: float | None = None
-    off: float | None = None
+    stream: Stream | None = Field(None, description="Noise whose random numbers are its own")
+    size: float | None = Field(None, description="Size of the noise, where the scenario's own value is not meant")
+    off: float | None = Field(None, description="The value without it, the scenario's own if left out")
 
 
 class ScenarioTable(_Table):
-    """A scenario file after `extends` is resolved.
+    """A scenario file after `extends` is resolved."""
 
-    Attributes:
-        description: One line for `rx90 list`.
-        robot: A built-in robot's name, or the place of a robot file relative to the scenario's folder.
-        plant: What is true.
-        experiment: What is done.
-        belief: What controller and identification believe.
-        identification: How gains are identified.
-        tolerance: What counts as passed.
-        cost: What the controller's gains cost is found too, where it is stated; by single runs, not by studies.
-        random: What every trial of a study draws, by names of your choice.
-        sources: Error sources of the error budget, by names of your choice.
-    """
-
-    description: str
-    robot: str = ROBOT
-    plant: PlantTable
-    experiment: ExperimentTable
-    belief: BeliefTable
-    identification: IdentificationTable = IdentificationTable()
-    tolerance: ToleranceTable
-    cost: CostTable | None = None
-    random: dict[str, DrawTable] = {}
-    sources: dict[str, SourceTable] = {}
+    description: str = Field(description="One line for `rx90 list`")
+    robot: str = Field(
+        ROBOT, description="A built-in robot's name, or the place of a robot file relative to the scenario's folder"
+    )
+    plant: PlantTable = Field(description="The true robot")
+    experiment: ExperimentTable = Field(description="The motions, controller and sensors")
+    belief: BeliefTable = Field(description="What controller and identification assume")
+    identification: IdentificationTable = Field(IdentificationTable(), description="How gains are identified")
+    tolerance: ToleranceTable = Field(description="What counts as passed")
+    cost: CostTable | None = Field(
+        None,
+        description="If stated, single runs (not studies) also estimate the effect of the controller's gains",
+    )
+    random: dict[str, DrawTable] = Field({}, description="What every trial of a study draws, by names of your choice")
+    sources: dict[str, SourceTable] = Field(
+        {}, description="Error sources of the error budget, by names of your choice"
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,16 @@
 """Settings: values of a scenario by their place in it, `plant.payload.mass` = 7.0."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
+from ident.estimation.estimators import ESTIMATORS
 from ident.support.naming import nearest
+from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.files.loading import check_lengths, refusal
 from scenarios.experiments.files.schema import Scenario, ScenarioTable
 from scenarios.support.errors import ScenarioError
@@ -16,7 +18,7 @@ from scenarios.support.errors import ScenarioError
 Value = float | str | list[float]
 """What a place in a scenario can hold: a number, a name, one number a joint or axis."""
 OPTIONAL = "plant.errors."
-"""Where an array that is left out stands for zeros, one a joint."""
+"""Where an array that is left out stands for zeros, one per joint."""
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
@@ -48,10 +50,6 @@ def value_at(table: ScenarioTable, place: str) -> Value:
 
 def place_of(table: ScenarioTable, name: str) -> str:
     """The place of a value, by its end: `observe.cutoff_hz` is `identification.observe.cutoff_hz`.
-
-    Args:
-        table: The scenario's.
-        name: The place, or an end of it that no other place has.
 
     Raises:
         ScenarioError: If there is none, or more than one.
@@ -130,3 +128,25 @@ def _names(kind: type) -> tuple[str, ...]:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, float | int) and not isinstance(value, bool)
+
+
+def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
+    """The scenario with another method, or other options of its own.
+
+    Args:
+        scenario: To change.
+        method: A name in `ESTIMATORS`, None for the scenario's.
+        words: `KEY=VALUE`, options of the method's own; a method that is named starts from its defaults.
+
+    Raises:
+        OptionError: If an option does not exist or does not take its value.
+    """
+    stated = scenario.table.identification
+    if method is None and not words:
+        return scenario
+    name = stated.method if method is None else method
+    kept = stated.options if method is None else {}
+    told = table_from_words(ESTIMATORS[name].options, words)
+    options_from_table(ESTIMATORS[name].options, {**kept, **told})
+    chosen = stated.model_copy(update={"method": name, "options": {**kept, **told}})
+    return replace(scenario, table=scenario.table.model_copy(update={"identification": chosen}))

@@ -75,10 +75,7 @@ def scenario_table(
 def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> Path | None:
     """The file that states a key: the scenario's own, or the nearest that it extends; None if none does.
 
-    Args:
-        name: Of a scenario whose files have been read before.
-        keys: The key, tables above it first.
-        folder: What a relative path is relative to; the working folder if None.
+    Of a scenario whose files have been read before; tables above the key come first in `keys`.
     """
     path = find_scenario(name, folder)
     table = read_table(path)

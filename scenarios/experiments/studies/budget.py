@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,7 @@ from scenarios.support.result_model import ResultModel
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 """Columns of a sensitivity study that its budget needs."""
+BUDGET = "budget.parquet"
 TAILS = (2.5, 97.5)
 """Percentiles of the bootstrap that its intervals end at."""
 RESAMPLES = 1000
@@ -62,50 +64,32 @@ class SourceCost:
 
 
 class BudgetJoint(ResultModel):
-    """What a joint's gain errs by, as shares of it.
+    """What a joint's gain errs by, as shares of it."""
 
-    Attributes:
-        joint: Its number, from 1.
-        costs: One a source that gave a gain alone, the largest first.
-        floor: Relative error with every source off, null where the joint was refused.
-        together: Root mean square of the relative error with all sources on, null where no such trial gave a gain.
-        samples: Rows of the Sobol design that its indices come from.
-        lost: Trials that gave no gain for the joint.
-        summed: The relative error that `together` would be if those of independent sources added up.
-    """
-
-    joint: int = Field(ge=1)
-    costs: list[SourceCost]
-    floor: float | None
-    together: float | None
-    samples: int
-    lost: int
-    summed: float
+    joint: int = Field(ge=1, description="Its number, from 1")
+    costs: list[SourceCost] = Field(description="One a source that gave a gain alone, the largest first")
+    floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
+    together: float | None = Field(
+        description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
+    )
+    samples: int = Field(description="Rows of the Sobol design that its indices come from")
+    lost: int = Field(description="Trials that gave no gain for the joint")
+    summed: float = Field(
+        description="The relative error that `together` would be if those of independent sources added up"
+    )
     silent: list[str] = Field(description="sources whose trials alone never gave this joint a gain")
 
 
 class Budget(ResultModel):
-    """What `rx90 sensitivity --json` prints.
+    """What `rx90 sensitivity --json` prints."""
 
-    Attributes:
-        scenario: Its name.
-        trials: Carried out.
-        joints: Those that should have a gain.
-    """
-
-    scenario: str
-    trials: int
-    joints: list[BudgetJoint]
+    scenario: str = Field(description="Its name")
+    trials: int = Field(description="Carried out")
+    joints: list[BudgetJoint] = Field(description="Those that should have a gain")
 
 
 def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> Budget:
     """Sum up a sensitivity study.
-
-    Args:
-        scenario: That was varied.
-        trials: Of the study.
-        folder: That holds its rows.
-        seed: Of the bootstrap.
 
     Raises:
         StudyError: If no trial gave a gain of some joint that should have one; if a part is damaged.
@@ -119,14 +103,7 @@ def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int
 
 
 def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
-    """The budget of each joint.
-
-    Args:
-        rows: A row a trial and joint, with `NEEDED`.
-        sources: Names, in the order of the design.
-        joints: Numbers of the joints that should have a gain.
-        seed: Of the bootstrap.
-    """
+    """The budget of each joint. Of `rows`, one a trial and joint, `NEEDED` is read."""
     return tuple(_joint_budget(rows.query("joint == @joint"), joint, sources, seed) for joint in joints)
 
 
@@ -235,3 +212,33 @@ def _percentiles(values: Array | list[Array]) -> tuple[Array, Array]:
     """Ends of a 95 % interval over the first axis."""
     low, high = np.percentile(values, TAILS, axis=0)
     return low, high
+
+
+def write_budget(budgets: Sequence[BudgetJoint], folder: Path) -> Path:
+    """Write `budget.parquet`, a row a joint and source.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    rows = [
+        {
+            "joint": cost.joint,
+            "source": cost.source,
+            "trials": cost.trials,
+            "bias": cost.bias,
+            "share": cost.share,
+            **_flat("rms", cost.rms),
+            **_flat("first", cost.first),
+            **_flat("total", cost.total),
+        }
+        for budget in budgets
+        for cost in budget.costs
+    ]
+    pd.DataFrame(rows).to_parquet(folder / BUDGET, index=False)
+    return folder / BUDGET
+
+
+def _flat(name: str, interval: Interval | None) -> dict[str, float | None]:
+    value = None if interval is None else (interval.value, interval.low, interval.high)
+    keys = (name, f"{name}_low", f"{name}_high")
+    return dict(zip(keys, value or (None, None, None), strict=True))

@@ -98,9 +98,6 @@ class StudyFolder:
     def merge(self, block: range) -> None:
         """Make one part of those of a block, if they have all its trials.
 
-        Args:
-            block: Of `block_of`.
-
         Raises:
             StudyError: If it cannot be written; if a part cannot be read.
         """
@@ -115,10 +112,6 @@ class StudyFolder:
     def rows(self, part: Part, columns: Sequence[str]) -> pa.Table:
         """The rows of one part, in its order.
 
-        Args:
-            part: One of `parts`.
-            columns: Those wanted.
-
         Raises:
             StudyError: If it cannot be read.
         """
@@ -126,9 +119,6 @@ class StudyFolder:
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All rows that are there, by trial, method where there are several, and joint.
-
-        Args:
-            columns: Those wanted, all if None.
 
         Raises:
             StudyError: If a part cannot be read.
@@ -196,7 +186,7 @@ def _refuse_foreign(path: Path) -> None:
         strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
         if strange or any((path / TRIALS).glob("*")):
             named = strange[0] if strange else TRIALS
-            raise StudyError(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
+            raise StudyError(f"{path}: holds {named!r} but no {STUDY}, so it is not a study; use another --out")
 
 
 def _read_record(path: Path) -> dict[str, object] | None:

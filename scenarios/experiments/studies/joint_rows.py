@@ -82,12 +82,7 @@ def rows_in(folder: "StudyFolder") -> StudyRows:
 
 
 def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
-    """Gather the rows of a study.
-
-    Args:
-        tables: A row a trial and joint, in any order and any cut, with `COLUMNS`.
-        trials: That they have, at most.
-    """
+    """Gather the rows of a study. `tables` have a row a trial and joint, in any order and any cut, with `COLUMNS`."""
     gathered: dict[int, _Gathered] = {}
     step = max(1, trials // SHOWN)
     for table in tables:

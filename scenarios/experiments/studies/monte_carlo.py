@@ -1,11 +1,16 @@
-"""Monte Carlo: a scenario repeated with seeds that count up, everything it declares random drawn anew.
+"""A scenario repeated: with seeds that count up and everything random drawn anew, or with values that are swept.
 
-Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
+Trial k of a Monte Carlo study has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats
+that trial. A sweep has every combination of some values, with the same seeds each time.
 """
 
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+
 from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import check_draws, places_of
+from scenarios.experiments.files.draws import check_draws, drawn_settings, places_of
 from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.files.settings import Value, place_of, with_settings
 from scenarios.experiments.studies.study import MOST_TRIALS, Study
 from scenarios.experiments.trials import Trial, trial_schema
 from scenarios.support.errors import StudyError
@@ -36,4 +41,37 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         trial=lambda number: Trial(number=number, seed=seed + number),
         schema=trial_schema(scenario, places_of(scenario.table.random), ()),
         identity={"seed": seed},
+    )
+
+
+def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
+    """The study of all combinations; the first place varies slowest, seeds fastest.
+
+    Args:
+        scenario: What is repeated; what it declares random is drawn, but for the places that are swept.
+        values: Values to try, by place or the end of one.
+        seeds: Of the trials of each combination; a number n stands for 0 to n - 1.
+
+    Raises:
+        ScenarioError: If a place does not exist, or several end so; if a place does not take a value, or the scenario's
+            draws are wrong.
+    """
+    check_draws(scenario, setup_of)
+    places = [place_of(scenario.table, name) for name in values]
+    points = [dict(zip(places, point, strict=True)) for point in itertools.product(*values.values())]
+    for point in points:
+        setup_of(with_settings(scenario, point))  # a value that is wrong is an error, not a failed trial each
+    chosen = tuple(range(seeds) if isinstance(seeds, int) else seeds)
+
+    def trial(number: int) -> Trial:
+        point, seed = points[number // len(chosen)], chosen[number % len(chosen)]
+        return Trial(number=number, seed=seed, settings={**drawn_settings(scenario, seed), **point})
+
+    return Study(
+        kind="sweep",
+        scenario=scenario,
+        count=len(points) * len(chosen),
+        trial=trial,
+        schema=trial_schema(scenario, list(dict.fromkeys([*places, *places_of(scenario.table.random)])), ()),
+        identity={"values": {place: list(of) for place, of in zip(places, values.values(), strict=True)}},
     )

@@ -24,12 +24,7 @@ BLOCK = 1024
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A file of rows.
-
-    Attributes:
-        trials: Numbers of its trials.
-        ending: `WHOLE` or `LOST`.
-    """
+    """A file of rows: which trials, and whether they are `WHOLE` or `LOST`."""
 
     trials: range
     ending: str
@@ -76,16 +71,12 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
         raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
     if found.num_rows != len(part.trials) * rows_per_trial:
         first, last = held.start, held.stop - 1
-        raise StudyError(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
+        raise StudyError(f"{path}: its {found.num_rows} rows are not those of trials {first} to {last}; move it away")
     return part
 
 
 def read_part(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """The rows of one file, in its order.
-
-    Args:
-        path: Of the file.
-        columns: Those wanted, all if None.
 
     Raises:
         StudyError: If it cannot be read.

@@ -7,9 +7,10 @@ that has every rate is blamed on some joint in less than `false_alarm` of all st
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from scipy import stats
+
+from scenarios.experiments.studies.joint_rows import JointRows
 
 FALSE_ALARM = 0.01
 """Chance that a scenario whose joints all have the wanted pass rate is blamed, at most, where no other is asked for."""
@@ -39,34 +40,15 @@ class JointRule:
         return self.trials - self.passed <= self.allowed
 
 
-class Counted(Protocol):
-    """How often a joint passed."""
-
-    @property
-    def joint(self) -> int:
-        """Joint number, from 1."""
-        ...
-
-    @property
-    def trials(self) -> int:
-        """Trials."""
-        ...
-
-    @property
-    def passed(self) -> int:
-        """Of which passed."""
-        ...
-
-
-def pass_rule(counts: Sequence[Counted], *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
+def pass_rule(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
     """Apply the rule to every joint.
 
     Args:
-        counts: One a joint.
+        joints: How often each passed.
         wanted: Pass rate asked for, between 0 and 1.
         false_alarm: Chance that some joint misses although every joint has the wanted rate, at most.
     """
-    share = false_alarm / len(counts)
+    share = false_alarm / len(joints)
     return tuple(
         JointRule(
             joint=each.joint,
@@ -75,7 +57,7 @@ def pass_rule(counts: Sequence[Counted], *, wanted: float, false_alarm: float) -
             wanted=wanted,
             allowed=allowed_misses(each.trials, wanted, share),
         )
-        for each in counts
+        for each in joints
     )
 
 

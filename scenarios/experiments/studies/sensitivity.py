@@ -74,10 +74,7 @@ class Planned:
 class Plan:
     """Every trial of both designs, by number: none alone, each source alone, all together, then Saltelli's matrices.
 
-    Attributes:
-        names: Of the sources.
-        repeats: Trials of each source alone.
-        samples: Rows of the matrices.
+    `repeats` are the trials of each source alone, `samples` the rows of the matrices.
     """
 
     names: tuple[str, ...]

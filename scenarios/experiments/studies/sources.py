@@ -68,12 +68,7 @@ class Switched(NamedTuple):
 
 
 def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
-    """Switch sources.
-
-    Args:
-        sources: All there are.
-        on: Uniform numbers of those that are on, by name; all others are off.
-    """
+    """Switch sources. Those that are `on` have uniform numbers, by name; all others are off."""
     table, settings, seeds = sources.scenario.table, dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
         source = table.sources[name]

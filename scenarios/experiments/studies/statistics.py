@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from pydantic import Field
 from scipy import stats
 
+from ident.support.arrays import Mask
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.joint_rows import JointRows, StudyRows
 from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, pass_rule
 from scenarios.support.result_model import ResultModel
 
+SUMMARY = "summary.parquet"
 CONFIDENCE = 0.95
-"""Of the intervals of pass rates."""
+"""Of the intervals of shares of trials."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,32 +63,42 @@ class JointStatistics:
 
 
 class StudyResult(ResultModel):
-    """What `rx90 monte-carlo --json` prints.
+    """What `rx90 monte-carlo --json` prints."""
 
-    Attributes:
-        scenario: Its name.
-        seed: Of the first trial.
-        trials: Carried out; the folder may hold more than were asked for.
-        passed: Whether no joint contradicts the pass rate that the scenario asks for.
-        joints: One entry a joint, in their order.
-    """
-
-    scenario: str
-    seed: int
-    trials: int
-    passed: bool
-    joints: list[JointStatistics]
+    scenario: str = Field(description="Its name")
+    seed: int = Field(description="Of the first trial")
+    trials: int = Field(description="Carried out; the folder may hold more than were asked for")
+    passed: bool = Field(description="Whether no joint contradicts the pass rate that the scenario asks for")
+    joints: list[JointStatistics] = Field(description="One entry a joint, in their order")
     failures: dict[str, int] = Field(description="trials without any estimate, by kind")
 
 
-def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
-    """Sum up a study by the pass rate that its scenario asks for.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coverage:
+    """How often an interval held the truth.
 
-    Args:
-        scenario: That was repeated.
-        seed: Of the first trial.
-        rows: All of the study.
+    Attributes:
+        share: Share of the trials with a gain and a deviation.
+        low, high: Ends of the 95 % interval of that share (Clopper and Pearson).
     """
+
+    share: float
+    low: float
+    high: float
+
+
+def coverage(held: Mask) -> Coverage | None:
+    """How often intervals held the truth, None without any."""
+    return _share(int(held.sum()), len(held)) if len(held) else None
+
+
+def _share(count: int, trials: int) -> Coverage:
+    interval = stats.binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
+    return Coverage(share=count / trials, low=float(interval.low), high=float(interval.high))
+
+
+def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
+    """Sum up a study by the pass rate that its scenario asks for."""
     joints = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
     return StudyResult(
         scenario=scenario.name,
@@ -98,24 +111,23 @@ def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
 
 
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
-    """Sum up a study.
-
-    Args:
-        joints: Its rows.
-        wanted: Pass rate asked for.
-        false_alarm: Chance that some joint is said to miss that rate although every joint has it.
-    """
+    """Sum up a study. `false_alarm` as of `pass_rule`."""
     rules = pass_rule(joints, wanted=wanted, false_alarm=false_alarm)
     return tuple(_one_joint(rule, rows) for rule, rows in zip(rules, joints, strict=True))
 
 
-def statistics_table(statistics: Sequence[JointStatistics]) -> pd.DataFrame:
-    """As a table, a row a joint; the file `summary.parquet`."""
-    return pd.DataFrame([asdict(joint) for joint in statistics])
+def write_summary(statistics: Sequence[JointStatistics], folder: Path) -> Path:
+    """Write `summary.parquet`, a row a joint.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    pd.DataFrame([asdict(joint) for joint in statistics]).to_parquet(folder / SUMMARY, index=False)
+    return folder / SUMMARY
 
 
 def _one_joint(rule: JointRule, rows: JointRows) -> JointStatistics:
-    interval = stats.binomtest(rule.passed, rule.trials).proportion_ci(CONFIDENCE, method="exact")
+    passed = _share(rule.passed, rule.trials)
     error, z = rows.rel_error, rows.z
     some, several = rows.gains > 0, rows.gains > 1
     spread = float(np.std(error, ddof=1)) if several else None
@@ -131,9 +143,9 @@ def _one_joint(rule: JointRule, rows: JointRows) -> JointStatistics:
         claimed=float(np.sqrt(np.mean(rows.claimed**2))) if some else None,
         cover_1=float(np.mean(np.abs(z) < 1.0)) if some else None,
         cover_2=float(np.mean(np.abs(z) < 2.0)) if some else None,
-        pass_rate=rule.passed / rule.trials,
-        pass_low=float(interval.low),
-        pass_high=float(interval.high),
+        pass_rate=passed.share,
+        pass_low=passed.low,
+        pass_high=passed.high,
         wanted=rule.wanted,
         allowed=rule.allowed,
         held=rule.held if rule.allowed < rule.trials else rule.passed == rule.trials,

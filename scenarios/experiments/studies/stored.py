@@ -16,19 +16,7 @@ from scenarios.support.errors import ScenarioError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredStudy:
-    """A study that is finished.
-
-    Attributes:
-        folder: Where it lies.
-        kind: `monte-carlo` or `sensitivity`.
-        scenario: That was repeated.
-        named: What the scenario was called on the command line.
-        seed: Of the first trial.
-        trials: Asked for.
-        command: That carried it out.
-        versions: Of what it was carried out with.
-        rows: Its rows, a part at a time or together.
-    """
+    """A study that is finished; `named` is what its scenario was called, `seed` that of the first trial."""
 
     folder: Path
     kind: str

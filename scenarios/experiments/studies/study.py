@@ -1,13 +1,15 @@
-"""A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
+"""A study: a numbered list of trials of one scenario, carried out on any executor, what comes back kept in a folder."""
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pyarrow as pa
+import pyarrow.compute as pc
 from rich.console import Console
 
 from scenarios.experiments.build import setup_of
@@ -15,9 +17,8 @@ from scenarios.experiments.files.motions import motion_digest
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.studies.folder import StudyFolder, study_folder
-from scenarios.experiments.studies.keeping import Unfinished, keep
-from scenarios.experiments.studies.parts import block_of
-from scenarios.experiments.trials import IDENTIFY, Failure, Task, Trial, Work, run_task
+from scenarios.experiments.studies.parts import LOST, WHOLE, Part, block_of
+from scenarios.experiments.trials import IDENTIFY, OUTSIDE, Failure, Task, Trial, Work, run_task
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.support.errors import StudyError
@@ -118,11 +119,7 @@ class StudyRows:
 
 
 def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
-    """Run a study, and keep its rows in memory.
-
-    Args:
-        study: What is to be run.
-        workers: Where trials run, here if None; rows do not depend on it.
+    """Run a study, and keep its rows in memory. Without workers trials run here; rows do not depend on it.
 
     Raises:
         StudyError: If there is no trial to run; if workers cannot run trials.
@@ -187,3 +184,38 @@ def _failures(rows: pa.Table) -> int:
     """Trials without any estimate."""
     failed = rows.filter(rows["failure"].is_valid())
     return len(failed["trial"].unique())
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished:
+    """What blocks still wait for.
+
+    Attributes:
+        missing: Trials that were not there when work began, in order.
+        left: Of which so many are not there yet, by the first trial of each block that was worked on.
+    """
+
+    missing: Sequence[range]
+    left: dict[int, int] = field(default_factory=dict[int, int])
+
+    def finish(self, trials: range) -> range | None:
+        """Count trials of one block as finished; the block if it waits for no more."""
+        block = block_of(trials.start)
+        before = self.left.get(block.start)
+        if before is None:
+            before = sum(max(0, min(gap.stop, block.stop) - max(gap.start, block.start)) for gap in self.missing)
+        self.left[block.start] = before - len(trials)
+        return None if self.left[block.start] else block
+
+
+def keep(place: StudyFolder, task: Task, rows: pa.Table, unfinished: Unfinished) -> None:
+    """Write what came back of a task, finished trials and lost ones apart, each run of them one part."""
+    lost = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
+    numbers = [trial.number for trial in task.trials]
+    for ending, run in itertools.groupby(numbers, key=lambda number: LOST if number in lost else WHOLE):
+        members = list(run)
+        part = Part(range(members[0], members[-1] + 1), ending)
+        place.write_part(part, rows.filter(pc.is_in(rows["trial"], pa.array(part.trials, pa.int64()))))
+        block = unfinished.finish(part.trials) if ending == WHOLE else None
+        if block is not None:
+            place.merge(block)

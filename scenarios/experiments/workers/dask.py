@@ -67,11 +67,7 @@ def dask_workers(address: str) -> Generator[Workers]:
 
 
 def _address_in(file: str) -> str:
-    """The address in a scheduler's file, waited for while the scheduler writes it.
-
-    Raises:
-        StudyError: If there is none in it.
-    """
+    """The address in a scheduler's file, waited for while the scheduler writes it."""
     deadline = time.monotonic() + WRITTEN_WITHIN
     while True:
         try:
@@ -86,12 +82,7 @@ def _address_in(file: str) -> str:
 
 
 async def _greet(address: str) -> None:
-    """Connect and part: for this first answer of a scheduler, a client would wait for ever.
-
-    Raises:
-        TimeoutError: If who is there says nothing.
-        OSError: If nobody is there.
-    """
+    """Connect and part: for this first answer of a scheduler, a client would wait for ever."""
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -102,11 +93,7 @@ async def _greet(address: str) -> None:
 
 @lru_cache(maxsize=1)
 def _cores(client: "Client", moment: int) -> int:
-    """Cores of a cluster, `FEWEST` at least; asked for once a moment, as each question is a journey to the scheduler.
-
-    Raises:
-        StudyError: If nobody answers.
-    """
+    """Cores of a cluster, `FEWEST` at least; asked for once a moment: each question is a journey to the scheduler."""
     try:
         return max(FEWEST, sum(client.ncores().values()))
     except OSError as error:

@@ -28,31 +28,18 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """Why a task has no result.
-
-    Attributes:
-        failure: `WorkerDied` or `WorkerFailed`.
-        reason: In words.
-    """
+    """Why a task has no result: `WorkerDied` or `WorkerFailed`, and the reason in words."""
 
     failure: str
     reason: str
 
 
 def completed(
-    workers: Workers,
-    function: Callable[[Task], Result],
-    tasks: Iterable[Task],
-    *,
-    tick: Callable[[], None],
+    workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task], *, tick: Callable[[], None]
 ) -> Generator[tuple[Task, Result | GivenUp]]:
     """Run a function on every task.
 
-    Args:
-        workers: Where.
-        function: What; it and its tasks can be pickled.
-        tasks: Taken as workers become free.
-        tick: Called now and then while waiting.
+    The function and its tasks can be pickled; tasks are taken as workers become free, `tick` is called while waiting.
 
     Yields:
         Each task with its result, in the order they finish.

@@ -35,9 +35,6 @@ def local_processes(jobs: int) -> Generator[Workers]:
     """Processes of this machine.
 
     They are ended on the way out, whatever they are doing, and end themselves if this process is killed.
-
-    Args:
-        jobs: How many.
     """
     before = set(multiprocessing.active_children())
     context = multiprocessing.get_context(prepare_processes())
@@ -157,7 +154,7 @@ def _jobs(text: str) -> str:
 PROCESSES = WorkerKind(
     option="jobs",
     metavar="J",
-    help="processes on this machine (default: one a core)",
+    help="processes on this machine (default: one per core)",
     checked=_jobs,
     open=lambda value: local_processes(usable_cores() if value is None else int(value)),
     prepare=prepare_processes,

@@ -19,7 +19,7 @@ COMMENT = (
     "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine "
     "only the base parameters, combinations of these; of all links with the same base parameters those "
     "nearest to the original model are given. Parameters of single links are not identifiable; joint "
-    "torques are. Motors' inertia is in armature{elsewhere}."
+    "torques are. The inertia of motors is in armature{elsewhere}."
 )
 """What a patched file says of its links."""
 

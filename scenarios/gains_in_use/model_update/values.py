@@ -35,11 +35,18 @@ class Found(_Part):
 
 
 class JointPart(_Part):
-    """A joint."""
+    """A joint.
+
+    Attributes:
+        predicted_rel_error: What the fit is off by where it has not seen its motions, relative to the currents.
+        fitted_rel_error: The same of the residual.
+    """
 
     joint: int
     name: str
     friction: tuple[Found, ...]
+    predicted_rel_error: float | None = None
+    fitted_rel_error: float | None = None
 
 
 class BareFile(_Part):
@@ -138,7 +145,7 @@ def joint_values(
     """
     for file in (gains, nominal):
         if file is not None:
-            file.known.check_arm(structure.arm)
+            file.of(structure.arm)
     names = structure.arm.joint_names
     if bare is not None and tuple(each.name for each in bare.joints) != names:
         found = ", ".join(each.name for each in bare.joints)

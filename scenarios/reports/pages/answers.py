@@ -8,7 +8,7 @@ from statistics import median
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
 from scenarios.reports.answers import MEANING, answers_report, side_by_side
-from scenarios.reports.content import Column, Heading, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Heading, Paragraph, Part, Report, Table, column, pairs_table, table
 from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
 from scenarios.support.errors import ScenarioError
 
@@ -85,19 +85,19 @@ def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:
         for joint, claim in enumerate(row.claims, 1)
         if claim.value is None and claim.reason
     ]
-    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Reason", words=True))
-    lines = tuple(cells(*each) for each in found)
-    return [Table(title="Joints without a gain, and the reason", columns=columns, rows=lines)] if lines else []
+    reasons = table(
+        found,
+        column("Method", lambda row: row[0], words=True),
+        column("Joint", lambda row: row[1]),
+        column("Reason", lambda row: row[2], words=True),
+        title="Joints without a gain, and the reason",
+    )
+    return [reasons] if found else []
 
 
 def _origin(rows: Sequence[AnswerRow]) -> list[Part]:
     """Problems, by digests, and which files of the methods answered."""
     files = {f"{row.method}: {name}": digest for row in rows for name, digest in row.files.items()}
     problems = {row.problem: row.digest for row in rows}
-    columns = (Column(title="Problem", words=True), Column(title="SHA-256 of its files", words=True))
-    parts: list[Part] = [Heading("Problems")]
-    parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in problems.items())))
-    if files:
-        columns = (Column(title="Method and its file", words=True), Column(title="Digest or version", words=True))
-        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in files.items())))
-    return parts
+    parts: list[Part] = [Heading("Problems"), pairs_table("Problem", "SHA-256 of its files", problems)]
+    return [*parts, *([pairs_table("Method and its file", "Digest or version", files)] if files else [])]

@@ -1,15 +1,10 @@
 """The page of a check: its verdict, what is not good, all checks, each log's motion and currents."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from ident.model.arm import Arm
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
 from ident.recordings.recording import Recording
-from ident.support.errors import IdentificationError
 from scenarios.reports.check import findings, verdict
 from scenarios.reports.content import Heading, Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS, every_line
@@ -18,8 +13,7 @@ from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
 from scenarios.results.models.check import Check
 from scenarios.results.problem_folder import GivenProblem
-from scenarios.results.record import RECORD, RecordFile, check_words, read_record, read_result, recorded_problem
-from scenarios.support.errors import ScenarioError
+from scenarios.results.record import check_words, read_saved
 
 PIXELS = 400
 """Intervals of time of which the lowest and the highest value are drawn."""
@@ -31,17 +25,12 @@ def page(folder: Path) -> Report:
     Raises:
         ScenarioError: If it holds no check, or one of another version; if a file is missing or changed.
     """
-    record = read_record(folder)
-    result = read_result(folder, Check)
-    try:
-        given = recorded_problem(folder, record)
-        asked = {} if record.payload is None else {record.payload: read_payload(folder / record.payload)}
-    except IdentificationError as error:
-        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+    record, result, given = read_saved(folder, Check)
     found = result.found
     parts: list[Part] = [Paragraph(verdict(found, result.robot), MOODS[found.severity], strong=True)]
     parts += [*findings(found), Heading("All checks"), every_line(found.diagnoses)]
-    parts += [*_plots(result, given), *_origin(folder, record, asked, given.arm)]
+    parts += _plots(result, given)
+    parts += provenance.origin(record, provenance.asked(folder, record), given.arm, check_words(folder, record))
     return Report(record.title, tuple(parts), result.model_dump(mode="json"))
 
 
@@ -59,12 +48,7 @@ def _plots(result: Check, given: GivenProblem) -> list[Part]:
 
 
 def current_plot(log: Recording, joint: int) -> Plot:
-    """The current of a joint as it was recorded, the lowest and highest value of every interval of time.
-
-    Args:
-        log: The log.
-        joint: The joint, from 0.
-    """
+    """The current of a joint, from 0, as it was recorded: the lowest and highest value of every interval of time."""
     t, v = log.t, log.v[:, joint]
     size = max(1, -(-len(t) // PIXELS))
     starts = np.arange(0, len(t), size)
@@ -81,16 +65,3 @@ def current_plot(log: Recording, joint: int) -> Plot:
         zoom=True,
         height=110,
     )
-
-
-def _origin(folder: Path, record: RecordFile, asked: Mapping[str, Payload], arm: Arm) -> list[Part]:
-    commands = {"As it was made": record.command, "The same from these files": check_words(folder, record)}
-    about = {
-        "Made": record.created,
-        "Recordings": ", ".join(record.sources),
-        "Versions": provenance.versions_in_words(record.versions),
-    }
-    return [
-        *provenance.assumed(record, asked, arm),
-        *provenance.repeated(commands, about, record.files),
-    ]

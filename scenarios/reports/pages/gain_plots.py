@@ -18,7 +18,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
     return Plot(
         title="Error of each gain, with its interval",
         caption=(
-            "Point: identified less injected gain. Bar: plus and minus two standard deviations, all "
+            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all "
             "shares together. A 95 % interval should contain zero in 19 of 20 cases. Wide band: the tolerance."
         ),
         x=Axis(title=JOINT, categories=names),
@@ -31,12 +31,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
-    """Gains with their intervals in percent, about nominal ones where there are any.
-
-    Args:
-        gains: One a joint.
-        nominal: Gains of joints that were believed before, by their numbers; None for the gains themselves.
-    """
+    """Gains with their intervals in percent, about nominal ones where there are any."""
     found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     if nominal:
         found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]
@@ -86,9 +81,7 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
 def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
     """For each refused joint, what data would show its gain.
 
-    Args:
-        gains: One a joint.
-        allowed: Largest predicted relative deviation of a gain that is not refused.
+    `allowed` is the largest predicted relative deviation of a gain that is not refused.
     """
     return [
         Paragraph(f"Joint {gain.joint}: {_advice(gain.predicted_rel_std, allowed)}.")

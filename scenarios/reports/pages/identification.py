@@ -7,15 +7,13 @@ from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.arm import Arm
 from ident.support.arrays import Array
-from ident.support.errors import IdentificationError
 from scenarios.reports.content import Facts, Heading, Paragraph, Part, Report
 from scenarios.reports.cost import cost_parts
-from scenarios.reports.diagnoses import MOODS, counted
+from scenarios.reports.diagnoses import MOODS, counted, diagnosis_parts
 from scenarios.reports.gains import note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, kept_paragraphs, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
-from scenarios.reports.pages.diagnoses import diagnosis_parts
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plot, what_would_show
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
@@ -24,8 +22,7 @@ from scenarios.reports.unseen import unseen_parts, unseen_verdict
 from scenarios.results.fit_rows import Fit, read_fit
 from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import GivenProblem
-from scenarios.results.record import RECORD, RecordFile, identify_words, read_record, read_result, recorded_problem
-from scenarios.support.errors import ScenarioError
+from scenarios.results.record import RecordFile, identify_words, read_saved
 
 
 def page(folder: Path) -> Report:
@@ -34,19 +31,14 @@ def page(folder: Path) -> Report:
     Raises:
         ScenarioError: If it holds no run or identification, or one of another version; if a file is missing or changed.
     """
-    record = read_record(folder)
-    result, fit = read_result(folder, Result), read_fit(folder)
-    try:
-        given = recorded_problem(folder, record)
-    except IdentificationError as error:
-        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+    (record, result, given), fit = read_saved(folder, Result), read_fit(folder)
     names = provenance.named([motion.log for motion in fit.motions])
     parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), _facts(result, record, given)]
     parts += _gains(result, fit, given.arm.revolute)
     if result.unseen is not None:
         parts += [Heading("A motion that no fit has seen"), *unseen_parts(result.unseen)]
     if result.cost is not None:
-        parts += [Heading("What a-priori gains cost"), *cost_parts(result.cost, given.arm.revolute)]
+        parts += [Heading("Effect of a-priori gains"), *cost_parts(result.cost, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)
     parts += kept_paragraphs(result)
     parts += diagnosis_parts(result.found)
@@ -63,8 +55,8 @@ def page(folder: Path) -> Report:
         parts += [Heading(f"Residual against {what}", folded=True), Paragraph(AGAINST), *drawn]
     parts += [Heading("Outliers"), *outliers(fit.rows, names)]
     parts += _motion(fit, names, given.arm)
-    parts += provenance.assumed(record, provenance.payloads(record, given), given.arm)
-    parts += _repeated(folder, record, result)
+    again = identify_words(folder, record)
+    parts += provenance.origin(record, provenance.payloads(record, given), given.arm, again, result.seed)
     return Report(record.title, tuple(parts), result.model_dump(mode="json"))
 
 
@@ -127,16 +119,3 @@ def _motion(fit: Fit, names: tuple[str, ...], arm: Arm) -> list[Part]:
     recorded = {name: each.joints for name, each in zip(names, fit.motions, strict=True)}
     tables = [motion_table(name, motions, arm) for name, motions in recorded.items()]
     return [Heading("Motion and joint ranges covered"), coverage_plot(recorded, arm), *tables]
-
-
-def _repeated(folder: Path, record: RecordFile, result: Result) -> list[Part]:
-    commands = {"The same from these files": identify_words(folder, record)}
-    if record.command:
-        commands = {"As it was made": record.command, **commands}
-    about = {
-        "Made": record.created,
-        **({} if result.seed is None else {"Seed": str(result.seed)}),
-        "Recordings": ", ".join(record.sources),
-        "Versions": provenance.versions_in_words(record.versions),
-    }
-    return provenance.repeated(commands, about, record.files)

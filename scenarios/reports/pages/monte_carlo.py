@@ -9,11 +9,10 @@ import numpy as np
 import pyarrow as pa
 from scipy import stats
 
-from scenarios.experiments.studies.coverage import Coverage, coverage
 from scenarios.experiments.studies.joint_rows import JointRows, rows_in
-from scenarios.experiments.studies.statistics import JointStatistics, study_result
+from scenarios.experiments.studies.statistics import Coverage, JointStatistics, coverage, study_result
 from scenarios.experiments.studies.stored import StoredStudy, read_study
-from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Figure, Heading, Line, Paragraph, Part, Report, column, percent, table
 from scenarios.reports.error_density import panels, promised, reach
 from scenarios.reports.monte_carlo import monte_carlo_report
 from scenarios.reports.pages import provenance
@@ -121,17 +120,14 @@ def error_plot(joint: int, rows: JointRows) -> Plot:
 
 
 def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
-    rows = tuple(
-        cells(str(joint.joint), str(joint.trials - joint.failed - joint.refused), str(joint.refused), str(joint.failed))
-        for joint in statistics
+    counts = table(
+        statistics,
+        column("Joint", lambda joint: joint.joint),
+        column("Gains", lambda joint: joint.trials - joint.failed - joint.refused),
+        column("Refused", lambda joint: joint.refused),
+        column("Trials without any estimate", lambda joint: joint.failed),
     )
-    columns = (
-        Column(title="Joint"),
-        Column(title="Gains"),
-        Column(title="Refused"),
-        Column(title="Trials without any estimate"),
-    )
-    return [Heading("Refused and failed"), Table(columns=columns, rows=rows)]
+    return [Heading("Refused and failed"), counts]
 
 
 def _worst(study: StoredStudy) -> list[Part]:
@@ -139,32 +135,30 @@ def _worst(study: StoredStudy) -> list[Part]:
     worst, many = worst_rows(study.rows.rows(part, NEEDED) for part in study.rows.parts())
     if not many:
         return []
-    rows = tuple(
-        cells(str(each["seed"]), str(each["joint"]), f"{100.0 * each['rel_error']:+.3f}", f"{each['z']:+.2f}")
-        for each in worst
+    rows = table(
+        worst,
+        column("Seed", lambda each: each["seed"]),
+        column("Joint", lambda each: each["joint"]),
+        column("Error [%]", lambda each: percent(each["rel_error"], "+.3f")),
+        column("z", lambda each: f"{each['z']:+.2f}"),
     )
-    columns = (Column(title="Seed"), Column(title="Joint"), Column(title="Error", unit="%"), Column(title="z"))
     seed = worst[0]["seed"]
     command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
         f"Errors in claimed standard deviations; the largest of {many} normal ones would be about "
         f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
-    return [Heading("The worst trials"), Table(columns=columns, rows=rows), Paragraph(said), Line(command)]
+    return [Heading("The worst trials"), rows, Paragraph(said), Line(command)]
 
 
 def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:
-    """The `WORST` rows whose errors are the most claimed deviations, the largest first, and of how many.
-
-    Args:
-        tables: With columns `NEEDED`, one after the other.
-    """
+    """The `WORST` rows whose errors are the most claimed deviations, the largest first, and of how many."""
     worst, many = pa.table({}), 0
-    for table in tables:
-        z = np.abs(table["z"].to_numpy())
+    for part in tables:
+        z = np.abs(part["z"].to_numpy())
         there = np.flatnonzero(np.isfinite(z))
         many += len(there)
-        some = table.take(there[np.argsort(-z[there], kind="stable")[:WORST]])
+        some = part.take(there[np.argsort(-z[there], kind="stable")[:WORST]])
         worst = pa.concat_tables([worst, some]) if len(worst) else some
         worst = worst.take(np.argsort(-np.abs(worst["z"].to_numpy()), kind="stable")[:WORST])
     return worst.to_pylist(), many

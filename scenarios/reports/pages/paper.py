@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 import scenarios.benchmark.paper.published as published
 from scenarios.benchmark.paper.experiment import IDENTIFIED
 from scenarios.benchmark.paper.folder import read_paper, read_torques
 from scenarios.benchmark.paper.result import PaperCase, PaperResult
-from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
@@ -83,24 +83,23 @@ def mass_plot(found: PaperResult) -> Plot:
     )
 
 
-def figure_3(torques: CaseTorques, case: PaperCase) -> list[Plot]:
+def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:
     """Torques of joints 1 to 4, both motions one after the other."""
-    end = float(torques.t.max())
+    end = float(torques["t"].to_numpy().max())
     plots: list[Plot] = []
     for j in range(IDENTIFIED):
-        own = np.flatnonzero(torques.joint == j)
-        own = own[np.lexsort((torques.t[own], torques.loaded[own]))]
-        gain = case.gains[j]
-        loaded = torques.loaded[own].astype(np.intp)
+        own = torques.query("joint == @j + 1").sort_values(["loaded", "t"])
+        t, measured, reconstructed = own[["t", "measured", "reconstructed"]].to_numpy(np.float64).T
+        gain, loaded = case.gains[j], own["loaded"].to_numpy(np.intp)
         rows = FitRows(
             joint=j,
             scale=gain,
             unit="N m",
             turning=True,
-            t=torques.t[own] + end * loaded,
-            stamp=torques.t[own],
-            V=torques.measured[own] / gain,
-            residual=(torques.measured[own] - torques.reconstructed[own]) / gain,
+            t=t + end * loaded,
+            stamp=t,
+            V=measured / gain,
+            residual=(measured - reconstructed) / gain,
             q=np.empty(0),
             dq=np.empty(0),
             motion=loaded,

@@ -6,32 +6,26 @@ from pathlib import Path
 import numpy as np
 
 from ident.model.arm import Arm
+from ident.payload.files import read_payload
 from ident.payload.payload import Payload
-from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Table, cells
+from scenarios.reports.content import Heading, Line, Paragraph, Part, pairs_table
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RecordFile
 
-TWO = (Column(title="What", words=True), Column(title="Value", words=True))
-
 
 def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[Part]:
-    """What a result takes for granted: arm, payloads, options.
-
-    Args:
-        record: Of the folder.
-        given: Payloads by the names of their files.
-        arm: As it was read.
-    """
-    rows = [
-        ("arm", f"{arm.name}: {arm.n} joints, kinematics from the model file; its inertias are not used"),
-        ("coupled motors", _couplings(record.robot.couplings)),
-        *((f"payload {name}", _payload(payload)) for name, payload in given.items()),
-        ("filters and rows", _options(record.observe)),
-        ("limits for accepting a gain", _options(record.gains)),
-    ]
-    if record.method is not None:
-        rows.insert(0, ("method", record.method + (f", {_options(record.options)}" if record.options else "")))
-    return [Heading("What was assumed"), Table(columns=TWO, rows=tuple(cells(*row) for row in rows))]
+    """What a result takes for granted: arm, payloads, options."""
+    method = (
+        {} if record.method is None else {"method": ", ".join(filter(None, [record.method, _options(record.options)]))}
+    )
+    rows = method | {
+        "arm": f"{arm.name}: {arm.n} joints, kinematics from the model file; its inertias are not used",
+        "coupled motors": _couplings(record.robot.couplings),
+        **{f"payload {name}": _payload(payload) for name, payload in given.items()},
+        "filters and rows": _options(record.observe),
+        "limits for accepting a gain": _options(record.gains),
+    }
+    return [Heading("What was assumed"), pairs_table("What", "Value", rows)]
 
 
 def payloads(record: RecordFile, given: GivenProblem) -> dict[str, Payload]:
@@ -40,23 +34,34 @@ def payloads(record: RecordFile, given: GivenProblem) -> dict[str, Payload]:
     return {stated.payload: each.payload for stated, each in pairs if stated.payload and each.payload is not None}
 
 
-def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Mapping[str, str]) -> list[Part]:
-    """Commands that do it again, and all that a stranger needs to see the same numbers.
+def origin(
+    record: RecordFile, payloads: Mapping[str, Payload], arm: Arm, again: str, seed: int | None = None
+) -> list[Part]:
+    """What was assumed of a saved result, and how to repeat it; the command `again` does so from its files."""
+    made = {"As it was made": record.command} if record.command else {}
+    about = {
+        "Made": record.created,
+        **({} if seed is None else {"Seed": str(seed)}),
+        "Recordings": ", ".join(record.sources),
+        "Versions": versions_in_words(record.versions),
+    }
+    commands = {**made, "The same from these files": again}
+    return [*assumed(record, payloads, arm), *repeated(commands, about, record.files)]
 
-    Args:
-        commands: By what they do.
-        about: What else is to be known: date, seed, versions.
-        digests: SHA-256 of files by name.
-    """
+
+def asked(folder: Path, record: RecordFile) -> dict[str, Payload]:
+    """The payload that bare motions or a check were asked about, by the name of its file."""
+    return {} if record.payload is None else {record.payload: read_payload(folder / record.payload)}
+
+
+def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Mapping[str, str]) -> list[Part]:
+    """Commands that do it again, and all that a stranger needs to see the same numbers."""
     parts: list[Part] = [Heading("How to repeat it")]
     for what, command in commands.items():
         parts += [Paragraph(f"{what}:"), Line(command)]
-    columns = (Column(title="What", words=True), Column(title="Value", words=True))
-    parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in about.items())))
+    parts.append(pairs_table("What", "Value", about))
     if digests:
-        columns = (Column(title="File", words=True), Column(title="SHA-256", words=True))
-        rest = f"SHA-256 of {len(digests)} files"
-        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in digests.items()), shown=0, rest=rest))
+        parts.append(pairs_table("File", "SHA-256", digests, shown=0, rest=f"SHA-256 of {len(digests)} files"))
     return parts
 
 

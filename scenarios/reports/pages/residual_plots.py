@@ -6,7 +6,7 @@ import numpy as np
 from scipy import signal, stats
 
 from ident.support.arrays import Array
-from scenarios.reports.content import Column, Paragraph, Part, Table, cells
+from scenarios.reports.content import Paragraph, Part, column, table
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 from scenarios.results.fit_rows import FitRows
 
@@ -29,10 +29,7 @@ LISTED = 12
 def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
     """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
 
-    Args:
-        rows: Of the joint.
-        row_period: Time from one row to the next [s].
-        correlation: Of a row's residual with that of the next.
+    `row_period` is in s; `correlation` is that of a row's residual with the next.
     """
     found: list[Array] = []
     lengths = [float(np.ptp(rows.t[rows.motion == k])) for k in np.unique(rows.motion)]
@@ -66,12 +63,7 @@ def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
 
 
 def against(rows: FitRows, what: str) -> Plot:
-    """A residual against the joint's position or speed, with means of bins.
-
-    Args:
-        rows: Of the joint, with states.
-        what: `position` or `speed`.
-    """
+    """A residual against the joint's position or speed, with means of bins."""
     x = rows.q if what == "position" else rows.dq
     y = 100.0 * rows.residual / float(np.sqrt(np.mean(rows.V**2)))
     step = one_in(len(x), POINTS)
@@ -118,22 +110,13 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
         f"normal ones {accident:.1f} would be."
     )
     found.sort(key=lambda each: -each[0])
-    lines = tuple(
-        cells(
-            str(each.joint + 1),
-            motions[int(each.motion[k])],
-            f"{each.stamp[k]:.2f}",
-            f"{each.residual[k] / each.sigma:+.1f}",
-            f"{each.scale * each.residual[k]:+.3g} {each.unit}",
-        )
-        for _, each, k in found[:LISTED]
+    listed = table(
+        found[:LISTED],
+        column("Joint", lambda row: row[1].joint + 1),
+        column("Motion", lambda row: motions[int(row[1].motion[row[2]])], words=True),
+        column("Time in motion [s]", lambda row: f"{row[1].stamp[row[2]]:.2f}"),
+        column("Deviations", lambda row: f"{row[1].residual[row[2]] / row[1].sigma:+.1f}"),
+        column("Off by", lambda row: f"{row[1].scale * row[1].residual[row[2]]:+.3g} {row[1].unit}", words=True),
+        title="Outliers" if len(found) <= LISTED else f"The {LISTED} farthest outliers",
     )
-    columns = (
-        Column(title="Joint"),
-        Column(title="Motion", words=True),
-        Column(title="Time in motion", unit="s"),
-        Column(title="Deviations"),
-        Column(title="Off by", words=True),
-    )
-    title = "Outliers" if len(found) <= LISTED else f"The {LISTED} farthest outliers"
-    return [Paragraph(said), *([Table(title=title, columns=columns, rows=lines)] if lines else [])]
+    return [Paragraph(said), *([listed] if found else [])]

@@ -13,7 +13,7 @@ from ident.support.naming import one_line
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.reports.content import Paragraph, Picture, Report
 from scenarios.results.record import RECORD
-from scenarios.results.scene import scene_digest
+from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
@@ -41,12 +41,7 @@ def with_picture(report: Report, folder: Path) -> Report:
 
 
 def why_another(named: str, scene: str | None) -> str | None:
-    """Why a scenario may not look now as it did when it was run, None if it does.
-
-    Args:
-        named: As it was called.
-        scene: By `scene_digest`, when it was run; None of a folder that does not say.
-    """
+    """Why a scenario may not look now as it did when it was run, None if it does."""
     if scene is None:
         return "this folder, written by another version of rx90, does not contain its scenario"
     try:
@@ -61,9 +56,6 @@ def still(named: str) -> Picture | None:
 
     `rx90 view` draws them in a process of its own: which OpenGL there is shows when MuJoCo is imported, and some end
     the process that asks for them.
-
-    Args:
-        named: The scenario, as it was called.
     """
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "still.png"

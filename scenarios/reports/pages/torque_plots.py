@@ -21,10 +21,7 @@ TOLD = (
 def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
     """Measured and reconstructed torque of a joint, and their difference.
 
-    Args:
-        rows: Of the joint.
-        motions: Names of the motions.
-        begins: When each begins on the axis of time, and the end of the last [s].
+    Motions begin, and the last one ends, at times `begins` [s] on the axis.
     """
     step = one_in(len(rows.t), MOST)
     measured, predicted = rows.scale * rows.V, rows.scale * (rows.V - rows.residual)

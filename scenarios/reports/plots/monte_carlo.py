@@ -22,12 +22,7 @@ NEAR = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """What the pictures are of.
-
-    Attributes:
-        title: Scenario and trials.
-        without: Joints that have no panel.
-    """
+    """What the pictures are of, and which joints have no panel."""
 
     title: str
     without: tuple[int, ...]

@@ -1,21 +1,22 @@
 """Figure 3 of the paper from our run."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from scenarios.benchmark.paper.experiment import IDENTIFIED
-from scenarios.benchmark.paper.torques import CaseTorques
 
 
-def figure_3(torques: CaseTorques) -> Figure:
+def figure_3(torques: pd.DataFrame) -> Figure:
     """Measured and reconstructed torques of joints 1 to 4, both motions one after the other."""
-    end = float(torques.t.max())
+    end = float(torques["t"].to_numpy().max())
     figure = Figure(figsize=(10, 9), layout="constrained")
     axes = figure.subplots(IDENTIFIED, 1, sharex=True)
     for j, axis in enumerate(axes):
         for loaded in (False, True):
-            rows = (torques.joint == j) & (torques.loaded == loaded)
-            t, torque, model = torques.t[rows] + loaded * end, torques.measured[rows], torques.reconstructed[rows]
+            rows = torques.query("joint == @j + 1 and loaded == @loaded")
+            t, torque, model = rows[["t", "measured", "reconstructed"]].to_numpy().T
+            t = t + loaded * end
             gaps = np.flatnonzero(np.diff(t) > 1.5 * np.median(np.diff(t))) + 1  # rows left out near reversals
             t, torque, model = (np.insert(x, gaps, np.nan) for x in (t, torque, model))
             axis.plot(t, torque, color="#1f5fa8", lw=1.6, label=None if loaded else "measured, gain times current")

@@ -102,12 +102,7 @@ def _print_words(text: str, style: str, console: Console, width: int, hanging: s
 
 
 def continued(command: str, width: int) -> str:
-    """A command on lines that a shell joins; a line is wider than the page only if one word is.
-
-    Args:
-        command: Of one line.
-        width: Characters a line.
-    """
+    """A command on lines that a shell joins; a line is wider than the page only if one word is."""
     words = [shlex.quote(word) for word in shlex.split(command)]
     if len(command) <= width or " ".join(words) != command:
         return command
@@ -151,12 +146,7 @@ def _print_table(table: Table, console: Console, width: int) -> None:
 
 
 def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, tuple[int, ...]]]:
-    """Which columns stand beside each other, and how far apart.
-
-    Args:
-        widths: Of the columns.
-        page: Characters a line.
-        keys: How many of the first columns say what a row is about.
+    """Which columns stand beside each other, and how far apart. The first `keys` columns say what a row is about.
 
     Returns:
         The gap and the columns of each part, the first ones in all of them. One part if the columns fit with a gap of
@@ -178,9 +168,7 @@ def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, t
 def fold(widths: Mapping[int, tuple[int, int]], page: int) -> dict[int, int]:
     """Columns made narrower, always the widest of those that can be, until all fit a page.
 
-    Args:
-        widths: Of the columns beside each other, by their index: the least, and the one wished for.
-        page: Characters for all of them, without gaps.
+    `widths` are, by the index of a column, the least and the one wished for; `page` is without gaps.
 
     Returns:
         The widths; together more than the page if the least are.

@@ -9,19 +9,14 @@ from scenarios.support.result_model import ResultModel
 
 
 class BareParameter(ResultModel):
-    """A parameter that bare motions show.
+    """A parameter that bare motions show."""
 
-    Attributes:
-        parameter: Its name as in the literature, numbered by joint; several where only their sum shows.
-        unit: Of its numbers.
-        estimate: What was found, in `unit`.
-        std: One standard deviation, that of the gains included where they are given, in `unit`.
-    """
-
-    parameter: str
-    unit: str
-    estimate: float
-    std: float
+    parameter: str = Field(
+        description="Its name as in the literature, numbered by joint; several where only their sum shows"
+    )
+    unit: str = Field(description="Of its numbers")
+    estimate: float = Field(description="What was found, in `unit`")
+    std: float = Field(description="One standard deviation, that of the gains included where they are given, in `unit`")
 
     @classmethod
     def of(cls, found: Parameter) -> "BareParameter":
@@ -52,7 +47,7 @@ class BareJoint(ResultModel):
     rel_std: float | None
     predicted_rel_std: float
     reason: str | None
-    off: float | None = Field(description="relative difference of the given gains' ratio from this one")
+    off: float | None = Field(description="relative difference of this ratio from that of the given gains")
     off_std: float | None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None
@@ -60,51 +55,36 @@ class BareJoint(ResultModel):
 
 
 class ExpectedJoint(ResultModel):
-    """What a payload would make of a joint's gain.
+    """What a payload would make of a joint's gain."""
 
-    Attributes:
-        joint: Its number, from 1.
-        rel_std: Relative standard deviation to expect of the gain, null if it would be refused.
-        reason: Why there is none, null if there is one.
-    """
-
-    joint: int = Field(ge=1)
-    rel_std: float | None
-    reason: str | None
+    joint: int = Field(ge=1, description="Its number, from 1")
+    rel_std: float | None = Field(
+        description="Relative standard deviation to expect of the gain, null if it would be refused"
+    )
+    reason: str | None = Field(description="Why there is none, null if there is one")
 
 
 class ExpectedGains(ResultModel):
-    """What to expect of the gains if the same motions were repeated with a payload.
+    """What to expect of the gains if the same motions were repeated with a payload."""
 
-    Attributes:
-        mass: Of the payload [kg].
-        joints: One entry a joint, in their order.
-    """
-
-    mass: float
-    joints: list[ExpectedJoint]
+    mass: float = Field(description="Of the payload [kg]")
+    joints: list[ExpectedJoint] = Field(description="One entry per joint, in their order")
 
 
 class BareResult(DiagnosedResult):
-    """What `rx90 identify --json` prints of bare recordings alone.
+    """What `rx90 identify --json` prints of bare recordings alone."""
 
-    Attributes:
-        reference: Number, from 1, of the joint beside which the others are surest.
-        joints: One entry a joint, in their order.
-        base_parameters: Of the arm, over the gain of the reference joint.
-        base_parameters_si: The same with gains that are given, null without any.
-        if_loaded: What a payload would add, null unless `--if-loaded` asks.
-        consistent: Links that bodies can have, nearest to the model's; null without `--gains`, or if the model has no
-            bodies.
-        consistent_reason: Why there are none, null if there are.
-        notes: What the method chose and what one should know.
-    """
-
-    reference: int = Field(ge=1)
-    joints: list[BareJoint]
-    base_parameters: list[BareParameter]
-    base_parameters_si: list[BareParameter] | None
-    if_loaded: ExpectedGains | None
-    consistent: Links | None
-    consistent_reason: str | None
-    notes: list[str]
+    reference: int = Field(ge=1, description="Number, from 1, of the joint beside which the others are surest")
+    joints: list[BareJoint] = Field(description="One entry per joint, in their order")
+    base_parameters: list[BareParameter] = Field(description="Of the arm, over the gain of the reference joint")
+    base_parameters_si: list[BareParameter] | None = Field(
+        description="The same with gains that are given, null without any"
+    )
+    if_loaded: ExpectedGains | None = Field(description="What a payload would add, null unless `--if-loaded` asks")
+    consistent: Links | None = Field(
+        description=(
+            "Links that bodies can have, nearest to the model's; null without `--gains`, or if the model has no bodies"
+        )
+    )
+    consistent_reason: str | None = Field(description="Why there are none, null if there are")
+    notes: list[str] = Field(description="What the method chose and what one should know")

@@ -18,23 +18,14 @@ LIMITS, FRICTION = "joint limits", "friction sign"
 
 
 class CheckLine(ResultModel):
-    """A line of a check; `log` and `joint` are null where it is about all of them.
+    """A line of a check; `log` and `joint` are null where it is about all of them."""
 
-    Attributes:
-        log: Name of the log.
-        what: What was looked at.
-        joint: Its number, from 1.
-        verdict: On this line.
-        seen: What was found, in words.
-        advice: What to do.
-    """
-
-    log: str | None
-    what: str
-    joint: int | None = Field(ge=1)
-    verdict: Literal["good", "weak", "wrong"]
-    seen: str
-    advice: str | None
+    log: str | None = Field(description="Name of the log")
+    what: str = Field(description="What was looked at")
+    joint: int | None = Field(ge=1, description="Its number, from 1")
+    verdict: Literal["good", "weak", "wrong"] = Field(description="Verdict of this line")
+    seen: str = Field(description="What was found, in words")
+    advice: str | None = Field(description="What to do")
 
     @classmethod
     def of(cls, found: Diagnosis) -> "CheckLine":
@@ -50,36 +41,24 @@ class CheckLine(ResultModel):
 
 
 class CheckJoint(ResultModel):
-    """How a joint moved in a log.
+    """How a joint moved in a log."""
 
-    Attributes:
-        joint: Its number, from 1.
-        high: Largest position [rad or m].
-        speed_rms: Rms of the speed [rad/s or m/s].
-        acceleration_rms: Rms of the acceleration [rad/s^2 or m/s^2].
-    """
-
-    joint: int = Field(ge=1)
+    joint: int = Field(ge=1, description="Its number, from 1")
     low: float = Field(description="[rad or m]")
-    high: float
+    high: float = Field(description="Largest position [rad or m]")
     covered: float | None = Field(description="share of the joint's range, null where no limits are stated")
     speed: float = Field(ge=0.0, description="largest [rad/s or m/s]")
-    speed_rms: float = Field(ge=0.0)
-    acceleration_rms: float = Field(ge=0.0)
+    speed_rms: float = Field(ge=0.0, description="Rms of the speed [rad/s or m/s]")
+    acceleration_rms: float = Field(ge=0.0, description="Rms of the acceleration [rad/s^2 or m/s^2]")
     slow: float = Field(ge=0.0, le=1.0, description="share of the time beside reversals")
     current_rms: float = Field(ge=0.0, description="[drive units]")
 
 
 class CheckLog(ResultModel):
-    """A log; without joints if it cannot be filtered.
+    """A log; without joints if it cannot be filtered."""
 
-    Attributes:
-        log: Its name.
-        joints: One entry a joint.
-    """
-
-    log: str
-    joints: list[CheckJoint]
+    log: str = Field(description="Its name")
+    joints: list[CheckJoint] = Field(description="One entry per joint")
 
     @classmethod
     def of(cls, log: str, motions: Sequence[JointMotion]) -> "CheckLog":
@@ -91,8 +70,10 @@ class CheckLog(ResultModel):
 class CheckReadings(ResultModel):
     """Other readings of all logs together."""
 
-    better: list[str] = Field(description="that predict the currents better than the logs as they are")
-    same: list[str] = Field(description="that these logs cannot tell from the logs as they are")
+    better: list[str] = Field(
+        description="faults whose correction predicts the currents better than the logs as they are"
+    )
+    same: list[str] = Field(description="faults that these logs cannot distinguish from the logs as they are")
     out_of_reach: list[int] = Field(description="joints beyond their limits")
     driven_by_friction: list[int] = Field(description="joints whose positions or currents have the wrong sign")
 
@@ -113,30 +94,17 @@ def _joints(found: Diagnosed, name: str) -> list[int]:
 
 
 class Check(DiagnosedResult):
-    """What `rx90 check --json` prints.
+    """What `rx90 check --json` prints."""
 
-    Attributes:
-        robot: Its name.
-        verdict: The worst of all lines.
-        lines: What was looked at.
-        logs: How joints moved.
-        readings: Other readings of all logs together.
-    """
-
-    robot: str
-    verdict: Literal["good", "weak", "wrong"]
-    lines: list[CheckLine]
-    logs: list[CheckLog]
-    readings: CheckReadings
+    robot: str = Field(description="Its name")
+    verdict: Literal["good", "weak", "wrong"] = Field(description="The worst of all lines")
+    lines: list[CheckLine] = Field(description="What was looked at")
+    logs: list[CheckLog] = Field(description="How joints moved")
+    readings: CheckReadings = Field(description="Other readings of all logs together")
 
     @classmethod
     def of(cls, checked: Checked, arm: Arm) -> "Check":
-        """What a check found.
-
-        Args:
-            checked: The logs, and what is said of them.
-            arm: That moved.
-        """
+        """What a check found."""
         found = checked.found
         return cls(
             robot=arm.name,

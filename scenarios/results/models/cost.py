@@ -16,92 +16,70 @@ if TYPE_CHECKING:  # a process that only identifies has nothing to judge
 
 
 class CostQuantity(ResultModel):
-    """Mass, a coordinate of the centre, or an inertia about it, of the weight; null where the data do not show it.
+    """Mass, a coordinate of the centre, or an inertia about it, of the weight; null where the data do not show it."""
 
-    Attributes:
-        quantity: Its name: mass; x, y and z of the centre of mass; ixx to iyz.
-        unit: Of its numbers.
-        true: Of what was mounted, null where that is not known, in `unit`.
-        stated: As weighed and drawn, null where it is not stated, in `unit`.
-        a_priori: With the a-priori gains, in `unit`.
-        a_priori_std: One standard deviation of that, in `unit`; errors of the a-priori gains are not in it.
-        found: With the gains found, in `unit`; null where these come from the same recordings.
-        found_std: One standard deviation of that, in `unit`, that of the gains included.
-    """
-
-    quantity: str
-    unit: str
-    true: float | None
-    stated: float | None
-    a_priori: float | None
-    a_priori_std: float | None
-    found: float | None
-    found_std: float | None
+    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Of its numbers")
+    true: float | None = Field(description="Of what was mounted, null where that is not known, in `unit`")
+    stated: float | None = Field(description="As weighed and drawn, null where it is not stated, in `unit`")
+    a_priori: float | None = Field(description="With the a-priori gains, in `unit`")
+    a_priori_std: float | None = Field(
+        description="One standard deviation of that, in `unit`; errors of the a-priori gains are not in it"
+    )
+    found: float | None = Field(
+        description="With the gains found, in `unit`; null where these come from the same recordings"
+    )
+    found_std: float | None = Field(description="One standard deviation of that, in `unit`, that of the gains included")
 
 
 class CostJoint(ResultModel):
-    """A joint alone: its gains, the mass that it gives, the torque that is predicted for it.
+    """A joint alone: its gains, the mass that it gives, the torque that is predicted for it."""
 
-    Attributes:
-        joint: Its number, from 1.
-        a_priori_gain: [N m / drive unit], null where none is believed.
-        gain: Found [N m / drive unit], null if refused.
-        rel_difference: Relative difference, a-priori gain over the one found, less one; null without both.
-        a_priori_mass: Of the weight, from this joint with its a-priori gain, null where it does not show [kg].
-        a_priori_mass_std: One standard deviation of that [kg].
-        found_mass: The same with the gain found [kg].
-        found_mass_std: One standard deviation of that [kg].
-        a_priori_torque_error: Relative error of the torque that arm and payload take on another motion, predicted with
-            the a-priori gains; null where the torque is not known.
-        found_torque_error: The same with the gains found, relative as well.
-    """
-
-    joint: int = Field(ge=1)
-    a_priori_gain: float | None
-    gain: float | None
-    rel_difference: float | None
-    a_priori_mass: float | None
-    a_priori_mass_std: float | None
-    found_mass: float | None
-    found_mass_std: float | None
-    a_priori_torque_error: float | None
-    found_torque_error: float | None
+    joint: int = Field(ge=1, description="Its number, from 1")
+    a_priori_gain: float | None = Field(description="[N m / drive unit], null where none is believed")
+    gain: float | None = Field(description="Found [N m / drive unit], null if refused")
+    rel_difference: float | None = Field(
+        description="Relative difference, a-priori gain over the one found, less one; null without both"
+    )
+    a_priori_mass: float | None = Field(
+        description="Of the weight, from this joint with its a-priori gain, null where it does not show [kg]"
+    )
+    a_priori_mass_std: float | None = Field(description="One standard deviation of that [kg]")
+    found_mass: float | None = Field(description="The same with the gain found [kg]")
+    found_mass_std: float | None = Field(description="One standard deviation of that [kg]")
+    a_priori_torque_error: float | None = Field(
+        description=(
+            "Relative error of the torque that arm and payload take on another motion, predicted with the a-priori "
+            "gains; null where the torque is not known"
+        )
+    )
+    found_torque_error: float | None = Field(description="The same with the gains found, relative as well")
 
 
 class CostArm(ResultModel):
-    """Identifiable parameters of the arm, all of one kind.
+    """Identifiable parameters of the arm, all of one kind."""
 
-    Attributes:
-        quantity: Which: first moments, which hold the masses, or inertias.
-        a_priori: Relative error with the a-priori gains: norm of the error over that of the truth.
-        a_priori_std: Its root mean square to expect from the deviations of the parameters, relative as well.
-        found: Relative error with the gains found.
-        found_std: As `a_priori_std`, relative as well.
-    """
-
-    quantity: str
-    a_priori: float
-    a_priori_std: float
-    found: float | None
-    found_std: float | None
+    quantity: str = Field(description="Which: first moments, which hold the masses, or inertias")
+    a_priori: float = Field(
+        description="Relative error with the a-priori gains: norm of the error over that of the truth"
+    )
+    a_priori_std: float = Field(
+        description="Its root mean square to expect from the deviations of the parameters, relative as well"
+    )
+    found: float | None = Field(description="Relative error with the gains found")
+    found_std: float | None = Field(description="As `a_priori_std`, relative as well")
 
 
 class ResultCost(ResultModel):
-    """What comes out with a-priori gains and with those found.
+    """What comes out with a-priori gains and with those found."""
 
-    Attributes:
-        payload: The weight, all joints together.
-        joints: One a joint, in their order.
-        arm: Errors of the arm's parameters; empty where the truth is not known.
-        tolerance: Relative error of the mass that passes with the gains found, null where none is stated.
-        passed: Whether it does.
-    """
-
-    payload: list[CostQuantity]
-    joints: list[CostJoint]
-    arm: list[CostArm]
-    tolerance: float | None
-    passed: bool | None
+    payload: list[CostQuantity] = Field(description="The weight, all joints together")
+    joints: list[CostJoint] = Field(description="One per joint, in their order")
+    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty where the truth is not known")
+    tolerance: float | None = Field(
+        description="Relative error of the mass that passes with the gains found, null where none is stated"
+    )
+    passed: bool | None = Field(description="Whether it does")
 
     @classmethod
     def of_verdict(cls, verdict: "CostVerdict", joints: Sequence[JointResult]) -> "ResultCost":
@@ -117,16 +95,7 @@ class ResultCost(ResultModel):
                 each.model_copy(update={"a_priori_torque_error": one.get(j), "found_torque_error": two.get(j)})
                 for j, each in enumerate(rows)
             ],
-            arm=[
-                CostArm(
-                    quantity=each.quantity,
-                    a_priori=each.a_priori,
-                    a_priori_std=each.a_priori_std,
-                    found=each.found,
-                    found_std=each.found_std,
-                )
-                for each in verdict.arm
-            ],
+            arm=[CostArm.model_validate(each, from_attributes=True) for each in verdict.arm],
             tolerance=verdict.tolerance,
             passed=verdict.passed,
         )

@@ -11,82 +11,50 @@ from scenarios.support.result_model import ResultModel
 
 
 class DiagnosisEffect(ResultModel):
-    """What a fault does to a gain; to the joint's current where `deviations` is null.
+    """What a fault does to a gain; to the joint's current where `deviations` is null."""
 
-    Attributes:
-        joint: Its number, from 1.
-        percent: Error of the gain, or share of the joint's rms current.
-        deviations: The same in standard deviations that are claimed of the gain.
-    """
-
-    joint: int = Field(ge=1)
-    percent: float
-    deviations: float | None
+    joint: int = Field(ge=1, description="Its number, from 1")
+    percent: float = Field(description="Error of the gain, or share of the joint's rms current")
+    deviations: float | None = Field(description="The same in stated standard deviations of the gain")
 
 
 class ResultDiagnosis(ResultModel):
-    """One thing that was looked at, and what was found.
+    """One thing that was looked at, and what was found."""
 
-    Attributes:
-        name: What was looked at.
-        severity: How it is to be taken.
-        sentence: What was found, in words and numbers.
-        cause: The same without what it does to the gains, null where that is nothing.
-        advice: What to do.
-        value: Size of what was found, in `unit`.
-        std: Standard deviation of the size, in `unit`.
-        unit: Of both.
-        effects: What it does to each gain.
-        rivals: What these logs cannot tell it from.
-        asked: Whether it answers what an option asked, and is told though it is good.
-    """
-
-    name: str
-    severity: Literal["good", "weak", "wrong"]
-    sentence: str
-    cause: str | None = None
-    advice: str | None
+    name: str = Field(description="What was looked at")
+    severity: Literal["good", "weak", "wrong"] = Field(description="Good, weak (a warning) or wrong")
+    sentence: str = Field(description="What was found, in words and numbers")
+    cause: str | None = Field(None, description="The same without the effect on the gains, null where there is none")
+    advice: str | None = Field(description="What to do")
     joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
     logs: list[str] = Field(description="names of those that it is about; empty for all of them")
-    value: float | None
-    std: float | None
-    unit: str | None
+    value: float | None = Field(description="Size of what was found, in `unit`")
+    std: float | None = Field(description="Standard deviation of the size, in `unit`")
+    unit: str | None = Field(description="Of both")
     z: float | None = Field(
-        description="ratio of the gain in predictions to its standard error, null where samples show it"
+        description="ratio of the improvement of predictions to its standard error, null where samples show it"
     )
-    effects: list[DiagnosisEffect]
-    rivals: list[str]
-    asked: bool
+    effects: list[DiagnosisEffect] = Field(description="What it does to each gain")
+    rivals: list[str] = Field(description="Faults that these logs cannot distinguish from it")
+    asked: bool = Field(description="Whether an option asked for it, so that it is reported even if it is good")
 
 
 class ResultExclusion(ResultModel):
-    """A family of faults that the logs exclude.
+    """A family of faults that the logs exclude."""
 
-    Attributes:
-        family: As `name` of a diagnosis.
-        sentence: What is excluded, in words.
-        unit: Of the limit.
-    """
-
-    family: str
-    sentence: str
+    family: str = Field(description="As `name` of a diagnosis")
+    sentence: str = Field(description="What is excluded, in words")
     joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
     limit: float | None = Field(description="size beyond which it is excluded, in `unit`; null: of any size")
-    unit: str | None
+    unit: str | None = Field(description="Of the limit")
 
 
 class DiagnosedResult(ResultModel):
-    """What is said of logs and of an estimate; it stands behind all else that a result has.
+    """What is said of logs and of an estimate; it stands behind all else that a result has."""
 
-    Attributes:
-        diagnoses: What was looked at, the worst first.
-        excluded: Faults that the logs exclude.
-        untold: What the logs cannot tell.
-    """
-
-    diagnoses: list[ResultDiagnosis]
-    excluded: list[ResultExclusion]
-    untold: list[str]
+    diagnoses: list[ResultDiagnosis] = Field(description="What was looked at, the worst first")
+    excluded: list[ResultExclusion] = Field(description="Faults that the logs exclude")
+    untold: list[str] = Field(description="Faults that the logs cannot reveal")
 
     @property
     def found(self) -> diagnosis.Diagnosed:

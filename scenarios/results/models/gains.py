@@ -13,42 +13,26 @@ if TYPE_CHECKING:  # a process that only identifies has nothing to judge
 
 
 class ResultGain(ResultModel):
-    """One joint's gain; what needs a truth is null where there is none.
+    """One joint's gain; what needs a truth is null where there is none."""
 
-    Attributes:
-        joint: Its number, from 1.
-        true: Injected gain [N m / drive unit].
-        std: Standard deviation of the estimate, all shares together [N m / drive unit].
-        rel_error: Relative error of the estimate.
-        z: Error of the estimate in standard deviations, error over `std`.
-        tolerance: Relative error that passes.
-        identifiable: Whether there is an estimate.
-        passed: Whether the joint is as its scenario wants it.
-        reason: Why the joint is refused.
-        name: Of the joint in the robot's model.
-        residual_std: Share of the residuals [N m / drive unit].
-        payload_std: Share of what is stated of the payload [N m / drive unit].
-        model_std: Share of what the model takes for granted [N m / drive unit].
-        total_std: The same as `std` [N m / drive unit].
-        predicted_rel_std: Relative standard deviation that the payload lets one expect.
-    """
-
-    joint: int = Field(ge=1)
-    true: float | None
+    joint: int = Field(ge=1, description="Its number, from 1")
+    true: float | None = Field(description="Injected gain [N m / drive unit]")
     estimate: float | None = Field(description="[N m / drive unit], null if refused")
-    std: float | None
-    rel_error: float | None
-    z: float | None
-    tolerance: float | None
-    identifiable: bool
-    passed: bool | None
-    reason: str | None
-    name: str | None = None
-    residual_std: float | None = None
-    payload_std: float | None = None
-    model_std: float | None = None
-    total_std: float | None = None
-    predicted_rel_std: float | None = None
+    std: float | None = Field(description="Standard deviation of the estimate, all shares together [N m / drive unit]")
+    rel_error: float | None = Field(description="Relative error of the estimate")
+    z: float | None = Field(description="Error of the estimate in standard deviations, error over `std`")
+    tolerance: float | None = Field(description="Relative error that passes")
+    identifiable: bool = Field(description="Whether there is an estimate")
+    passed: bool | None = Field(description="Whether the joint is as its scenario wants it")
+    reason: str | None = Field(description="Why the joint is refused")
+    name: str | None = Field(None, description="Of the joint in the robot's model")
+    residual_std: float | None = Field(None, description="Share of the residuals [N m / drive unit]")
+    payload_std: float | None = Field(None, description="Share of what is stated of the payload [N m / drive unit]")
+    model_std: float | None = Field(None, description="Share of what the model takes for granted [N m / drive unit]")
+    total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")
+    predicted_rel_std: float | None = Field(
+        None, description="Relative standard deviation that the payload lets one expect"
+    )
 
     @classmethod
     def of(cls, joint: int, found: JointResult, verdict: "GainVerdict | None" = None) -> "ResultGain":
@@ -80,23 +64,18 @@ class ResultGain(ResultModel):
 
 
 class ResultParameter(ResultModel):
-    """A parameter of the payload that the method found on its way; `tolerance` and `passed` are null.
+    """A parameter of the payload that the method found on its way; `tolerance` and `passed` are null."""
 
-    Attributes:
-        parameter: Its name: XX to ZZ, MX, MY, MZ or M.
-        true: Of what was mounted, null where that is not known [kg m^2, kg m or kg].
-        estimate: What was found [kg m^2, kg m or kg].
-        std: One standard deviation, that of the gains included [kg m^2, kg m or kg].
-        tolerance: Always null: nothing is asked of it [kg m^2, kg m or kg].
-        passed: Always null.
-    """
-
-    parameter: str
-    true: float | None = None
-    estimate: float
-    std: float
-    tolerance: float | None = None
-    passed: bool | None = None
+    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
+    true: float | None = Field(
+        default=None, description="Of what was mounted, null where that is not known [kg m^2, kg m or kg]"
+    )
+    estimate: float = Field(description="What was found [kg m^2, kg m or kg]")
+    std: float = Field(description="One standard deviation, that of the gains included [kg m^2, kg m or kg]")
+    tolerance: float | None = Field(
+        default=None, description="Always null: nothing is asked of it [kg m^2, kg m or kg]"
+    )
+    passed: bool | None = Field(default=None, description="Always null")
 
     @classmethod
     def of(cls, found: FoundParameter, true: float | None) -> "ResultParameter":

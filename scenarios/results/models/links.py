@@ -24,23 +24,14 @@ class _Open(BaseModel):
 
 
 class LinkInertia(_Open):
-    """Inertia about the centre of mass, along the axes of the link.
+    """Inertia about the centre of mass, along the axes of the link."""
 
-    Attributes:
-        ixx: About the first axis [kg m^2].
-        iyy: About the second axis [kg m^2].
-        izz: About the third axis [kg m^2].
-        ixy: Product of the first two [kg m^2].
-        ixz: Product of the first and third [kg m^2].
-        iyz: Product of the last two [kg m^2].
-    """
-
-    ixx: float
-    iyy: float
-    izz: float
-    ixy: float
-    ixz: float
-    iyz: float
+    ixx: float = Field(description="About the first axis [kg m^2]")
+    iyy: float = Field(description="About the second axis [kg m^2]")
+    izz: float = Field(description="About the third axis [kg m^2]")
+    ixy: float = Field(description="Product of the first two [kg m^2]")
+    ixz: float = Field(description="Product of the first and third [kg m^2]")
+    iyz: float = Field(description="Product of the last two [kg m^2]")
 
     @property
     def six(self) -> tuple[float, float, float, float, float, float]:
@@ -71,7 +62,7 @@ class Links(_Open):
 
     links: tuple[Link, ...] = Field(min_length=1, description="one entry per joint, in their order")
     farthest_parameter: str = Field(description="base parameter that differs most from its estimate from data alone")
-    farthest_deviations: float = Field(ge=0.0, description="by how many of its standard deviations")
+    farthest_deviations: float = Field(ge=0.0, description="its difference, in standard deviations of that estimate")
 
 
 def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
@@ -79,9 +70,7 @@ def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
     far = int(np.argmax(np.abs(found.moved)))
     links = [_link(found, nominal, arm, j) for j in range(arm.n)]
     return Links(
-        links=tuple(links),
-        farthest_parameter=found.names[far],
-        farthest_deviations=float(abs(found.moved[far])),
+        links=tuple(links), farthest_parameter=found.names[far], farthest_deviations=float(abs(found.moved[far]))
     )
 
 

@@ -24,62 +24,38 @@ if TYPE_CHECKING:  # a process that only identifies needs no simulator
 
 
 class ResultFit(ResultModel):
-    """How well the data are explained.
+    """How well the data are explained."""
 
-    Attributes:
-        method: Name of the estimator.
-        rows: Of the linear systems of all joints.
-        error_norm: Norm of the residuals of all joints [drive units].
-        rel_error_norm: The same as a share of the norm of the currents.
-        sigma: Standard deviation of the residuals of all joints [drive units].
-    """
-
-    method: str
-    rows: int
-    error_norm: float
-    rel_error_norm: float
-    sigma: float
+    method: str = Field(description="Name of the estimator")
+    rows: int = Field(description="Of the linear systems of all joints")
+    error_norm: float = Field(description="Norm of the residuals of all joints [drive units]")
+    rel_error_norm: float = Field(description="The same as a share of the norm of the currents")
+    sigma: float = Field(description="Standard deviation of the residuals of all joints [drive units]")
 
     @classmethod
     def of(cls, estimate: GainEstimate) -> "ResultFit":
         """How well an estimate explains its rows."""
-        return cls(
-            method=estimate.method,
-            rows=estimate.rows,
-            error_norm=estimate.error_norm,
-            rel_error_norm=estimate.rel_error_norm,
-            sigma=estimate.sigma,
-        )
+        return cls.model_validate(estimate, from_attributes=True)
 
 
 class ResultTiming(ResultModel):
-    """Wall times [s].
+    """Wall times [s]."""
 
-    Attributes:
-        simulate_s: For all motions [s].
-        identify_s: For the estimate [s].
-    """
-
-    simulate_s: float | None
-    identify_s: float
+    simulate_s: float | None = Field(description="For all motions [s]")
+    identify_s: float = Field(description="For the estimate [s]")
 
 
 class ResultFinding(ResultModel):
-    """A diagnosis that was compared by its predictions of the currents, in short.
-
-    Attributes:
-        statistic: What was found, in what `measure` says.
-        failed: Whether it matters.
-    """
+    """A diagnosis that was compared by its predictions of the currents, in short."""
 
     check: str = Field(description="name of the diagnosis")
     joint: int = Field(ge=1, description="the joint that is affected most")
-    statistic: float
+    statistic: float = Field(description="Its size, in the unit that `measure` names")
     threshold: float = Field(description="critical value of the statistic, in what `measure` says")
     measure: str = Field(description="what both are")
     sentence: str | None = Field(description="what it means, null where it does not matter")
     change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")
-    failed: bool
+    failed: bool = Field(description="Whether it matters")
 
     @classmethod
     def of(cls, found: Diagnosis) -> "ResultFinding":
@@ -99,33 +75,25 @@ class ResultFinding(ResultModel):
 
 
 class Result(DiagnosedResult):
-    """What `rx90 run --json` and `rx90 identify --json` print.
+    """What `rx90 run --json` and `rx90 identify --json` print."""
 
-    Attributes:
-        scenario: Its name.
-        seed: Of every random number.
-        passed: The verdict.
-        gains: One a joint, in their order.
-        payload: The payload's parameters, where they are found too.
-        fit: How well the data are explained.
-        timing: Wall times.
-        notes: What the method chose and what one should know.
-        consistency: Diagnoses that were compared by their predictions, in short.
-        cost: What comes out with a-priori gains beside those found, null where nobody asks.
-        unseen: How well a motion that no fit has seen is predicted, null where none is given.
-    """
-
-    scenario: str | None
-    seed: int | None
-    passed: bool | None
-    gains: list[ResultGain]
-    payload: list[ResultParameter]
-    fit: ResultFit
-    timing: ResultTiming
-    notes: list[str] = Field(default_factory=list[str])
-    consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
-    cost: ResultCost | None = None
-    unseen: ResultUnseen | None = None
+    scenario: str | None = Field(description="Its name")
+    seed: int | None = Field(description="Of every random number")
+    passed: bool | None = Field(description="The verdict")
+    gains: list[ResultGain] = Field(description="One per joint, in their order")
+    payload: list[ResultParameter] = Field(description="The payload's parameters, where they are found too")
+    fit: ResultFit = Field(description="How well the data are explained")
+    timing: ResultTiming = Field(description="Wall times")
+    notes: list[str] = Field(default_factory=list[str], description="What the method chose and what one should know")
+    consistency: list[ResultFinding] = Field(
+        default_factory=list[ResultFinding], description="Diagnoses that were compared by their predictions, in short"
+    )
+    cost: ResultCost | None = Field(
+        None, description="What comes out with a-priori gains beside those found, null where nobody asks"
+    )
+    unseen: ResultUnseen | None = Field(
+        None, description="How well a motion that no fit has seen is predicted, null where none is given"
+    )
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
@@ -155,14 +123,7 @@ class Result(DiagnosedResult):
         a_priori: GainsOutcome | None = None,
         unseen: Unseen | None = None,
     ) -> "Result":
-        """What was identified; what needs a truth is null.
-
-        Args:
-            found: Gains, notes and what is said of the logs.
-            identify_s: Wall time [s].
-            a_priori: What other gains make of the logs, None where nobody asks.
-            unseen: A motion that no fit has seen, None where there is none.
-        """
+        """What was identified; what needs a truth is null. `identify_s` is a wall time [s]."""
         return cls(
             scenario=None,
             seed=None,

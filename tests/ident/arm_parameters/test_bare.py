@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios
+from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios, ratio_discrepancies
 from ident.arm_parameters.parameter_values import _covariance, _friction_unit, _rival_friction
-from ident.arm_parameters.ratio_discrepancies import ratio_discrepancies
 from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains

@@ -7,8 +7,8 @@ import pytest
 from consistency_logs import LOOSE, all_joints, logs_of, problem_of, with_current
 from real_friction import Truth
 
-from ident.diagnosis.autocorrelation import MUCH, autocorrelation, lag_one
 from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.gain_symptoms import MUCH, autocorrelation, lag_one
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty.classical import classical

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ident.diagnosis.added import added, each_added
+from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.comparison import (
     BLOCKS,
     Fits,
@@ -22,6 +22,11 @@ from ident.diagnosis.comparison import (
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
+
+
+def added(fits: Fits, columns) -> Added | None:
+    """What one set of columns adds."""
+    return each_added(fits, [columns])[0]
 
 
 class Made:

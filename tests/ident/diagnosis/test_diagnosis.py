@@ -16,13 +16,13 @@ from ident.diagnosis.added import Added
 from ident.diagnosis.candidates import Compared, likeliest
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
-from ident.diagnosis.effects import between, consequence, severity_of
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import Fault, compared
 from ident.diagnosis.estimate_lacks import beyond_prior
+from ident.diagnosis.estimate_model import between, consequence, severity_of
 from ident.estimation.estimate import IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
 from ident.support.errors import Contradiction
 
@@ -169,8 +169,8 @@ def test_the_worst_stands_first_and_is_that_of_all():
     assert [(each.severity, each.name) for each in worst_first(found)] == [
         (Severity.WRONG, "zero"), (Severity.WRONG, "delay"), (Severity.WEAK, "zero"), (Severity.GOOD, "zero"),
     ]  # fmt: skip
-    assert worst(found) is Severity.WRONG
-    assert worst([]) is Severity.GOOD
+    assert Diagnosed(diagnoses=tuple(found)).severity is Severity.WRONG
+    assert Diagnosed().severity is Severity.GOOD
     assert len(Diagnosed(diagnoses=tuple(found)).findings) == 3
 
 
@@ -227,7 +227,7 @@ def test_something_wrong_without_effects_spoils_the_joints_that_it_names():
 
 
 def test_where_no_gain_is_left_all_of_it_is_refused():
-    with pytest.raises(Contradiction, match="the zero of q2 is off; 1 more with rx90 check"):
+    with pytest.raises(Contradiction, match="the zero of q2 is off; rx90 check lists 1 more"):
         without_spoilt(GAINS, [said(Severity.WRONG, joints=(0, 1)), said(Severity.WRONG, joints=(2,), name="delay")])
 
 

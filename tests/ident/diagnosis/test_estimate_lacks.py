@@ -13,10 +13,9 @@ from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.effects import consequence
 from ident.diagnosis.engine import survey
 from ident.diagnosis.estimate_lacks import _unexplained, imitated, lacks_of, shown_beside
-from ident.diagnosis.estimate_model import claimed, stated
+from ident.diagnosis.estimate_model import claimed, consequence, stated
 from ident.diagnosis.fitted_currents import reference
 from ident.estimation.estimators.nls import all_joints_gains
 

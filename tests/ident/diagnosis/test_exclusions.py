@@ -16,7 +16,6 @@ from ident.diagnosis.estimate_model import Stated, stated
 from ident.diagnosis.exclusions import (
     SIZES,
     SURELY_WORSE,
-    bound,
     bounds,
     centres_excluded,
     exclusions,
@@ -57,7 +56,7 @@ def direction(seen: Survey, family: str, joints: tuple[int, ...], logs: tuple[in
 @pytest.mark.parametrize(("family", "joints"), [("zero", (1,)), ("zero", (2,)), ("delay", ()), ("clock", ())])
 def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen, family, joints):
     found = direction(seen, family, joints)
-    size = bound(logs.model.fits, found)
+    size = bounds(logs.model.fits, [found])[0]
     assert size is not None
     for sign in (1.0, -1.0):
         # Read in full and observed again: the first order errs by a tenth, of a delay, which lacks steps, by more.
@@ -71,7 +70,7 @@ def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen,
 
 def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(logs, seen):
     found = direction(seen, "zero", (1,))
-    size = bound(logs.model.fits, found)
+    size = bounds(logs.model.fits, [found])[0]
     assert np.isclose(size / found.largest, SIZES).any()
 
     def worst(x: float) -> float:
@@ -93,31 +92,31 @@ def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_i
 def test_a_column_of_no_size_excludes_nothing(logs, seen):
     found = direction(seen, "zero", (1,))
     faint = replace(found, columns=tuple(None if each is None else 1e-6 * each for each in found.columns))
-    assert bound(logs.model.fits, faint) is None
+    assert bounds(logs.model.fits, [faint])[0] is None
 
 
 def test_bounds_of_many_directions_are_those_of_each(logs, seen):
     found = [each for each in seen.directions if each.family in ("zero", "delay", "clock") and len(each.joints) < 2]
     sizes = bounds(logs.model.fits, found)
     assert len({size for size in sizes if size is not None}) > 3
-    assert sizes == [bound(logs.model.fits, each) for each in found]
+    assert sizes == [bounds(logs.model.fits, [each])[0] for each in found]
 
 
 def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     found = {each.family: each for each in exclusions(seen) if each.limit is not None}
     zeros = found["zero"]
-    limits = [bound(logs.model.fits, direction(seen, "zero", (j,))) for j in zeros.joints]
+    limits = bounds(logs.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     assert zeros.unit == "degrees"
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
     late = [each.sentence for each in exclusions(seen) if each.family == "delay"]
     assert late[0].startswith("delays of all currents beyond ")
-    sizes = [[bound(logs.model.fits, direction(seen, "delay", (j,), (k,))) for k in (0, 1)] for j in range(6)]
+    sizes = [bounds(logs.model.fits, [direction(seen, "delay", (j,), (k,)) for k in (0, 1)]) for j in range(6)]
     each = ", ".join(f"{1e3 * max(size):.2g} (v{j + 1})" for j, size in enumerate(sizes) if None not in size)
     assert late[1] == f"delays of one current in one log beyond {each} ms"
     scales = found["current scale"]
-    limits = [bound(logs.model.fits, direction(seen, "current scale", (j,), (1,))) for j in range(6)]
+    limits = bounds(logs.model.fits, [direction(seen, "current scale", (j,), (1,)) for j in range(6)])
     shown = [j for j, size in enumerate(limits) if size is not None]
     assert list(scales.joints) == shown
     each = ", ".join(f"{100.0 * limits[j]:.2g} (v{j + 1})" for j in shown)

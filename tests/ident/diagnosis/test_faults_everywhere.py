@@ -9,7 +9,6 @@ from known_logs import BRICK, mounted
 from log_faults import at, changed, exchanged, late
 from real_friction import Truth
 
-import ident.diagnosis.diagnose as diagnosing
 from ident.check import check
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
@@ -18,7 +17,7 @@ from ident.observation.observation import ObserveOptions
 from ident.preparation import prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
-from ident.support.errors import IdentificationError
+from ident.support.errors import IdentificationError, NotConverged
 
 Pair = tuple[Recording, Recording]
 
@@ -58,42 +57,17 @@ SIZES = {"a clock that runs slow": 100.0, "a clock that runs fast in one log": -
 """Of some faults, in the unit in which they are said; the others' words have their sizes."""
 
 
-@pytest.fixture
-def _once(monkeypatch):
-    """The engine runs once for logs that are observed alike."""
-    known: dict[bytes, object] = {}
-
-    def remembered(name: str, key: Callable[[object], bytes]) -> None:
-        asked = getattr(diagnosing, name)
-
-        def once(first: object):
-            at = name.encode() + key(first)
-            if at not in known:
-                found = asked(first)
-                known[at] = found if name == "survey" else list(found)
-            return known[at]
-
-        monkeypatch.setattr(diagnosing, name, once)
-
-    def rows(logs) -> bytes:
-        seen = [joint for motion in logs.problem.motions for joint in motion.observation.joints]
-        return b"".join(each.tobytes() for joint in seen for each in (joint.V, joint.W))
-
-    remembered("survey", rows)
-    remembered("faults", lambda seen: rows(seen.logs))
-
-
 def named(found: Diagnosed, name: str) -> Diagnosis:
     return next(each for each in found.diagnoses if each.name == name and each.z is not None)
 
 
-@pytest.mark.usefixtures("_once")
+@pytest.mark.usefixtures("_surveyed_once")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_has_one_name_everywhere(axes, fault):
     put, name, words = FAULTS[fault]
     bare, heavy = put(*logs_of(Truth()))
     one = "in one log" in fault
-    prepared = prepare((Motion(bare), Motion(heavy, BRICK)), axes)
+    prepared = prepare((Motion(bare), Motion(heavy, BRICK)), axes, gains=LOOSE)
     said = {"logs": named(diagnose(prepared.logs()), name)}
     seen = check((bare, heavy), axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK)
     said["check"] = named(seen.found, name)
@@ -139,3 +113,23 @@ def test_sound_logs_raise_nothing_anywhere(axes):
     assert (seen.found.excluded, seen.found.indistinguishable) == (default.excluded, default.indistinguishable)
     assert "payload centre" in {each.family for each in seen.found.excluded}
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()
+
+
+def test_a_check_names_swapped_logs_where_the_method_does_not_converge(axes, monkeypatch):
+    def lost(problem):
+        raise NotConverged("the gains do not converge")
+
+    monkeypatch.setattr("ident.check._estimate", lost)
+    bare, heavy = logs_of(Truth())
+    said = [
+        [
+            each.sentence
+            for each in check(
+                logs, axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK
+            ).found.diagnoses
+            if each.name == "load"
+        ]
+        for logs in ((bare, heavy), (heavy, bare))
+    ]
+    assert said[0] == ["the gains do not converge"]
+    assert "the unloaded and loaded files are probably swapped" in said[1][0]

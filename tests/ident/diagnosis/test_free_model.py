@@ -81,7 +81,7 @@ def test_a_column_that_the_model_has_besides_is_explained(sound):
 def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
     def short(joint):
         rows = slice(0, 12)
-        names = ("V", "V_rate", "W", "W_L", "weight", "t", "position")
+        names = ("V", "W", "W_L", "weight", "t", "position")
         return replace(joint, **{name: getattr(joint, name)[rows] for name in names})
 
     motions = tuple(

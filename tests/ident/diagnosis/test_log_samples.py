@@ -7,7 +7,7 @@ import pytest
 from diagnoses import named
 from scipy.interpolate import make_interp_spline
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.clock import clock, least_seconds
 from ident.diagnosis.samples.lost_samples import APART, _beside, lost_samples, timestamp_anomalies
@@ -45,9 +45,8 @@ def test_the_severity_of_several_is_the_worst():
         Diagnosis(name="x", sentence="y", severity=severity)
         for severity in (Severity.WEAK, Severity.WRONG, Severity.GOOD)
     ]
-    assert worst(lines) is Severity.WRONG
-    assert worst(lines[::2]) is Severity.WEAK
-    assert worst([]) is Severity.GOOD
+    assert Diagnosed(diagnoses=tuple(lines)).severity is Severity.WRONG
+    assert Diagnosed(diagnoses=tuple(lines[::2])).severity is Severity.WEAK
 
 
 def test_missing_samples_are_counted_where_the_clock_shows_them(ur_log):
@@ -168,7 +167,7 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
     assert len(odd.still) == 0
     found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
     assert found.severity is Severity.WEAK
-    assert "4 samples are lost, which the time stamps do not show, first after row 411, 3.28 s" in found.sentence
+    assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
 
 
 @pytest.mark.parametrize("honest", [False, True])

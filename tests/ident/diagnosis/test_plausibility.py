@@ -2,11 +2,18 @@ import numpy as np
 import pytest
 from exact import drive_gains, exact_observation, lopsided
 
-from ident.diagnosis.plausibility import check_different, check_load, check_positions, prediction_warnings
+from ident.diagnosis.plausibility import (
+    cause_of,
+    check_different,
+    check_load,
+    check_positions,
+    prediction_warnings,
+)
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem, pair
 from ident.recordings.recording import Recording
-from ident.support.errors import NotIdentifiable, RecordingError
+from ident.support.errors import NotConverged, NotIdentifiable, RecordingError
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
 
@@ -31,6 +38,16 @@ def test_a_bare_and_a_loaded_motion_pass(motions, payload):
 def test_swapped_motions_are_named(motions, payload):
     with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
         check_load(drive_gains(motions[1], motions[0], lopsided(payload), GainOptions()))
+
+
+def test_where_a_method_finds_nothing_swapped_files_are_the_cause_and_right_ones_are_not(motions, payload):
+    error, mounted = NotConverged("the gains do not converge"), lopsided(payload)
+    found = cause_of(error, pair(motions[1], motions[0], mounted, GainOptions()))
+    assert isinstance(found, NotIdentifiable)
+    assert "the unloaded and loaded files are probably swapped" in str(found)
+    assert cause_of(error, pair(motions[0], motions[1], mounted, GainOptions())) is error
+    bare = Problem(motions[0].structure, (ObservedMotion(motions[0], None),), GainOptions())
+    assert cause_of(error, bare) is error
 
 
 def test_two_bare_motions_show_no_load(motions, payload):
@@ -68,7 +85,9 @@ def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(
 
 def test_one_recording_given_twice_is_refused(rng):
     q = np.cumsum(rng.normal(size=(50, 6)), axis=0) * 0.01
-    with pytest.raises(NotIdentifiable, match="a and b hold the same motion; record one with the payload mounted"):
+    with pytest.raises(
+        NotIdentifiable, match="a and b hold the same motion, whole or in part; record each motion anew"
+    ):
         check_different([log(q, "a"), log(q, "b")])
 
 
@@ -110,7 +129,7 @@ def test_a_position_below_the_range_is_as_wrong_as_one_above(arm):
 
 def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of():
     words = prediction_warnings({0: 0.09, 1: 0.149, 2: 0.151, 3: 0.63})
-    assert [each.partition(":")[0] for each in words] == [
-        "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
-        "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",
+    assert [each.partition(",")[0] for each in words] == [
+        "joint 3: the current is predicted with an error of 15 % (good recordings: up to 10 %)",
+        "joint 4: the current is predicted with an error of 63 % (good recordings: up to 10 %)",
     ]

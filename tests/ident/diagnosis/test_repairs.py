@@ -118,9 +118,7 @@ def test_lost_samples_get_their_time_back(ur_log):
     np.testing.assert_allclose(found.t, ur_log.t[kept], atol=1e-12)  # rounding
     np.testing.assert_array_equal(found.v, ur_log.v[kept])
     assert (said.severity, said.value) == (Severity.WEAK, 8.0)
-    assert said.sentence.startswith(
-        "8 samples are lost, which the time stamps do not show, first after row 411, 3.28 s"
-    )
+    assert said.sentence.startswith("8 samples are lost without a gap in the time stamps, first after row 411, 3.28 s")
 
 
 def test_lost_samples_beside_gaps_that_the_clock_shows_get_their_time_back(ur_log):

@@ -11,8 +11,7 @@ from log_faults import FAULTS
 from ident.diagnosis.catalog import FAMILIES, orders
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.zeros import turned
-from ident.diagnosis.hypothesis import as_logged
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.logs import Logs, as_logged
 from ident.diagnosis.screening import _by_gravity, looked_at, screened, unexplained
 from ident.model.regressor import regressor
 from ident.recordings.recording import Recording

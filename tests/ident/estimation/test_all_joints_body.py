@@ -12,7 +12,7 @@ from ident.estimation.all_joints.solution import setting
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, fit_as_named
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
-from ident.model.pseudo_inertia import pseudo_inertia
+from ident.model.parameters import pseudo_inertia
 from ident.payload.payload import Payload, standard_parameters
 from ident.support.errors import NotIdentifiable, OptionError
 

@@ -201,7 +201,7 @@ def test_as_many_rows_as_columns_and_one_are_enough(heavy, rng, rows, enough):
 
 
 def _first(joint, rows: int):
-    cut = {name: getattr(joint, name)[:rows] for name in ("V", "V_rate", "W", "W_L", "t", "position")}
+    cut = {name: getattr(joint, name)[:rows] for name in ("V", "W", "W_L", "t", "position")}
     return replace(joint, **cut)
 
 

@@ -165,35 +165,46 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
     found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=False)
     h = fitted.fit.found.h
     np.testing.assert_array_equal(np.sign(h), np.sign(GAIN))
-    rotors = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
-    assert (rotors > 0.0).any()
+    inertia = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
+    assert (inertia > 0.0).any()
+    told = rotors(ready) > 0.0
+    assert set(told.tolist()) == {True, False}
     for j in range(N):
-        links, gears, motor, between = [], [], [], []
+        columns = {each: [] for each in ("load", "load-through", "load-motor")}
+        offset = {each: [] for each in ("load-through", "load-motor")}
+        spinning = {each: [] for each in ("load", "load-through")}
         for k, motion in enumerate(ready.problem.motions):
             full = behind(ready, k)
-            dq, drive = (
-                full.dq[:, j],
-                torques(ready.problem, motion, ready.shared, fitted.fit.found.theta),
-            )
+            dq, drive = full.dq[:, j], torques(ready.problem, motion, ready.shared, fitted.fit.found.theta)
             x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
-            without = x - h[j] * rotors[j] * full.ddq[:, j]
-            motors = []
-            for given in (x + friction, x + friction + 0.2):  # with the offset of -0.2 and without
+            rotor = h[j] * inertia[j] * full.ddq[:, j]
+            c = 0.07 if form == "load-motor" else 0.0
+
+            def of_motor(given, c=c, s=s):
                 W = given
-                for _ in range(60 if form == "load-motor" else 0):  # W = x + c |W| s, by iteration
-                    W = given + 0.07 * np.abs(W) * s
-                motors.append(np.abs(W) * s)
-            links.append(np.abs(without) * s)
-            gears.append(np.abs(without + friction) * s)
-            motor.append(motors[0])
-            between.append((0.07 if form == "load-motor" else 0.05) * (motors[1] - motors[0]))
-        for name, parts in (("load", links), ("load-through", gears), ("load-motor", motor)):
+                for _ in range(60):  # W = x + c |W| s, by iteration
+                    W = given + c * np.abs(W) * s
+                return np.abs(W) * s
+
+            columns["load"].append(np.abs(x - rotor) * s)
+            columns["load-through"].append(np.abs(x - rotor + friction) * s)
+            columns["load-motor"].append(of_motor(x + friction))
+            offset["load-through"].append((np.abs(x - rotor + friction + 0.2) - np.abs(x - rotor + friction)) * s)
+            offset["load-motor"].append(of_motor(x + friction + 0.2) - of_motor(x + friction))  # the offset is -0.2
+            spinning["load"].append((np.abs(x - 3.0 * rotor) - np.abs(x - rotor)) * s)  # twice what is half of all
+            more = np.abs(x - 3.0 * rotor + friction) - np.abs(x - rotor + friction)
+            spinning["load-through"].append(more * s)
+        for name, parts in columns.items():
             expected = of_rows(ready, parts, j)
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-        expected = of_rows(ready, between, j)
-        np.testing.assert_allclose(found.own[j]["amplifier"], expected, rtol=0, atol=1e-12)
-        assert np.abs(expected).max() > 0.002
+        size = {"load": 0.05, "load-through": 0.05, "load-motor": 0.05} | ({form: values[form]} if form else {})
+        for share, of_forms in (("offset-share", offset), ("rotor-share", {} if told[j] else spinning)):
+            assert {each for each, own in found.shares[j].items() if share in own} == of_forms.keys()
+            for name, parts in of_forms.items():
+                expected = size[name] * of_rows(ready, parts, j)
+                np.testing.assert_allclose(found.shares[j][name][share], expected, rtol=0, atol=1e-12)
+                assert np.abs(expected).max() > 5e-4
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):

@@ -34,7 +34,7 @@ def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structu
     for joint in estimate.joints[3:]:
         assert isinstance(joint, RefusedGain)
         assert joint.predicted_rel_std is None
-        assert "mass alone has no independent torque on this joint" in joint.reason
+        assert "mass alone on this joint cannot be separated" in joint.reason
 
 
 def test_mass_scaled_by_k_scales_every_gain_by_k(structure, payload, rng):

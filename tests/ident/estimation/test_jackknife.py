@@ -9,7 +9,7 @@ import pytest
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.jackknife import jackknife, left_out
-from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 
 UNKNOWNS = 7
 

@@ -10,8 +10,7 @@ from homogeneous_methods import LOOSE, METHODS, noisy
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators import ols
 from ident.estimation.estimators.ols import noise_bias
-from ident.estimation.homogeneous.system import homogeneous_system
-from ident.estimation.homogeneous.weights import WEIGHTS
+from ident.estimation.homogeneous import WEIGHTS, homogeneous_system
 from ident.estimation.problem import pair
 
 

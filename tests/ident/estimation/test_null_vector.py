@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.estimation.homogeneous.null_vector import null_vector
+from ident.estimation.estimators.tls_2014 import null_vector
 from ident.support.errors import NotIdentifiable
 
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, sequential_gains, values
 
+from ident.estimation.estimators.sequential_2011 import first_moments
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint.first_moments import first_moments
 from ident.estimation.joint_by_joint.joint_fit import joint_fit
 from ident.estimation.problem import pair
 from ident.payload.payload import Payload
@@ -76,7 +76,7 @@ def test_the_moments_are_handed_over_with_the_deviations_of_residuals_and_mass(s
 
 def test_the_friction_of_a_later_joint_moves_with_the_moments_that_it_rests_on(structure, payload, monkeypatch):
     monkeypatch.setattr(
-        "ident.estimation.joint_by_joint.first_moments.row_weights",
+        "ident.estimation.estimators.sequential_2011.row_weights",
         lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
     )
     heavy = lopsided(payload)

@@ -52,7 +52,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     rng = np.random.default_rng(1)
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
     value = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15} | ({form: 0.1} if form else {})
-    value |= {"amplifier": 0.65} if form == "load-motor" else {}
+    value |= {"offset-share": 0.65} if form == "load-motor" else {}
     names = (*value, "Fv", "Fc")
     phi = np.array([*value.values(), 7.0, 9.0])
     motion = (1, 1, *(-1 for _ in range(len(value) - 2)), 0, 0)  # the last two are another motion's

@@ -18,7 +18,7 @@ def test_files_that_are_no_model_are_named(tmp_path):
     for name, text, message in (
         ("arm.txt", "", r"expected a \.urdf, \.xml or \.mjcf file"),
         ("arm.urdf", "<robot", "line 1, column 1: not XML: unclosed token"),
-        ("arm.xml", "<robot/>", "line 1: robot is no <mujoco>; URDF files end in .urdf"),
+        ("arm.xml", "<robot/>", "line 1: the root element is robot, expected mujoco; URDF files end in .urdf"),
     ):
         path = tmp_path / name
         path.write_text(text)

@@ -8,7 +8,7 @@ import pytest
 from pinocchio_arms import random_arm, standard_parameters_of
 
 from ident.model.arm import Arm, arm_from_pinocchio
-from ident.model.displacement import BLOCK, States, displaced_torques
+from ident.model.displacement import BLOCK, Dynamics, Kinematics, States
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import labels
 
@@ -24,7 +24,7 @@ def test_displaced_links_ask_for_what_pinocchio_s_derivatives_say(seed):
     model = random_arm(rng, 5, prismatic=0.4)
     states, further = lopsided(rng, 30, 5)
     chi = np.column_stack((standard_parameters_of(model), np.zeros((5, 4)))).ravel()
-    change = displaced_torques(arm_from_pinocchio(model), chi, states, further)
+    change = Dynamics.of(Kinematics.of(arm_from_pinocchio(model), states), chi).displaced(further)
     data, expected = model.createData(), np.empty_like(change)
     for k in range(30):
         by_q, by_dq, by_ddq = pin.computeRNEADerivatives(model, data, states.q[k], states.dq[k], states.ddq[k])
@@ -41,7 +41,7 @@ def coupled(arm: Arm) -> Arm:
 def test_a_little_displacement_of_a_joint_changes_torques_by_its_share(coupled, rng):
     chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
     states, further = lopsided(rng, BLOCK + 17, 6)
-    change = displaced_torques(coupled, chi, states, further)
+    change = Dynamics.of(Kinematics.of(coupled, states), chi).displaced(further)
     h = 1e-5
     for k, only in enumerate(np.eye(6)):
         moved = [

@@ -124,7 +124,9 @@ def test_files_are_included_up_to_their_largest_size_together(tmp_path, monkeypa
 def test_includes_do_not_hide_depth(tmp_path):
     for k in range(70):
         (tmp_path / f"{k}.xml").write_text(f'<mujoco><a><b><include file="{k + 1}.xml"/></b></a></mujoco>')
-    with pytest.raises(RobotModelError, match="with what is included, elements are nested deeper than 200"):
+    with pytest.raises(
+        RobotModelError, match=("elements, including those of included files, are nested deeper than 200")
+    ):
         load_arm(tmp_path / "0.xml")
 
 
@@ -199,7 +201,7 @@ def test_the_first_of_two_elements_of_a_name_is_told_by_its_line_alone_wherever_
     folder = tmp_path / "cell: 4"
     folder.mkdir()
     (folder / name).write_text(text)
-    with pytest.raises(RobotModelError, match=rf"'elbow_joint' is there twice; the first one is in line {line}$"):
+    with pytest.raises(RobotModelError, match=rf"'elbow_joint' appears twice; the first one is in line {line}$"):
         load_arm(folder / name)
 
 

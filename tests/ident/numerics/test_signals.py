@@ -3,7 +3,6 @@ import pytest
 
 from ident.numerics.signals import (
     Decimator,
-    central_rate,
     decimator,
     delayed,
     edge_samples,
@@ -133,13 +132,3 @@ def test_group_means_leave_out_an_incomplete_group():
     np.testing.assert_array_equal(group_means(np.arange(7.0), 3), [1.0, 4.0])
     x = np.arange(12.0).reshape(6, 2)
     np.testing.assert_array_equal(group_means(x, 1), x)
-
-
-def test_the_central_rate_of_a_quadratic_is_exact_and_ends_without_a_side_are_zero():
-    t = np.arange(50)[:, None] * 0.004
-    x = 0.7 * t**2 - 1.3 * t * [1.0, -2.0] + 0.2
-    rate = central_rate(x, 0.004, 0.013)  # 3 samples to either side
-    np.testing.assert_allclose(rate[3:-3], (1.4 * t - 1.3 * np.array([1.0, -2.0]))[3:-3], rtol=1e-10)  # rounding
-    assert not rate[:3].any()
-    assert not rate[-3:].any()
-    np.testing.assert_array_equal(central_rate(x, 0.004, 1e-4), central_rate(x, 0.004, 0.004))  # at least one sample

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from ident.numerics.spectra import hann_window, power_density
+from ident.numerics.signals import hann_window, power_density
 
 
 @pytest.mark.parametrize("size", [64, 65])

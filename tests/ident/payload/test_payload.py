@@ -79,7 +79,7 @@ TINY = (2e-6, 3e-6, 4e-6, 1e-7, -2e-7, 3e-7)
 LIMITS = {
     "mass = 0.000999 kg; expected": ({"mass": LIGHTEST, "inertia": TINY}, {"mass": 0.999e-3, "inertia": TINY}),
     "mass = 2000.1 kg; expected": ({"mass": HEAVIEST}, {"mass": 2000.1}),
-    r"com = \[0.1, -5.01, 0.2\]; farther than 5 m": ({"com": (0.1, -FARTHEST, 0.2)}, {"com": (0.1, -5.01, 0.2)}),
+    r"com = \[0.1, -5.01, 0.2\] is more than 5 m from": ({"com": (0.1, -FARTHEST, 0.2)}, {"com": (0.1, -5.01, 0.2)}),
     "mass_std = 2.51 exceeds the mass itself": ({"mass_std": 2.5}, {"mass_std": 2.51}),
     "mass_std = -1e-09: expected a standard": ({"mass_std": 0.0}, {"mass_std": -1e-9}),
     r"com_std = .* exceeds 5;": ({"com_std": (0.1, FARTHEST, 0.2)}, {"com_std": (0.1, 5.01, 0.2)}),
@@ -88,7 +88,7 @@ LIMITS = {
         {"inertia_std": (0.0, 0.0, 0.0, 62.5, 0.0, 0.0)},
         {"inertia_std": (0.0, 0.0, 0.0, 62.6, 0.0, 0.0)},
     ),
-    r"inertia.ixy = -63 is that of 2.5 kg more than 5 m away": (
+    r"inertia.ixy = -63 needs parts of the 2.5 kg more than 5 m from": (
         {"inertia": (62.5, 62.5, 62.5, -0.5, 0.0, 0.0)},
         {"inertia": (62.5, 62.5, 62.5, -63.0, 0.0, 0.0)},
     ),

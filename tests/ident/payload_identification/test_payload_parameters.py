@@ -88,7 +88,7 @@ def test_essential_parameters_are_those_with_a_relative_deviation_under_ten_perc
 
 def test_wrong_inputs_are_named(structure, chi, rng):
     rows = system(structure, chi, rng)
-    with pytest.raises(PayloadError, match=r"gain: 2 values \[1\.0, 1\.0\]; expected 6 finite numbers, one a joint"):
+    with pytest.raises(PayloadError, match=r"gain: 2 values \[1\.0, 1\.0\]; expected 6 finite numbers, one per joint"):
         payload_parameters(rows, np.ones(2), gain_std=NONE, known={}, weighted=True)
     with pytest.raises(PayloadError, match="gain_std: 3 values"):
         payload_parameters(rows, GAIN, gain_std=np.zeros(3), known={}, weighted=True)

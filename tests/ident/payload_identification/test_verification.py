@@ -10,7 +10,7 @@ from weighings import NAMES, PLAIN, known, weighed
 
 from ident.estimation.known_gains import KnownGains
 from ident.payload.payload import Payload
-from ident.payload_identification.joint_agreement import _as_stated, check_mass, joint_agreement
+from ident.payload_identification.common_scale import _as_stated, check_mass, joint_agreement
 from ident.payload_identification.payload_body import FoundBody, Quantity, body_of
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTHING, verified

@@ -125,7 +125,7 @@ def test_a_mass_that_may_be_zero_has_no_centre(weighed_problem):
         assert body.of("mass") is not None
         assert (body.of("x") is not None) == sure
         if not sure:
-            assert body.refused["x"] == "the mass is not 3 deviations above zero"
+            assert body.refused["x"] == "the mass is less than 3 standard deviations above zero"
             np.testing.assert_allclose(body.of("mass").std, 2.4, rtol=1e-9)
 
 

@@ -45,7 +45,7 @@ def test_dates_are_seconds_since_1970(tmp_path, form, separator):
     path.write_text("\n".join(lines).replace(f"{137000:06d}", "x", 1))
     with pytest.raises(
         RecordingError,
-        match=r"line 5, column time: '2031-07-19.*' is no date as ISO 8601 writes it, year first, .* 2031-07",
+        match=r"line 5, column time: '2031-07-19.*' is not a date in ISO 8601, year first, .* 2031-07",
     ):
         read_recording(path, description)
 

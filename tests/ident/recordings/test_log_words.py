@@ -28,8 +28,8 @@ UNSAID = {
     "unit of t": (channels("t", unit=()), r"the unit of time is not declared"),
     "unit of q": (channels("q", unit=()), r"the unit of positions is not declared: q=NAME\.\.\[unit\]"),
     "unit of v": (channels("v", unit=()), r"the unit of currents is not declared"),
-    "a strange unit": (channels("v", unit=("N m",)), r"unit 'N m' of v, current, is unknown; there are A, mA"),
-    "a strange unit of q": (channels("q", unit=("grad",)), r"unit 'grad' of q is unknown; there are rad, deg, rev"),
+    "a strange unit": (channels("v", unit=("N m",)), r"unit 'N m' of v, current, is unknown; known: A, mA"),
+    "a strange unit of q": (channels("q", unit=("grad",)), r"unit 'grad' of q is unknown; known: rad, deg, rev"),
     "two times": (channels("t", columns=("time", "mode")), r"time is one column, not 2"),
     "joints": (channels("v", columns=("x", "y")), r"3 columns of positions \(a, b, c\), 2 of currents \(x, y\)"),
     "doubled": (channels("v", columns=("x", "y", "b")), r"column 'b' is declared twice"),
@@ -116,7 +116,13 @@ def test_a_column_that_is_time_by_its_name_is_named_where_t_is_missing(tmp_path,
 
 def test_a_log_with_our_own_columns_beside_one_with_others_says_what_to_do(tmp_path):
     description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
-    with pytest.raises(RecordingError, match=r"no column 'time_ms'.*it has our own t, q1, v1, \.\.: convert only"):
+    with pytest.raises(
+        RecordingError,
+        match=(
+            r"no column 'time_ms'.*this log already has columns "
+            r"t, q1, v1, \.\.; convert only"
+        ),
+    ):
         resolved(tmp_path / "log.csv", ["t", "q1", "v1"], description)
     with pytest.raises(RecordingError, match=r"no column 'time_ms'; found seconds, q1, v1$"):
         resolved(tmp_path / "log.csv", ["seconds", "q1", "v1"], description)

@@ -12,8 +12,7 @@ from printed import printed
 from ident.estimation.estimate import IdentifiedGain
 from scenarios.benchmark.paper import published
 from scenarios.benchmark.paper.experiment import checks_of, run_paper
-from scenarios.benchmark.paper.folder import paper_result, write_raw_numbers
-from scenarios.benchmark.paper.torques import case_torques
+from scenarios.benchmark.paper.folder import case_rows, paper_result, write_raw_numbers
 from scenarios.cli import main
 from scenarios.reports.content import Paragraph, Table
 from scenarios.reports.pages import page_of
@@ -28,7 +27,7 @@ def repeated():
 
 
 def told(run):
-    return paper_report(paper_result(run), case_torques(run.cases[1]), run.seed)
+    return paper_report(paper_result(run), case_rows("case 2", run.cases[1]), run.seed)
 
 
 def test_every_claim_of_the_paper_holds(repeated):

@@ -1,6 +1,9 @@
 """`rx90 scoreboard`: recordings in the formats of its recipes, written here, and the real ones where they are."""
 
 import json
+import re
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from bad_files import only_line
 from bags import Sample, write_bag
-from printed import printed
+from printed import fits, printed
 from weighed_cell import MODEL
 
 from ident.model.arm import load_arm
@@ -46,9 +49,20 @@ def cells(weighed_cell, tmp_path_factory) -> Path:
     return folder
 
 
-def test_methods_are_held_against_published_gains_each_other_and_what_no_data_give(cells, tmp_path, capsys):
+@pytest.fixture(scope="module")
+def played(cells, tmp_path_factory) -> tuple[dict, Path]:
+    """The entry of the cells with a method that is right and one that is wrong, and the folder that was written."""
+    out = tmp_path_factory.mktemp("out")
     more = ["--recipe", str(cells / "cells.toml"), "--method", RIGHT, "--method", WRONG]
-    found = board(capsys, cells, tmp_path / "out", *more, status=1)["Cells"]
+    with redirect_stdout(StringIO()) as said:
+        assert main(["scoreboard", str(cells), "--out", str(out / "out"), "--json", *more]) == 1
+    told = json.loads(said.getvalue())
+    fits(told, "scoreboard")
+    return next(each for each in told["entries"] if each["name"] == "Cells"), out / "out"
+
+
+def test_methods_are_held_against_published_gains_each_other_and_what_no_data_give(played):
+    found, _ = played
     assert found["status"] == "run"
     third = {(each["set"], each["method"]): each for each in found["gains"] if each["joint"] == 3}
     gain = third["first", RIGHT]
@@ -65,23 +79,44 @@ def test_methods_are_held_against_published_gains_each_other_and_what_no_data_gi
     assert agreed[RIGHT]["within"] >= agreed[RIGHT]["joints"] - 1
 
 
-def test_gains_predict_and_weigh_what_they_have_not_seen(cells, tmp_path, capsys):
-    more = ["--recipe", str(cells / "cells.toml"), "--method", RIGHT]
-    found = board(capsys, cells, tmp_path / "out", *more)["Cells"]
+def test_gains_predict_and_weigh_what_they_have_not_seen(played):
+    found, out = played
     logs = {(each["set"], each["log"]) for each in found["predictions"]}
     files = {"first": {"b/unloaded.parquet", "b/light.parquet"}, "second": {"a/unloaded.parquet", "a/heavy.parquet"}}
     files["alone"] = {"a/unloaded.parquet", "a/heavy.parquet", "b/light.parquet"}
     assert logs == {(name, log) for name, own in files.items() for log in own}
-    weights = {(each["gains"], each["set"]): each for each in found["weights"]}
+    weights = {(each["gains"], each["set"]): each for each in found["weights"] if each["gains"] != WRONG}
+    assert {gains for gains, _ in weights} == {RIGHT, "published"}
     assert all(each["gains_set"] != each["set"] for each in found["weights"])
     assert {each["gains_set"] for each in found["weights"]} == {"first", "second", None}
     for (gains, of), each in weights.items():
         assert each["mass"] == {"first": 7.025, "second": 4.275}[of]
         expected = 1.1 if gains == "published" else 1.0
         assert abs(each["found"] / each["mass"] - expected) < 4.0 * each["std"] / each["mass"]
-    page = (tmp_path / "out" / "scoreboard.html").read_text(encoding="utf-8")
-    assert "Payloads by gains that have not seen them" in page
+    page = (out / "scoreboard.html").read_text(encoding="utf-8")
+    assert "Payloads weighed with gains identified without them" in page
     assert "untried" in page
+
+
+def test_a_set_whose_files_are_swapped_is_not_usable_and_wrong_gains_alone_are_a_number(cells, tmp_path, capsys):
+    text = (cells / "cells.toml").read_text()
+    swapped = text.replace('["a/heavy', '["x').replace('["a/unloaded', '["a/heavy').replace('["x', '["a/unloaded')
+    (tmp_path / "swapped.toml").write_text(swapped)
+    words = ["--method", RIGHT, "--method", WRONG]
+    found = board(capsys, cells, tmp_path / "one", "--recipe", str(tmp_path / "swapped.toml"), *words, status=1)[
+        "Cells"
+    ]
+    assert found["status"] == "unusable"
+    assert re.search(r"set first: the mass found is negative: -[\d.]+ kg, 2 sigma .* probably swapped", found["reason"])
+    (tmp_path / "turned.toml").write_text(
+        re.sub(r"published = \[(.*)\]", r"published = [-2, -2, -2, -2, -2, -2]", text)
+    )
+    found = board(capsys, cells, tmp_path / "two", "--recipe", str(tmp_path / "turned.toml"), "--method", RIGHT)[
+        "Cells"
+    ]
+    assert found["status"] == "run"
+    negative = {each["gains"]: each["found"] < 0.0 for each in found["weights"]}
+    assert negative == {RIGHT: False, "published": True}
 
 
 def test_what_is_missing_is_told_with_how_to_get_it(tmp_path, capsys):
@@ -175,11 +210,22 @@ def test_torque_sensors_are_held_against_motors(tmp_path, capsys):
     slopes = {each["sensor"]: each["slope"] for each in found}
     np.testing.assert_allclose([slopes[f"torque_sensor_a_{j}"] for j in range(1, 7)], 0.1 * np.arange(1, 7), rtol=1e-3)
     assert slopes["torque_sensor_b_6"] is None
+    columns["torque_sensor_b_3"] *= 1.3
+    pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
+    notes = board(capsys, tmp_path, tmp_path / "out", "--force")["voraus-AD"]["notes"]
+    assert notes == ["joint 3: torque_sensor_b_3 differs from torque_sensor_a_3 by +30 %; not both can be its torque"]
     del columns["joint_velocity_4"]
     pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
     found = board(capsys, tmp_path, tmp_path / "out", "--force", status=1)["voraus-AD"]
     assert found["status"] == "unusable"
     assert "no column joint_velocity_4" in found["reason"]
+
+
+def test_a_scoreboard_is_not_written_into_the_folder_of_a_run(cells, tmp_path, capsys):
+    before = sorted(path.name for path in (cells / "b").iterdir())
+    assert main(["scoreboard", str(tmp_path), "--out", str(cells / "b"), "--force"]) == 2
+    assert "rx90 run --save wrote into this folder; give another one" in only_line(capsys)
+    assert sorted(path.name for path in (cells / "b").iterdir()) == before
 
 
 @pytest.mark.parametrize(

@@ -240,7 +240,7 @@ def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     changed = tmp_path / "problem-0002.json"
     changed.write_text(changed.read_text().replace('"seed": 4', '"seed": 5'))
-    with pytest.raises(ScenarioError, match=r"problem-0002\.json: its SHA-256 is not the sealed one"):
+    with pytest.raises(ScenarioError, match=r"problem-0002\.json: its SHA-256 differs from the sealed one"):
         revealed(sealed / SEAL, tmp_path)
     changed.unlink()
     with pytest.raises(ScenarioError, match=r"problem-0002\.json: No such file"):

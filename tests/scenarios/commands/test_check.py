@@ -21,9 +21,8 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.files.schema_line import ENDING, FOLDER
-from scenarios.experiments.named_robot import named_robot
-from scenarios.experiments.robots import ROBOTS
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
+from scenarios.experiments.robots import ROBOTS, named_robot
 from scenarios.reports.check import check_report
 from scenarios.reports.diagnoses import words_of
 

@@ -12,6 +12,7 @@ import pytest
 from printed import fits, printed
 
 import scenarios.commands.list
+import scenarios.design.search as searching
 import scenarios.experiments.robot_models
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
@@ -21,8 +22,8 @@ from scenarios.command_line.status import MEANINGS, Status
 from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.motions import read_motion
-from scenarios.experiments.files.schema_line import ENDING, FOLDER
 from scenarios.experiments.files.tables import builtin_names, scenario_table
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.support.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
@@ -33,7 +34,7 @@ HUGE = "1" + 23 * "0"
 WRONG = [
     (
         ["fly"],
-        "no command 'fly'; there are list, run, view, paper, new-robot, ",
+        "no command 'fly'; known: list, run, view, paper, new-robot, ",
     ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
@@ -60,7 +61,7 @@ WRONG = [
     (["run", "nominal", "-quiet"], "unrecognized arguments: -quiet; did you mean '--quiet'?"),
     (["--versoin"], "unrecognized arguments: --versoin; did you mean '--version'?"),
     (["schema", "reslt"], "invalid choice: 'reslt'; did you mean 'result'?"),
-    (["completion", "fsh"], "invalid choice: 'fsh'; did you mean 'fish'?; there are bash, zsh, fish;"),
+    (["completion", "fsh"], "invalid choice: 'fsh'; did you mean 'fish'?; known: bash, zsh, fish;"),
     ([*STUDY], "required: -n"),
     ([*STUDY, "-n", "0"], "expected 1 or more"),
     ([*STUDY, "-n", "10**23"], "'10**23' is not a whole number"),
@@ -79,7 +80,7 @@ WRONG = [
     ([*EXCITE, "--evaluations", "0"], "expected a whole number from 1 to 10000000"),
     (["excite", "nominal"], "required: --out"),
     (["identify"], "required: --model"),
-    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'; there are iv, ls-2011, "),
+    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'; known: iv, ls-2011, "),
     ([*IDENTIFY, "--method", "ls-2012"], "invalid choice: 'ls-2012'; did you mean 'ls-2011'?"),
     ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
     ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number of 0 or more"),
@@ -200,7 +201,7 @@ def test_every_command_has_help_that_describes_each_option(name, capsys):
 def test_options_are_described_by_the_class_they_belong_to():
     docs = attribute_docs(ObserveOptions)
     assert docs["cutoff_hz"] == "Low-pass of the positions before differentiation [Hz]"
-    assert docs["current_delay"].endswith("where half a period does not matter")
+    assert docs["current_delay"].endswith("if half a period is negligible")
     for kind in (ObserveOptions, GainOptions):
         assert set(attribute_docs(kind)) == set(kind.__dataclass_fields__)
 
@@ -290,7 +291,8 @@ def test_usage_on_a_narrow_terminal_names_what_must_be_given(columns, usage, cap
     assert capsys.readouterr().out.splitlines()[0].startswith(usage)
 
 
-def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys):
+def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(searching, "FIRST", 30)
     words = ["excite", "nominal", "--out", str(tmp_path / "m.toml"), "--harmonics", "4", "--duration", "8"]
     assert main([*words, "--evaluations", "40", "--seed", "3", "--json"]) == 0
     output = capsys.readouterr()

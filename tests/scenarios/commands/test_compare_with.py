@@ -17,6 +17,7 @@ from scenarios.experiments.files.gains import read_gains
 from scenarios.results.models.run import Result
 from scenarios.results.record import read_result
 
+pytestmark = pytest.mark.usefixtures("_surveyed_once")
 PLAIN = ["--option", "friction=viscous-coulomb"]
 
 
@@ -53,8 +54,8 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
     assert read_result(tmp_path / "saved", Result).cost.model_dump(mode="json") == cost
     assert main([*words, "--compare-with", sheet]) == 0
     out = capsys.readouterr().out
-    assert "What comes out with a-priori gains" in out
-    assert "The gains found reproduce the weight that they were found with." in out
+    assert "Results with a-priori gains" in out
+    assert "The gains found reproduce this mass, as they were identified with it." in out
     assert re.search(r"kg \(\+2[3-8] %\) from joint 2 alone", out)
 
 
@@ -110,4 +111,4 @@ def test_gains_that_are_none_are_one_line(weighed_cell, capsys, given):
 def test_bare_recordings_weigh_nothing(weighed_cell, capsys):
     words = identified(weighed_cell)[:5]
     assert main([*words, "--compare-with", "1,1,1,1,1,1"]) == 2
-    assert "--compare-with: bare recordings weigh nothing; add --loaded B" in only_line(capsys)
+    assert "--compare-with: bare recordings have no payload to weigh; add --loaded B" in only_line(capsys)

@@ -1,7 +1,6 @@
 """Without what only some commands need: the others work, and these say in one line what installs it."""
 
 import shutil
-import subprocess
 import sys
 import time
 import tomllib
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from foreign_logs import csv
+from one_process import Outcome, carried_out
 from places import ROOT
 from quick import quick_scenario
 
@@ -24,18 +24,16 @@ class Absent:
         if name.partition(".")[0] in {names}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 sys.meta_path.insert(0, Absent())
-from scenarios.__main__ import main
-sys.argv[0] = "rx90"
-sys.exit(main())
 """
 NAMES = {"jinja2": "jinja2", "vl_convert": "vl-convert-python", "PIL": "pillow", "imageio_ffmpeg": "imageio"}
 """Of distributions, where the name that is imported is another."""
 
 
-def light(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    """A command where no package of an extra is there."""
-    code = BLOCKED.format(names=set(EXTRAS))
-    return subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, cwd=folder)
+def light(folder: Path, commands: dict[str, list[object]]) -> dict[str, Outcome]:
+    """Commands where no package of an extra is there."""
+    words = [["rx90", *map(str, each)] for each in commands.values()]
+    found = carried_out(words, folder, before=BLOCKED.format(names=set(EXTRAS)))
+    return dict(zip(commands, found, strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +44,7 @@ def cell(weighed_cell, tmp_path_factory) -> Path:
         write_recording(read_recording(weighed_cell / "run" / f"{name}.parquet"), folder / f"{name}.csv")
     for name in ("heavy", "light"):
         (folder / f"{name}.toml").write_text((weighed_cell / "run" / f"payload-{name}.toml").read_text())
-    quick_scenario(folder)
+    quick_scenario(folder, method="nls")
     shutil.copytree(weighed_cell / "run", folder / "made")
     return folder
 
@@ -54,7 +52,7 @@ def cell(weighed_cell, tmp_path_factory) -> Path:
 MODEL = ["--model", rx90_mjcf.MJCF, "--unloaded", "unloaded.csv"]
 LOADED = [*MODEL, "--loaded", "heavy.csv", "--payload", "heavy.toml", "--option", "friction=viscous-coulomb"]
 CORE = {
-    "run": ["run", "nominal", "--gains-out", "run.toml"],
+    "run": ["run", "quick.toml", "--gains-out", "run.toml"],
     "identify": ["identify", *LOADED, "--unseen", "light.csv", "--unseen-payload", "light.toml"],
     "check": ["check", rx90_mjcf.MJCF, "unloaded.csv", "--loaded", "heavy.csv", "--payload", "heavy.toml"],
     "convert": ["convert", "unloaded.csv", "--out", "again.csv"],
@@ -64,11 +62,15 @@ CORE = {
 }
 
 
+@pytest.fixture(scope="module")
+def core(cell) -> dict[str, Outcome]:
+    return light(cell, CORE)
+
+
 @pytest.mark.parametrize("name", CORE)
-def test_the_core_needs_no_extra(cell, name):
-    done = light(cell, *CORE[name])
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
+def test_the_core_needs_no_extra(core, name):
+    assert core[name].status == 0, core[name].err
+    assert core[name].out
 
 
 REFUSED = {
@@ -81,19 +83,24 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("what", REFUSED)
-def test_an_extra_that_is_missing_is_one_line_with_the_command_that_installs_it(cell, what):
-    words, extra = REFUSED[what]
+@pytest.fixture(scope="module")
+def refused(cell) -> dict[str, Outcome]:
     for name in ("heavy.parquet", "log.mcap"):
         (cell / name).write_bytes(b"PAR1")
     before = sorted(path.name for path in cell.iterdir())
-    done = light(cell, *words)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert f"pip install '{PROJECT}[" in done.stderr.splitlines()[-1]
-    assert f"[{extra}]'" in done.stderr.splitlines()[-1]
-    assert "Traceback" not in done.stderr
+    found = light(cell, {what: words for what, (words, _) in REFUSED.items()})
     assert sorted(path.name for path in cell.iterdir()) == before
+    return found
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_an_extra_that_is_missing_is_one_line_with_the_command_that_installs_it(refused, what):
+    done, (_, extra) = refused[what], REFUSED[what]
+    assert done.status == 2
+    assert done.out == ""
+    assert f"pip install '{PROJECT}[" in done.err.splitlines()[-1]
+    assert f"[{extra}]'" in done.err.splitlines()[-1]
+    assert "Traceback" not in done.err
 
 
 def test_every_extra_that_is_named_brings_its_package():

@@ -20,6 +20,8 @@ from scenarios.experiments.nominal_links import model_links
 from scenarios.experiments.robots import robot
 from scenarios.results.run_folder import save_run
 
+pytestmark = pytest.mark.usefixtures("_surveyed_once")
+
 
 @pytest.fixture(scope="module")
 def saved(repeated, tmp_path_factory) -> Path:

@@ -1,22 +1,11 @@
 """A command imports what it needs: a second of imports is more than the work of most."""
 
-import subprocess
-import sys
-
 import pytest
+from one_process import carried_out
 from quick import quick_scenario
 
 import rx90_mjcf
 
-ASKED = """
-import sys
-from scenarios.__main__ import main
-sys.argv[0] = "rx90"
-try:
-    main()
-finally:
-    print(*sys.modules, file=sys.stderr)
-"""
 SLOW = {
     "pandas",
     "matplotlib",
@@ -30,46 +19,44 @@ SLOW = {
 """What reads no Parquet, filters no recording and identifies no gain."""
 
 
-def imported(*words: object) -> set[str]:
-    done = subprocess.run([sys.executable, "-c", ASKED, *map(str, words)], capture_output=True, text=True, check=True)
-    return set(done.stderr.split())
-
-
 @pytest.fixture(scope="module")
-def cell(tmp_path_factory):
+def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
+    """What is imported when each command has ended, one after the other in one process."""
     folder = tmp_path_factory.mktemp("imports")
-    scenario = quick_scenario(folder)
-    modules = imported("run", scenario, "--save", folder / "cell")
-    return folder / "cell", modules
+    scenario, cell = quick_scenario(folder), folder / "cell"
+    loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
+    identify = ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, "--format"]
+    commands = {
+        "help": ["check", "--help"],
+        "text": [*identify, "text"],
+        "json": [*identify, "json"],
+        "check": ["check", "rx90", cell / "unloaded.parquet", *loaded],
+    }
+    (run,) = carried_out([["rx90", "run", str(scenario), "--save", str(cell)]], folder)
+    outcomes = carried_out([["rx90", *map(str, words)] for words in commands.values()], folder)
+    assert {each.status for each in (run, *outcomes)} <= {0, 1}  # so short a motion may miss a tolerance
+    return {"run": run.modules} | {name: each.modules for name, each in zip(commands, outcomes, strict=True)}
 
 
-def test_to_run_a_scenario_imports_nothing_slow(cell):
-    _, modules = cell
-    assert "mujoco" in modules
-    assert not modules & SLOW
+def test_to_run_a_scenario_imports_nothing_slow(imported):
+    assert "mujoco" in imported["run"]
+    assert not imported["run"] & SLOW
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_to_identify_gains_by_any_model_imports_nothing_slow(cell, form):
-    folder, _ = cell
-    modules = imported(
-        "identify", "--model", rx90_mjcf.MJCF, "--unloaded", folder / "unloaded.parquet", "--loaded",
-        folder / "loaded.parquet", "--payload", folder / "payload.toml", "--format", form,
-    )  # fmt: skip
-    assert "ident.estimation.all_joints.search" in modules
-    assert not modules & SLOW
-    assert "rich.progress" not in modules
+def test_to_identify_gains_by_any_model_imports_nothing_slow(imported, form):
+    assert "ident.estimation.all_joints.search" in imported[form]
+    assert not imported[form] & SLOW
+    assert "rich.progress" not in imported[form]
 
 
-def test_to_check_logs_imports_nothing_slow(cell):
-    folder, _ = cell
-    pair = folder / "unloaded.parquet", "--loaded", folder / "loaded.parquet", "--payload", folder / "payload.toml"
-    modules = imported("check", "rx90", *pair)
-    assert "ident.diagnosis.engine" in modules
-    assert not modules & SLOW
+def test_to_check_logs_imports_nothing_slow(imported):
+    assert "scenarios.commands.check" in imported["check"]
+    assert "ident.diagnosis.engine" in imported["check"]
+    assert not imported["check"] & SLOW
 
 
-def test_help_of_a_command_imports_no_simulator_and_no_other_command():
-    modules = imported("check", "--help")
-    assert "scenarios.commands.check" in modules
-    assert not modules & (SLOW | {"mujoco", "pinocchio", "pydantic", "rich", "pyarrow", "scenarios.commands.identify"})
+def test_help_of_a_command_imports_no_simulator_and_no_other_command(imported):
+    assert "scenarios.commands.check" in imported["help"]
+    unwanted = {"mujoco", "pinocchio", "pydantic", "rich", "pyarrow", "scenarios.commands.identify"}
+    assert not imported["help"] & (SLOW | unwanted)

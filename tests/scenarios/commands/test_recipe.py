@@ -2,8 +2,11 @@
 
 import re
 import shlex
+from contextlib import redirect_stdout
 from importlib import import_module
+from io import StringIO
 
+import pytest
 from places import ROOT
 
 from ident.diagnosis.samples.clock import SLOW, slowest_hz
@@ -15,6 +18,7 @@ from scenarios.commands import COMMANDS
 from scenarios.reports.recipe import SETTINGS
 from scenarios.results.run_folder import short_path
 
+pytestmark = pytest.mark.usefixtures("_surveyed_once")
 TEXT = """extends = "field-two-weights"
 [experiment]
 warm_up = 43.0
@@ -25,18 +29,21 @@ decimation_cutoff_hz = 9.0
 """
 
 
-def page(tmp_path) -> str:
-    (tmp_path / "cell.toml").write_text(TEXT)
-    assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0
-    return (tmp_path / "recipe.md").read_text()
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> str:
+    folder = tmp_path_factory.mktemp("recipe")
+    (folder / "cell.toml").write_text(TEXT)
+    with redirect_stdout(StringIO()) as out:
+        assert main(["recipe", str(folder / "cell.toml"), "--out", str(folder / "recipe.md")]) == 0
+    assert "recipe.md: Recording recipe: cell" in out.getvalue()
+    return (folder / "recipe.md").read_text()
 
 
-def test_motions_weights_and_rates_are_those_of_the_scenario(tmp_path, capsys):
-    text = page(tmp_path)
-    assert "for 43 s" in text
-    assert "at 52 Hz or more" in text  # four samples in a period of the higher cut-off
-    assert "416 Hz" in text  # 32 cut-offs of the positions
-    rows = [[word.strip() for word in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
+def test_motions_weights_and_rates_are_those_of_the_scenario(page):
+    assert "for 43 s" in page
+    assert "at 52 Hz or more" in page  # four samples in a period of the higher cut-off
+    assert "416 Hz" in page  # 32 cut-offs of the positions
+    rows = [[word.strip() for word in line.strip("|").split("|")] for line in page.splitlines() if line.startswith("|")]
     motions = [row for row in rows if row[-1].endswith(".parquet")]
     assert [row[1] for row in motions] == ["nothing", "light", "heavy", "nothing"]
     assert [row[2] for row in motions] == ["-", "17", "17", "17"]
@@ -44,10 +51,9 @@ def test_motions_weights_and_rates_are_those_of_the_scenario(tmp_path, capsys):
     assert weights["light"][1].startswith("4.275")
     assert weights["heavy"][1].startswith("7.025")
     assert weights["heavy"][-1] == "payload-heavy.toml"
-    assert "rated for 6 kg, everything mounted together. Above the rated load: heavy;" in text
-    assert re.search(r"^Logs of these motions will exclude: zeros beyond [\d.]+ \(q2\), ", text, re.MULTILINE)
-    assert "They will not determine: zero of q1;" in text
-    assert "recipe.md: Recording recipe: cell" in capsys.readouterr().out
+    assert "rated for 6 kg, everything mounted together. Above the rated load: heavy;" in page
+    assert re.search(r"^Logs of these motions will exclude: zeros beyond [\d.]+ \(q2\), ", page, re.MULTILINE)
+    assert "They will not determine: zero of q1;" in page
 
 
 def test_commands_know_the_flange_and_the_couplings_that_are_believed(tmp_path):
@@ -64,8 +70,8 @@ def test_commands_know_the_flange_and_the_couplings_that_are_believed(tmp_path):
         parser.parse_args(words[2:])
 
 
-def test_every_command_on_the_page_can_be_given(tmp_path):
-    lines = re.findall(r"^\s*(rx90 .*)$", page(tmp_path), re.MULTILINE)
+def test_every_command_on_the_page_can_be_given(page):
+    lines = re.findall(r"^\s*(rx90 .*)$", page, re.MULTILINE)
     named = [shlex.split(line)[1] for line in lines]
     assert {"trajectory", "view", "convert", "identify", "verify"} <= set(named) <= set(COMMANDS)
     for line in lines:
@@ -99,11 +105,11 @@ def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tm
     assert not (tmp_path / "payload.toml").exists()  # nothing of that name is mounted
 
 
-def test_page_and_how_to_tell_one_story_of_settings_and_rates(tmp_path):
+def test_page_and_how_to_tell_one_story_of_settings_and_rates(page):
     guide = " ".join((ROOT / "docs" / "how-to" / "record.md").read_text().split())
     assert SETTINGS in guide
     assert f"Log at {SLOW:g} Hz or more" in guide
-    assert SETTINGS in page(tmp_path)
+    assert SETTINGS in page
     assert slowest_hz(ObserveOptions(cutoff_hz=7.0, decimation_cutoff_hz=11.0)) == 44.0
 
 

@@ -9,6 +9,7 @@ import pytest
 from collections_of_arms import written
 from small_arms import no_limits, scara, weak, with_jaw
 
+import scenarios.design.search as searching
 from ident.model.arm import load_arm
 from ident.support.errors import PayloadError
 from scenarios.cli import main
@@ -60,7 +61,7 @@ def test_an_arm_that_hardly_lifts_itself_carries_what_leaves_it_room_where_it_ho
     strong, tired = (written(tmp_path, f"{k}.xml", weak(torque)) for k, torque in enumerate((60.0, 4.6)))
     assert load_of(strong, rated=2.0).body.mass == 2.0
     load = load_of(tired, rated=3.0)
-    assert "as much as the largest torque of joint m2 leaves room for" in load.source
+    assert "the most that the largest torque of joint m2 can hold" in load.source
     rng, arm = np.random.default_rng(9), load_arm(tired)  # at rest, other positions than those of the rule
     q, still = rng.uniform(arm.lower, arm.upper, (3000, arm.n)), np.zeros((3000, arm.n))
     held = [
@@ -107,7 +108,8 @@ def told(capsys, *words):
     return json.loads(output.out)
 
 
-def test_what_is_given_is_written_and_runs_and_the_gripper_is_held(tmp_path, capsys):
+def test_what_is_given_is_written_and_runs_and_the_gripper_is_held(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(searching, "FIRST", 30)
     path, bottle = written(tmp_path, "arm.xml", with_jaw()), written(tmp_path, "bottle.toml", BOTTLE)
     out = tmp_path / "mine"
     torque = ["3.5", "3.25", "3", "2.75", "2.5"]
@@ -136,10 +138,11 @@ def test_small_arms_get_a_motion_that_runs_and_shows_every_gain(tmp_path, capsys
     assert main(["run", str(tmp_path / "mine/scenario.toml"), "--json"]) == Status.PASSED
 
 
-def test_warning_and_gripper_are_told_on_the_screen(tmp_path, capsys):
+def test_warning_and_gripper_are_told_on_the_screen(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(searching, "FIRST", 30)
     path = written(tmp_path, "arm.xml", with_jaw())
     words = ["--payload", "0.2", "--evaluations", "60", "--jobs", "1"]
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), *words]) == Status.PASSED
     said = " ".join(capsys.readouterr().out.split())
     assert "Warning: payload: 0.2 kg is more than the last link's own 0.1 kg" in said
-    assert re.search(r"Taken for a gripper's and held: jaw\. The arm ends at body palm", said)
+    assert re.search(r"Recognised as joints of a gripper and locked: jaw\. The arm ends at body palm", said)

@@ -15,8 +15,8 @@ from scenarios.cli import main
 from scenarios.design.excitation import Design, design_problem, objective
 from scenarios.design.payload_design import IMPOSSIBLE, Carrying, PayloadDesign, design_payload
 from scenarios.design.payload_folder import as_written, write_payload_folder, write_scenario_file
-from scenarios.design.weights import Weight, payload_body
-from scenarios.experiments.build import Setup, setup_of, setup_without_motion
+from scenarios.design.weights import Weight
+from scenarios.experiments.build import Setup, body_of, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
 from scenarios.prediction.deviations import Deviations
@@ -120,7 +120,7 @@ def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within
 
 def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
     refused = tuple(replace(each, refusal="weighs 9 kg") for each in designed.candidates)
-    with pytest.raises(ScenarioError, match=r"nominal: no weight meets the limits: the best \w+ weighs 9 kg"):
+    with pytest.raises(ScenarioError, match=r"nominal: no payload meets the limits: the best \w+ weighs 9 kg"):
         _ = replace(designed, candidates=refused).best
 
 
@@ -172,7 +172,7 @@ def test_the_best_weight_along_another_motion_puts_the_torque_there_that_mujoco_
     rows = design.rows(motion)
     carrying, bare = (
         inverse_dynamics(bare_arm(robot.model, np.zeros(6), robot.flange, body), *rows.motion)
-        for body in (payload_body(best.payload), None)
+        for body in (body_of(best.payload), None)
     )
     rms = np.sqrt(np.mean((carrying - bare) ** 2, axis=0))
     np.testing.assert_allclose(again.torque, rms, rtol=1e-9)  # rounding
@@ -288,4 +288,4 @@ def test_the_command_writes_drawing_payload_and_scenario(designed, tmp_path, cap
     unseen = replace(designed, shown_below=1e-5)
     monkeypatch.setattr(design, "design_payload", lambda *_, **__: unseen)
     assert main(["payload", "nominal"]) == 1
-    assert "No weight within the limits identifies joint 1, 2, 3, 4, 5, 6." in capsys.readouterr().out
+    assert "No payload within the limits identifies joint 1, 2, 3, 4, 5, 6." in capsys.readouterr().out

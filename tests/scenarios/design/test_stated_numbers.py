@@ -30,7 +30,7 @@ def arm(folder, **changes: str):
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("MASS", "-7.5", "line 2: mass: value = '-7.5': a mass is not negative"),
+        ("MASS", "-7.5", "line 2: mass: value = '-7.5': expected a mass of 0 or more"),
         ("MASS", "nan", "line 2: mass: value = 'nan': 'nan' is not a number"),
         ("MASS", "2,3", "line 2: mass: value = '2,3': '2,3' is not a number"),
         ("EFFORT", "-41", "line 5: limit: effort = '-41' is negative"),

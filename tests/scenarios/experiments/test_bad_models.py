@@ -71,8 +71,8 @@ MJCF_FAULTS = {
     ),
     "angle unit": (mjcf(head='<compiler angle="degrees"/>'), r"compiler angle = 'degrees'; did you mean 'degree'\?"),
     "nameless class": (mjcf(head="<default><default/></default>"), r"a default class inside another needs a name"),
-    "joint twice": (mjcf(swap=("elbow_joint", "wrist_1_joint")), r"joint 'wrist_1_joint' is there twice; .*line 6"),
-    "body twice": (mjcf(swap=("wrist_1_link", "elbow_link")), r"line 7: body 'elbow_link' is there twice; .*line 6"),
+    "joint twice": (mjcf(swap=("elbow_joint", "wrist_1_joint")), r"joint 'wrist_1_joint' appears twice; .*line 6"),
+    "body twice": (mjcf(swap=("wrist_1_link", "elbow_link")), r"line 7: body 'elbow_link' appears twice; .*line 6"),
     "free base": (mjcf(swap=("<inertial", "<freejoint/><inertial")), r"freejoint: a free joint is not supported"),
     "ball": (mjcf(swap=(JOINT, '<joint name="elbow_joint" type="ball"/>')), r"'elbow_joint': a ball joint is not"),
     "hing": (mjcf(swap=(JOINT, '<joint type="hing"/>')), r"type 'hing' is unknown; did you mean 'hinge'\?"),
@@ -95,7 +95,7 @@ MJCF_FAULTS = {
     "many joints": (mjcf(links=[(f"l{k}", "0 0 0.1", "0 0 0", "0 1 0") for k in range(25)]), r"25 joints; arms of up"),
     "nested": (mjcf(links=[(f"l{k}", "0 0 0.1", "0 0 0", "0 1 0") for k in range(20_000)]), r"nested deeper than 200"),
     "include missing": (mjcf(head='<include file="no.xml"/>'), r"line 2: include: .*no\.xml: no such file"),
-    "include nothing": (mjcf(head="<include/>"), r"line 2: include names no file"),
+    "include nothing": (mjcf(head="<include/>"), r"line 2: include lacks the attribute file"),
     "include itself": (
         mjcf(head='<include file="arm.xml"/>'),
         r"line 2: include file = 'arm.xml' is included a second time",
@@ -104,7 +104,7 @@ MJCF_FAULTS = {
     "entities": (BOMB + mjcf(), r"line 1: document type declarations are not supported"),
     "no XML": ("MuJoCo", r"line 1, column 1: not XML: syntax error"),
     "cut off": (mjcf()[:400], r"line 5, column \d+: not XML: "),
-    "URDF": (urdf(), r"line 1: robot is no <mujoco>; URDF files end in .urdf"),
+    "URDF": (urdf(), r"line 1: the root element is robot, expected mujoco; URDF files end in .urdf"),
     "blank": (" \n ", r"not XML: no element found"),
 }
 
@@ -140,13 +140,13 @@ URDF_FAULTS = {
     ),
     "no type": (urdf(swap=(HINGE, '<joint name="elbow_joint">')), r"'elbow_joint': type None is unknown"),
     "mimic": (urdf(swap=("<axis", '<mimic joint="wrist_3_joint"/><axis')), r"it mimics another joint"),
-    "no parent": (urdf(swap=('<parent link="base"/>', "")), r"its parent link '' is not there"),
+    "no parent": (urdf(swap=('<parent link="base"/>', "")), r"its parent link '' does not exist"),
     "lost parent": (
         urdf(swap=('<parent link="base"/>', '<parent link="bse"/>')),
-        r"'bse' is not there; did you mean 'base",
+        r"'bse' does not exist; did you mean 'base",
     ),
-    "link twice": (urdf(more='<link name="base"/>'), r"line 9: link 'base' is there twice; the first one is in line 2"),
-    "joint twice": (urdf(swap=("wrist_1_joint", "elbow_joint")), r"joint 'elbow_joint' is there twice"),
+    "link twice": (urdf(more='<link name="base"/>'), r"line 9: link 'base' appears twice; the first one is in line 2"),
+    "joint twice": (urdf(swap=("wrist_1_joint", "elbow_joint")), r"joint 'elbow_joint' appears twice"),
     "nameless": (urdf(more="<link/>"), r"line 9: a link without a name"),
     "two bases": (urdf(more='<link name="table"/>'), r"expected one base link .*, found base, table"),
     "loop": (
@@ -174,7 +174,7 @@ URDF_FAULTS = {
         r"line 5: origin: '0 \$\{offset\} 0.613': this is a xacro template; run xacro",
     ),
     "xacro deep inside": (urdf(more="<link name='x'><xacro:m/></link>"), r"line 9: xacro:m: this is a xacro template"),
-    "MJCF": (mjcf(), r"line 1: mujoco is no <robot>; MJCF files end in .xml or .mjcf"),
+    "MJCF": (mjcf(), r"line 1: the root element is mujoco, expected robot; MJCF files end in .xml or .mjcf"),
     "no XML": ("<robot><link></robot>", r"line 1, column \d+: not XML: mismatched tag"),
 }
 

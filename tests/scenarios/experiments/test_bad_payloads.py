@@ -18,10 +18,16 @@ PAYLOAD_FAULTS = {
     "huge hex": ("mass = 1\ncom = [0x" + "f" * 9000 + "]", r"com = \[a whole number of 36000 bits\]; expected three"),
     "mass_std 1e300": (WHOLE + "mass_std = 1e300", r"mass_std = 1e\+300 exceeds the mass itself"),
     "mass_std negative": (WHOLE + "mass_std = -0.1", r"mass_std = -0.1: expected a standard deviation of 0 or more"),
-    "com in mm": (WHOLE.replace("0.1]", "100]"), r"com = .*; farther than 5 m; expected metres"),
+    "com in mm": (WHOLE.replace("0.1]", "100]"), r"com = .* is more than 5 m from the frame's origin; expected metres"),
     "com_std in mm": (WHOLE + "com_std = [1, 1, 10]", r"com_std = .* exceeds 5; check its unit"),
     "com of two": (WHOLE.replace("0.1]", "]"), r"com = \[0.01, 0.02\]; expected three numbers"),
-    "inertia in mm": (WHOLE.replace("0.04", "40000"), r"inertia.izz = 40000 is that of 2.8 kg more than 5 m away"),
+    "inertia in mm": (
+        WHOLE.replace("0.04", "40000"),
+        (
+            r"inertia.izz = 40000 needs parts of the "
+            r"2.8 kg more than 5 m from"
+        ),
+    ),
     "inertia_std 1e9": (WHOLE + "inertia_std = { ixx = 1e9, iyy = 1, izz = 1 }", r"inertia_std = .* exceeds 70"),
     "no izz": (WHOLE.replace(", izz = 0.04", ""), "inertia.izz is missing; ixx, iyy and izz are needed"),
     "izx": (WHOLE.replace("}", ", izx = 0 }"), r"unknown key inertia.izx; did you mean 'i..'\?"),

@@ -142,7 +142,7 @@ FAULTS = {
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = 1e308 }': "no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "lognorm"': "lognorm needs the parameter s",
     '[random.it]\ntarget = "plant.gain"': "give either a distribution, or a choice, or for a source its stream",
-    '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "the name 'drive-gains'; draw it with choice",
+    '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "a name, 'drive-gains'; draw it with choice",
     '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
     '[random.it]\ntraget = "plant.gain"': "unknown key random.it.traget; did you mean 'target'?",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
@@ -151,11 +151,13 @@ FAULTS = {
     '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
         "sources.it.stream: expected one of encoder, white, coloured, clock, current_sensor, drive_clocks, samples"
     ),
-    '[sources.it]\ntarget = "plant.gain"\nstream = "white"': "the stream white is taken by sources.white current noise",
+    '[sources.it]\ntarget = "plant.gain"\nstream = "white"': (
+        "the stream white is already used by sources.white current noise"
+    ),
     '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target is empty; name the value to draw",
     '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",
     '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
-    'distribution = "norm"': "random.b: plant.gain is taken by random.a; draw each value once",
+    'distribution = "norm"': "random.b: plant.gain is already used by random.a; draw each value once",
     '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
     '[random.it]\ntarget = "plant.payload.mass"\nchoice = [7.0, "heavy"]': "random.it: ",
     '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",

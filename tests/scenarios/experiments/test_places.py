@@ -9,7 +9,7 @@ from robot_folders import robot_folder
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.places import CATALOG, seen_from
-from scenarios.experiments.named_files import motion_of, robot_of
+from scenarios.experiments.robots import motion_of, robot_of
 from scenarios.support.errors import UnknownName, UnreadableFile
 
 MOTION = CATALOG / "motions" / "drive-gains.toml"

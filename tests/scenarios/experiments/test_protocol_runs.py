@@ -45,7 +45,7 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     protocols = (("bare", "loaded"), ("light", "bare", "heavy"), ("loaded", "bare", "bare"))
     setups = [protocol_setup(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
     trials = [ready_trial(each, Trial(seed=3 + k)) for k, each in enumerate(setups)]
-    together = dict(run_batch(trials, threads=2))
+    together = dict(run_batch(trials, threads=1))
     for k, each in enumerate(setups):
         one, other = run(each, 3 + k), together[k]
         assert isinstance(other, Run)

@@ -24,6 +24,8 @@ from scenarios.experiments.robots import robot
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
+pytestmark = pytest.mark.usefixtures("_surveyed_once")
+
 
 def scenario_file(folder: Path, text: str) -> str:
     path = folder / "mine.toml"

@@ -104,14 +104,14 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert len(shown) >= 2
     assert (found["if_loaded"], found["consistent"]) == (None, None)
     assert "--gains" in found["consistent_reason"]
-    assert not any("is predicted within" in each for each in found["notes"])
+    assert not any("is predicted with an error" in each for each in found["notes"])
     reference = found["joints"][found["reference"] - 1]
     assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
     assert main([*words, "--gains", str(weighed_cell / "gains.toml")]) == 0
     said = capsys.readouterr().out
-    assert f"what joint {found['reference']} says" in said
+    assert f" to joint {found['reference']} is " in " ".join(said.split())
     assert "Essential base parameters, in SI" in said
-    assert "Links as bodies, in SI" in said
+    assert "Physically consistent links, in SI" in said
     assert "If the same motions" not in said
     payload = str(weighed_cell / "run" / "payload-heavy.toml")
     assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--if-loaded", payload, "--json"]) == 0

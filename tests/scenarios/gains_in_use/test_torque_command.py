@@ -80,7 +80,7 @@ def test_torques_of_joints_in_another_order_than_the_gains_are_refused(weighed_c
     words = ["torque", str(weighed_cell / "run" / "light.parquet"), "--gains", str(weighed_cell / "gains.toml")]
     turned = "joint2,joint1,joint3,joint4,joint5,joint6"
     assert main([*words, "--out", str(weighed_cell / "turned.parquet"), "--joints", turned]) == 2
-    assert "joints are said to be joint2, joint1" in capsys.readouterr().err
+    assert "joints are given as joint2, joint1" in capsys.readouterr().err
     assert not (weighed_cell / "turned.parquet").exists()
     # Gains written by hand need no names, and then nothing is known of the order.
     text = (weighed_cell / "gains.toml").read_text()

@@ -12,6 +12,8 @@ from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 from scenarios.gains_in_use.known_gains_problem import model_options, observe_options
 
+pytestmark = pytest.mark.usefixtures("_surveyed_once")
+
 
 def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.toml") -> list[str]:
     run = cell / "run"
@@ -59,6 +61,18 @@ def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell,
 def test_gains_are_not_verified_by_what_they_were_found_from(weighed_cell, capsys):
     assert main(verified(weighed_cell, which="heavy")) == 2
     assert "heavy.parquet: the gains were identified from this recording" in capsys.readouterr().err
+
+
+def test_a_verification_of_swapped_files_says_so(weighed_cell, capsys):
+    run = weighed_cell / "run"
+    file = read_gains(weighed_cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+    (weighed_cell / "stranger.json").write_text(json.dumps(file | {"recordings": []}))
+    words = verified(weighed_cell, which="unloaded", gains="stranger.json")
+    words[words.index("--unloaded") + 1] = str(run / "light.parquet")
+    words[words.index("--payload") + 1] = str(run / "payload-light.toml")
+    assert main(words) == 2
+    assert "the mass found is negative: -4." in (said := capsys.readouterr().err)
+    assert "bare and loaded recordings are probably swapped" in said
 
 
 def test_without_gains_the_motions_predict_each_other(weighed_cell, capsys):

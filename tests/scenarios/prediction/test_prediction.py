@@ -15,10 +15,9 @@ from ident.support.errors import OptionError
 from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.methods import with_method
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema import DrawTable, Scenario, SourceTable
-from scenarios.experiments.files.settings import with_settings
+from scenarios.experiments.files.settings import with_method, with_settings
 from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate, simulate_batch
 from scenarios.prediction.budget import OTHER, PredictedBudget
 from scenarios.prediction.budget import predicted_budget as budget_and_horizon
@@ -383,8 +382,14 @@ def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_b
     assert _within(share).mood is mood
 
 
-def test_the_command_tells_table_and_json(tmp_path, capsys):
-    path = quick_scenario(tmp_path)
+def test_the_command_tells_table_and_json(tmp_path, capsys, monkeypatch):
+    path, predicted = quick_scenario(tmp_path), list[tuple]()
+
+    def once(scenario: Scenario) -> tuple:
+        predicted.extend(() if predicted else [budget_and_horizon(scenario)])
+        return predicted[0]
+
+    monkeypatch.setattr("scenarios.prediction.budget.predicted_budget", once)
     assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb", "--json"]) == 0
     told = printed(capsys, "predict")
     assert told["method"] == "nls"

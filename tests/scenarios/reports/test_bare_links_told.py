@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.reports.bare_links import links_parts
+from scenarios.reports.bare import links_parts
 from scenarios.results.models.links import Links
 
 

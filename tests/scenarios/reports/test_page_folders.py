@@ -25,7 +25,7 @@ from scenarios.reports.plot import Plot
 from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
 from scenarios.results.models.run import Result
 from scenarios.results.record import read_record, read_result, recorded_problem
-from scenarios.results.scene import scene_digest
+from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
 
 

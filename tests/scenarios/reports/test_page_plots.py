@@ -12,9 +12,9 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.samples.motion import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
 from scenarios.reports.content import Mood, Paragraph
+from scenarios.reports.diagnoses import diagnosis_parts
 from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.motion import motion_table
-from scenarios.reports.pages.diagnoses import diagnosis_parts
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
 from scenarios.reports.pages.identification import with_warnings

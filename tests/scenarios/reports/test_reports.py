@@ -16,9 +16,11 @@ from scenarios.reports.content import (
     Report,
     Table,
     cells,
+    column,
     in_unit,
     percent,
     rounded,
+    table,
 )
 from scenarios.reports.gains import quantity_row
 from scenarios.reports.renderers import RENDERERS, Page, renderer
@@ -45,6 +47,17 @@ REPORT = Report(
     ),
     {"answer": 0.125},
 )
+
+
+def test_a_column_has_its_unit_at_the_end_of_its_title_and_one_cell_an_item():
+    gain = column("exec: my [own] method [N (m)/unit]", lambda item: None if item == 7 else f"{item / 8:g}")
+    made = table([3, 7], column("Joint", lambda item: item), gain, column("Left [over", str, words=True), title="Gains")
+    assert made.columns == (
+        Column(title="Joint"),
+        Column(title="exec: my [own] method", unit="N (m)/unit"),
+        Column(title="Left [over", words=True),
+    )
+    assert made.rows == (cells("3", "0.375", "3"), cells("7", "-", "7"))
 
 
 def test_a_table_is_set_wide_then_close_then_continued_below():

@@ -169,7 +169,7 @@ def test_what_is_no_gains_file_is_refused_in_one_line(tmp_path: Path, text, word
         (b"{", "not JSON: Expecting property name"),
         (b"\xff\xfe{}", "not JSON: byte 0 is not UTF-8"),
         (b"[1, 2]", "input should be an object"),
-        (b"[" * 100000, "not JSON that can be meant"),
+        (b"[" * 100000, "JSON that cannot be read"),
         (b'{"gains": [{"joint": 1, "estimate": NaN, "std": 0.1}]}', "gains.1.estimate"),
     ],
 )

@@ -16,15 +16,15 @@ from quick import quick_scenario
 import rx90_mjcf
 from scenarios.cli import main
 from scenarios.experiments.files.motions import MOTIONS, write_motion
-from scenarios.experiments.files.schema_line import ENDING, FOLDER
 from scenarios.experiments.files.tables import CATALOG
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.experiments.robots import ROBOTS
 from scenarios.json_schemas import RESULTS, schemas
 
 NAMES = ("scenario", "payload", "motion", "answer", "problem", "robot", "gains", *RESULTS)
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 PRINTED = ("answer", "gains", *RESULTS)
-UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in what `measure` says")
+UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in the unit that `measure` names")
 """How a description states a unit, or the key that does."""
 DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm")
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]

@@ -18,8 +18,7 @@ from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.run import Run, run
-from scenarios.experiments.simulated import as_identified
+from scenarios.experiments.run import Run, as_identified, run
 from scenarios.json_schemas import schemas
 from scenarios.results.problem_folder import PROBLEM, is_problem, read_problem, write_problem
 from scenarios.support.errors import ForeignProblem

@@ -13,9 +13,9 @@ import scenarios.experiments.studies.study as study_module
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies import folder as studied
 from scenarios.experiments.studies import parts
-from scenarios.experiments.studies.keeping import Unfinished
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.parts import BLOCK, LOST, WHOLE, Part, block_of
+from scenarios.experiments.studies.study import Unfinished
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.support.errors import StudyError
 

@@ -8,8 +8,7 @@ from study_tables import gathered
 from scenarios import assert_scenario
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
-from scenarios.experiments.studies.statistics import joint_statistics, study_result
-from scenarios.experiments.studies.summary_files import write_summary
+from scenarios.experiments.studies.statistics import joint_statistics, study_result, write_summary
 from scenarios.reports.content import Figure, Paragraph, Report
 from scenarios.reports.error_density import panels
 from scenarios.reports.files import write_figures
@@ -122,7 +121,7 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     path = tmp_path / "strict.toml"
     path.write_text(quick.read_text().replace("gain = [0.2,", "pass_rate = 0.9\ngain = [1e-6,"))
     with pytest.raises(AssertionError) as caught:
-        assert_scenario(str(path), seeds=range(3), false_alarm=0.1, threads=2)
+        assert_scenario(str(path), seeds=range(3), false_alarm=0.1)
     lines = str(caught.value).splitlines()
     assert lines[0] == "scenario strict: 1 joint passes less often than required"
     assert lines[1].startswith("  joint 1: 3 of 3 trials failed, 2 allowed at a pass rate of 0.9; seed ")

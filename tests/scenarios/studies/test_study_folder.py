@@ -121,7 +121,7 @@ def test_strange_or_damaged_parts_are_refused(tmp_path):
                 folder.parts()
             (folder.trials / name).unlink()
         folder.write_part(whole(0, 2), part(0, 2).slice(0, 5))
-        with pytest.raises(StudyError, match="5 rows, not those of trials 0 to 2"):
+        with pytest.raises(StudyError, match="its 5 rows are not those of trials 0 to 2"):
             folder.parts()
 
 

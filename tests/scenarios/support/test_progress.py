@@ -8,10 +8,9 @@ from argparse import Namespace
 import pytest
 from rich.console import Console
 
-from scenarios.command_line.progress import console
+from scenarios.command_line.output import console
 from scenarios.support import progress, stages
-from scenarios.support.progress import FIRST_LINE, LINE_EVERY, reporter
-from scenarios.support.search_progress import search_progress
+from scenarios.support.progress import FIRST_LINE, LINE_EVERY, reporter, search_progress
 from scenarios.support.stages import Stage, counted, stages_of
 
 
@@ -189,7 +188,7 @@ def test_quiet_work_says_nothing(capsys):
 
 
 def test_a_search_tells_how_long_it_will_take_from_what_it_has_tried_itself(clock, monkeypatch):
-    monkeypatch.setattr("scenarios.support.search_progress.time", clock)
+    monkeypatch.setattr("scenarios.support.progress.time", clock)
     output = piped()
     with search_progress("motions", 1000, output, 400) as say:
         clock.now += FIRST_LINE - 0.01

@@ -24,8 +24,7 @@ from scenarios.reports.content import (
 )
 from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
-from scenarios.reports.renderers.html.library import drawing_library
-from scenarios.reports.renderers.html.scripts import script_json
+from scenarios.reports.renderers.html.scripts import drawing_library, script_json
 from scenarios.reports.renderers.html.specs import drawn_plots, legend
 
 MARK = "rx90 report"
@@ -34,14 +33,16 @@ CODE = re.compile(r"`([^`\n]+)`")
 """A command or a name within words, as all forms of a report write it."""
 
 
+KINDS: dict[type[Part], str] = {
+    Paragraph: "paragraph", Line: "line", Heading: "heading", Table: "table", Figure: "figure", Plot: "plots",
+    Picture: "glance", Facts: "glance",
+}  # fmt: skip
+"""Words of the template for parts."""
+
+
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Parts that stand together: plots beside each other, facts beside a picture, anything else alone.
-
-    Attributes:
-        kind: What they are, in a template's words.
-        parts: They.
-    """
+    """Parts that stand together: plots beside each other, facts beside a picture, anything else alone."""
 
     kind: str
     parts: tuple[Part, ...]
@@ -65,12 +66,7 @@ def render(report: Report, page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {
-        "heading": heading,
-        "prose": prose,
-        "picture": _picture,
-        "figure": _figure,
-    }
+    templates.filters |= {"heading": heading, "prose": prose, "picture": _picture, "figure": _figure}
     plots = [each for part in report.parts if isinstance(part, Plot) for each in canvases(part)]
     return templates.get_template("page.html.j2").render(
         title=report.title,
@@ -92,7 +88,7 @@ def render(report: Report, page: Page) -> str:
 def sections(parts: tuple[Part, ...]) -> list[Section]:
     """The parts by headings; plots that follow each other together, likewise pictures and facts."""
     found, heading, blocks = list[Section](), None, list[Block]()
-    for kind, members in groupby(parts, key=_kind):
+    for kind, members in groupby(parts, key=lambda part: KINDS[type(part)]):
         together = tuple(members)
         if kind in ("plots", "glance"):
             blocks.append(Block(kind, together))
@@ -119,24 +115,6 @@ def heading(column: Column) -> str:
 def prose(text: str) -> Markup:
     """Words, escaped, with what stands between backticks set as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
-
-
-def _kind(part: Part) -> str:
-    match part:
-        case Paragraph():
-            return "paragraph"
-        case Line():
-            return "line"
-        case Heading():
-            return "heading"
-        case Table():
-            return "table"
-        case Figure():
-            return "figure"
-        case Picture() | Facts():
-            return "glance"
-        case Plot():
-            return "plots"
 
 
 def _picture(picture: Picture) -> str:

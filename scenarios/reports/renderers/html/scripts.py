@@ -1,6 +1,7 @@
-"""Text that is safe inside a `<script>`: nothing in it can end the element or begin a comment."""
+"""What a page has inside a `<script>`: text that cannot end the element, and Vega, as vl-convert brings it."""
 
 import json
+from functools import lru_cache
 
 
 def script_json(value: object) -> str:
@@ -12,3 +13,11 @@ def script_json(value: object) -> str:
 def script_code(code: str) -> str:
     """JavaScript whose strings hold no end of a script element; what it does is the same."""
     return code.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+
+
+@lru_cache(maxsize=1)
+def drawing_library() -> str:
+    """A module that sets `window.vegaEmbed`; 0.9 MB. Bundled once a process: it takes a second or three."""
+    import vl_convert
+
+    return script_code(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))

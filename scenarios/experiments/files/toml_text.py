@@ -1,7 +1,21 @@
-"""Values as TOML has them, each on one line."""
+"""Text of TOML files that are written for a user: values on one line, and the line that names a JSON Schema.
+
+Taplo, and editors that use it, complete and check keys by `#:schema PLACE`.
+"""
 
 import json
 from collections.abc import Mapping
+from pathlib import Path
+
+FOLDER = Path(__file__).parents[2] / "schemas"
+"""Where the schemas lie, in the package."""
+ENDING = ".schema.json"
+
+
+def schema_line(name: str) -> str:
+    """The first line of a file that is written for a user, wherever that is."""
+    return f"#:schema {(FOLDER / f'{name}{ENDING}').as_uri()}"
+
 
 DELETE = "\x7f"
 """The one control character that a string of JSON may hold and one of TOML may not."""

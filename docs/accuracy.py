@@ -1,6 +1,8 @@
-"""Prints the tables of accuracy.md: error against physics step, and what leaving out velocity reversals gains."""
+"""Writes the tables of accuracy.md: error against physics step, and what leaving out velocity reversals gains."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -46,23 +48,29 @@ def row(label: str, setup: Setup, found: GainEstimate) -> str:
     return f"| {label} | {' | '.join(errors)} | {found.rel_error_norm:.1e} | {found.rows} |"
 
 
+def written(text: str, title: str, rows: list[str]) -> str:
+    """The page with the rows of the table whose first column has a title."""
+    head = rf"(\| {re.escape(title)} \|[^\n]*\n[|-]+\n)"
+    assert re.search(head, text), f"accuracy.md has no table {title}"
+    return re.sub(rf"{head}(?:\|[^\n]*\n)*", lambda found: found[1] + "\n".join(rows) + "\n", text)
+
+
 def main() -> None:
     ideal, nominal = setup_of(load_scenario("ideal")), setup_of(load_scenario("nominal"))
-    header = "| joint 1 | joint 2 | joint 3 | joint 4 | joint 5 | joint 6 | residual | rows |\n" + "|---" * 9 + "|"
+    page = Path(__file__).with_name("accuracy.md")
+    text = page.read_text(encoding="utf-8")
     pairs = {step: recordings(ideal, 1e-3 * step, SensorOptions()) for step in STEPS_MS}
     for delay_ms in (0.0, 0.5):
-        print(f"\n| ideal, currents taken {delay_ms:g} ms late, step [ms] " + header)
-        for step, pair in pairs.items():
-            observing = ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2)
-            print(row(f"{step:g}", ideal, estimate(ideal, pair, observing)))
-    print("\n| ideal by nls, currents taken 0.5 ms late, step [ms] " + header)
-    for step, pair in pairs.items():
-        observing = ObserveOptions(current_delay=5e-4, reversal_speed=0.1)
-        print(row(f"{step:g}", ideal, estimate(ideal, pair, observing, method="nls")))
-    print("\n| nominal without noise, share " + header)
+        observing = ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2)
+        rows = [row(f"{step:g}", ideal, estimate(ideal, pair, observing)) for step, pair in pairs.items()]
+        text = written(text, f"ideal, currents taken {delay_ms:g} ms late, step [ms]", rows)
+    late = ObserveOptions(current_delay=5e-4)
+    rows = [row(f"{step:g}", ideal, estimate(ideal, pair, late, method="nls")) for step, pair in pairs.items()]
+    text = written(text, "ideal by nls, currents taken 0.5 ms late, step [ms]", rows)
     pair = recordings(nominal, 1e-3, SensorOptions())
-    for share in SHARES:
-        print(row(f"{share:g}", nominal, estimate(nominal, pair, ObserveOptions(reversal_speed=share))))
+    by_share = {share: estimate(nominal, pair, ObserveOptions(reversal_speed=share)) for share in SHARES}
+    rows = [row(f"{share:g}", nominal, found) for share, found in by_share.items()]
+    page.write_text(written(text, "nominal without noise, share", rows), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -75,10 +75,7 @@ def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: 
     Returns:
         Shape (k,).
     """
-    floor = np.empty(len(rows.V))
-    for joint in rows.unknowns:
-        floor[rows.of(joint)] = noise_floor * rows.rms_current(joint)
-    least = np.linalg.norm(influence * floor, axis=1)
+    least = rows.least_std(influence, noise_floor)
     return np.maximum(np.sqrt(np.diag(covariance)), least) / np.abs(inverse)  # std(g) / g = std(1/g) / (1/g)
 
 

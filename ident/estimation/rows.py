@@ -51,6 +51,21 @@ class Rows:
         """Root mean square of a joint's currents [drive units]."""
         return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
 
+    def least_std(self, influence: Array, noise_floor: float) -> Array:
+        """Standard deviations that white residuals of no less than a share of each joint's rms current make.
+
+        Args:
+            influence: Derivative of k quantities by the current of each row, shape (k, r).
+            noise_floor: That share.
+
+        Returns:
+            Shape (k,).
+        """
+        floor = np.empty(len(self.V))
+        for joint in self.unknowns:
+            floor[self.of(joint)] = noise_floor * self.rms_current(joint)
+        return np.linalg.norm(influence * floor, axis=1)
+
     def residual_share(self, joint: int) -> float:
         """Norm of a joint's residual over the norm of its currents."""
         rows = self.of(joint)

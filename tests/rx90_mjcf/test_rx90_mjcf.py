@@ -126,7 +126,7 @@ ALONE = [
 
 
 def test_the_40_base_parameters_come_out_with_khalil_s_groupings(arm, rng):
-    groups = base_parameters(arm, rng).groups(tol=1e-9)
+    groups = base_parameters(arm, rng).groups()
     inertial = {name: group for name, group in groups.items() if name[:-1] not in ("Fv", "Fc", "off")}
     expected = GROUPS | {name: {name: 1} for name in ALONE}
     assert len(expected) == 40

@@ -51,7 +51,7 @@ class ResultFinding(ResultModel):
     check: str = Field(description="name of the diagnosis")
     joint: int = Field(ge=1, description="the joint that is affected most")
     statistic: float = Field(description="Its size, in the unit that `measure` names")
-    threshold: float = Field(description="critical value of the statistic, in what `measure` says")
+    threshold: float = Field(description="critical value of the statistic, in the unit that `measure` names")
     measure: str = Field(description="what both are")
     sentence: str | None = Field(description="what it means, null where it does not matter")
     change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")

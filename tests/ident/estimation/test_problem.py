@@ -93,6 +93,17 @@ def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, paylo
         np.testing.assert_allclose(signs.friction_z[j], z[int(np.argmax(np.abs(z)))], rtol=1e-8)
 
 
+def test_friction_that_no_real_residual_would_show_tells_no_sign(structure, payloads):
+    motions = exact_pair(structure, payloads[0], GAIN, np.random.default_rng(5), noise=0.02, rows=150)
+    options = replace(TRUSTING, max_rel_std=10.0)
+    sure, least = (
+        joint_signs(drive_gains(*motions, payloads[0], replace(options, noise_floor=floor))).friction_z
+        for floor in (1e-12, 70.0)
+    )
+    assert (np.sign(least) == np.sign(sure)).all()
+    assert (np.abs(least) < 0.1 * np.abs(sure)).all()
+
+
 def test_an_estimator_with_options_of_its_own_is_a_function_a_class_and_an_entry(monkeypatch, structure, payloads, rng):
     @dataclass(frozen=True, slots=True, kw_only=True)
     class Scaling:

@@ -260,7 +260,9 @@ def test_messages_whose_numbers_do_not_fit_their_joints_are_refused(tmp_path):
     for number, changes in enumerate(({"position": Q[0, :3]}, {"effort": V[0, :3]})):
         bag = write_bag(tmp_path / f"{number}", samples(**changes))
         counts = f"it has 4 names, {4 - (number == 0)} positions and {4 - (number == 1)} efforts"
-        with pytest.raises(RecordingError, match=rf"{number}: a message is no sensor_msgs/msg/JointState: {counts}$"):
+        with pytest.raises(
+            RecordingError, match=rf"{number}: a message cannot be read as sensor_msgs/msg/JointState: {counts}$"
+        ):
             read_recording(bag, DESCRIPTION)
 
 
@@ -273,7 +275,7 @@ def test_messages_are_read_whichever_end_comes_first_and_refused_where_they_end_
     assert bytes(STORE.serialize_cdr(state, KIND, little_endian=False)) != small_end
     assert_read(write_bag(tmp_path / "turned", samples()))
     monkeypatch.setattr("bags.message", lambda sample: message(sample)[:90])
-    with pytest.raises(RecordingError, match="cut: a message is no sensor_msgs/msg/JointState: "):
+    with pytest.raises(RecordingError, match="cut: a message cannot be read as sensor_msgs/msg/JointState: "):
         read_recording(write_bag(tmp_path / "cut", samples()), DESCRIPTION)
 
 

@@ -294,7 +294,7 @@ def test_a_missed_tolerance_is_exit_status_1(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     path.write_text(re.sub("^gain = .*$", "gain = [1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9]", path.read_text(), flags=re.M))
     assert main(["run", str(path)]) == 1
-    assert "FAILED: joints 1 to 5 exceed their tolerance (worst: joint " in capsys.readouterr().out
+    assert re.search("FAILED: joints 1.* exceed their tolerance .worst: joint ", capsys.readouterr().out)
 
 
 def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):

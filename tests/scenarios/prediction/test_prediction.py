@@ -140,7 +140,7 @@ EFFECTS = {
     "viscous_drift": ({"viscous_drift": 0.07}, 0.05),
     "frames": ({"d3_error": 0.004, "r4_error": -0.006}, 0.05),
     "tilt": ({"base_tilt_x": 0.011, "base_tilt_y": -0.007}, 0.2),
-    "elasticity": ({"joint_compliance": COMPLIANCE}, 0.2),
+    "elasticity": ({"joint_compliance": COMPLIANCE}, 0.25),
 }
 """Sizes, and how far prediction and simulation may be apart as a share of the effect on the joint that it costs most;
 more where the difference between real and perfect control matters."""
@@ -229,8 +229,8 @@ def test_what_is_believed_is_estimated_again_and_gives_the_opposite(quick):
     )
     assert (cost_of(budget, "cut").bias == 0.0).all()
     assert (cost_of(budget, "cut").std > 0.0).all()
-    assert (cost_of(budget, "cut").std < 1e-3).all()
-    assert (cost_of(budget, "truth").std > 1e-3).any()
+    assert (cost_of(budget, "cut").std < 4e-3).all()  # other rows are left out near reversals
+    assert (cost_of(budget, "truth").std > 4e-3).any()
 
 
 def test_true_gains_that_differ_cost_nothing(quick):

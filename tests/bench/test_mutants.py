@@ -143,7 +143,7 @@ def test_a_copy_without_a_test_of_its_own_is_no_fault(monkeypatch):
 
 @pytest.mark.parametrize(
     ("status", "words"),
-    [(None, "pytest had not ended after 5400 s"), (-9, "signal 9 ended pytest"), (4, "pytest ended with status 4")],
+    [(None, "pytest had not ended after 1800 s"), (-9, "signal 9 ended pytest"), (4, "pytest ended with status 4")],
 )
 def test_how_an_unchanged_run_ended_is_told(monkeypatch, status, words):
     assert ended(status, 1800.0) == words

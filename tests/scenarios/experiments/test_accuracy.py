@@ -50,7 +50,7 @@ def test_built_in_scenarios_pass(name):
 TOLD = 'options = { zero_std = 0.0, tilt_std = 0.0, friction = "viscous-coulomb" }'
 
 
-@pytest.mark.parametrize(("options", "most"), [(TOLD, 1e-3), ("", 3e-3)])
+@pytest.mark.parametrize(("options", "most"), [(TOLD, 1.5e-3), ("", 4e-3)])
 def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
     path = tmp_path / "quiet.toml"
     path.write_text(

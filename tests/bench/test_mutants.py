@@ -147,5 +147,6 @@ def test_a_copy_without_a_test_of_its_own_is_no_fault(monkeypatch):
 )
 def test_how_an_unchanged_run_ended_is_told(monkeypatch, status, words):
     assert ended(status, 1800.0) == words
+    monkeypatch.setattr(program, "WHOLE_SUITE", 1800.0)
     with pytest.raises(SystemExit, match=f"^the tests do not run unchanged: {words}\nsaid"):
         unchanged(monkeypatch, 0, status)

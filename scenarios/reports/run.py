@@ -42,14 +42,15 @@ def run_report(run: Run) -> Report:
 
 def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
     """Injected against identified gains. `revolute`, shape (n,), says which joints turn."""
-    unit = gain_unit(revolute)
+    unit, (interval, *shares) = gain_unit(revolute), interval_columns()
     return table(
         gains,
         column("Joint", lambda gain: gain.joint),
         column(f"Injected [{unit}]", lambda gain: rounded(gain.true, gain.std and 2.0 * gain.std)),
         column(f"Identified [{unit}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
-        *interval_columns(),
+        interval,
         column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f")),
+        *shares,
         column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True),
         column("Verdict", _verdict, words=True),
     )

@@ -72,7 +72,7 @@ def _facts(result: Result, record: RecordFile, given: GivenProblem) -> Facts:
     elif found:
         share, joint = max((2.0 * (gain.std or 0.0) / abs(gain.estimate or 1.0), gain.joint) for gain in found)
         pairs.append(("Widest interval", f"± {two_digits(100.0 * share)} %, joint {joint}"))
-    masses = dict.fromkeys(f"{payload.mass:g} kg" for payload in provenance.payloads(record, given).values())
+    masses = dict.fromkeys(provenance.mass(payload) for payload in provenance.payloads(record, given).values())
     pairs.append(("Relative residual", f"{100.0 * result.fit.rel_error_norm:.2f} %"))
     pairs.append(("Payload", " and ".join(masses) or "none"))
     return Facts((*pairs, ("Date", record.created[:10])))

@@ -85,6 +85,12 @@ def _options(options: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {value}" for name, value in options.items())
 
 
+def mass(payload: Payload) -> str:
+    """The mass that is stated, and how well it is known."""
+    known = f" ± {2e3 * payload.mass_std:.3g} g" if payload.mass_std else ""
+    return f"{payload.mass:g} kg{known}"
+
+
 def _payload(payload: Payload) -> str:
     used = {"all": "all values are used", "com": "mass and centre are used", "mass": "only the mass is used"}
     said = [f"{payload.mass:g} kg, sigma {payload.mass_std:g}"]

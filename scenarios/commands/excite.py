@@ -15,6 +15,7 @@ from scenarios.command_line.writing import right_to_write
 from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
+    from ident.support.arrays import Mask
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.search import Searchable
     from scenarios.experiments.build import Setup
@@ -32,7 +33,7 @@ USUAL = {
     "holds": {"duration": 72.0, "evaluations": 3000},
 }
 """What a search takes where the options say nothing."""
-AGAINST = {"noise": "of the currents", "all": "noise and the scenario's error sources"}
+AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenario's error sources"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,6 +58,8 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     _fill_in(options)
     PROCESSES.prepare()
+    import numpy as np
+
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
     from scenarios.design.results import Searched, finite
@@ -79,7 +82,7 @@ def main(options: argparse.Namespace) -> Status:
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
     setup = setup_without_motion(scenario)
-    problem, series = _searchable(_problem(scenario, setup, options), options)
+    problem, series, shown = _searchable(_problem(scenario, setup, options), options)
     design = Design(problem)
     if options.improve and before is None and isinstance(series, Series):
         before = Unfinished(first_motion(setup.scenario, series), tried=0)
@@ -100,7 +103,7 @@ def main(options: argparse.Namespace) -> Status:
         complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
     if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
         motion = _beside(own, motion, design, options)
-    deviations = design.deviations(design.rows(motion)).total
+    deviations = np.where(shown, design.deviations(design.rows(motion)).total, np.inf)
     wanted = found.tried if interrupt is None else options.evaluations
     with held.writing():
         comments = search_comments(command, deviations, tried=found.tried, wanted=wanted)
@@ -115,7 +118,10 @@ def main(options: argparse.Namespace) -> Status:
         cost=found.cost,
         predicted_rel_std=list(map(finite, deviations)),
     )
-    said = f"{options.out}: predicted standard deviation of the gains [%]: {percents(deviations)}"
+    said = (
+        f"{options.out}: predicted standard deviation of the gains, from {AGAINST[options.against]} [%]: "
+        f"{percents(deviations)}"
+    )
     show(Report(said, (), result.model_dump(mode="json")), options)
     return Status.PASSED
 
@@ -137,20 +143,23 @@ def _fill_in(options: argparse.Namespace) -> None:
         check_harmonics(options)
 
 
-def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable]":
-    """The problem as the protocol states it, and the motions among which it is solved."""
+def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable, Mask]":
+    """The problem as the protocol states it, the motions among which it is solved, and which joints they can show."""
+    import numpy as np
+
     from scenarios.design.holds import Holds, hold_problem
     from scenarios.design.search import Series
 
     if options.protocol == "motion":
-        return problem, Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+        series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+        return problem, series, np.ones(series.n, dtype=bool)
     problem, unloaded = hold_problem(problem)
     joints = ", ".join(str(j + 1) for j in unloaded.nonzero()[0])
     if joints:
         complain(
             f"gravity of the payload puts no torque on joint {joints}: holds and slow sweeps do not identify its gain"
         )
-    return problem, Holds(limits=problem.limits, duration=options.duration)
+    return problem, Holds(limits=problem.limits, duration=options.duration), ~unloaded
 
 
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":

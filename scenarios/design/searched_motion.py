@@ -1,6 +1,7 @@
 """Motions that a search is begun with or leaves: a scenario's own, and files that say how their motion was found."""
 
 import re
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,8 +52,8 @@ def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
 
 
 def percents(deviations: Array) -> str:
-    """Predicted deviations of all gains, shape (n,), in percent and in words."""
-    return ", ".join(f"{100.0 * std:.2g}" for std in deviations)
+    """Predicted deviations of all gains, shape (n,), in percent and in words; a dash where a motion cannot show one."""
+    return ", ".join(f"{100.0 * std:.2g}" if isfinite(std) else "-" for std in deviations)
 
 
 def search_comments(command: str, deviations: Array, *, tried: int, wanted: int) -> list[str]:

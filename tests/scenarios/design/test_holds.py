@@ -68,7 +68,9 @@ def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch
     out = tmp_path / "motion.toml"
     words = ["excite", "ur10e", "--protocol", "holds", "--evaluations", "1", "--jobs", "1", "--out", str(out)]
     assert main(words) == 0
-    assert "puts no torque on joint 1: holds" in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "puts no torque on joint 1: holds" in said.err
+    assert "of the gains, from noise of the currents alone [%]: -, " in " ".join(said.out.split())
     assert "excite ur10e --protocol holds --seed 0 --duration 72 --evaluations 1 --out FILE" in out.read_text()
     assert read_motion(out.name, tmp_path).duration == 72.0
     for more in ("--harmonics=9", "--improve"):

@@ -64,7 +64,7 @@ def drawn() -> Figure:
                 axes.annotate("", (below_x, below_y + 0.5 * BOX), (x, y - 0.5 * BOX), arrowprops=arrow)
         for name, (x, y) in place.items():
             box = {"boxstyle": "round,pad=0.45", "facecolor": FILL[package], "edgecolor": INK}
-            axes.text(x, y, name.replace("_", "_\n", 1), ha="center", va="center", fontsize=9, bbox=box)
+            axes.text(x, y, name, ha="center", va="center", fontsize=9, bbox=box)
         width = max(len(row) for row in rows.values())
         axes.set(xlim=(-0.5 * width, 0.5 * width), ylim=(-0.6, max(rows) + 0.6))
         axes.set_title(package, fontsize=12)

@@ -106,7 +106,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     point = _point(joints, sign * np.exp(s), prior.rows, prior.off(s))
     for steps in range(MOST_STEPS):
         free = point.T - point.basis @ (point.basis.T @ point.T)
-        normal = _curvature(point, free) + np.diag(prior.std**-2)
+        normal = _curvature(point, free, prior)
         gradient = free.T @ point.r - prior.off(s) / prior.std
         while True:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
@@ -124,17 +124,18 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
-def _curvature(point: _Point, free: Array) -> Array:
-    """Second derivative of half the squares that the shared parameters leave by the logarithms, shape (n, n).
+def _curvature(point: _Point, free: Array, prior: Prior) -> Array:
+    """Second derivative of half the squares that the shared parameters and the prior leave by the logarithms, (n, n).
 
     With T the currents that each joint owes to its gain, R the residual likewise, and Q the basis of the shared
-    parameters, T'(T - R) - (T - R)' Q Q' (T - R). Where that is not positive definite, far from the end, R is left out
-    (Gauss and Newton).
+    parameters, T'(T - R) - (T - R)' Q Q' (T - R), and the prior's. Where their sum is not positive definite, far from
+    the end, R is left out (Gauss and Newton); of a joint without load the prior alone may make it so.
     """
     bent = point.T - np.where(point.T != 0.0, point.r[:, None], 0.0)
     along = point.basis.T @ bent
-    exact = np.diag(np.einsum("rj,rj->j", point.T, bent)) - along.T @ along
-    return exact if np.linalg.eigvalsh(exact)[0] > 0.0 else free.T @ free
+    held = np.diag(prior.std**-2)
+    exact = np.diag(np.einsum("rj,rj->j", point.T, bent)) - along.T @ along + held
+    return exact if np.linalg.eigvalsh(exact)[0] > 0.0 else free.T @ free + held
 
 
 def _point(joints: Sequence[ReducedJoint], h: Array, beliefs: Array, off: Array) -> _Point:

@@ -11,7 +11,7 @@ from scipy import optimize
 from ident.estimation.all_joints.columns import JointColumns, joint_columns, shared_parameters
 from ident.estimation.all_joints.fit import AllJointsFit, fitted
 from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
-from ident.estimation.all_joints.reduction import base_of, own_sigma, reduced_joint
+from ident.estimation.all_joints.reduction import ReducedJoint, base_of, own_sigma, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
 from ident.estimation.all_joints.solution import fit_with, setting, solution, widened
 from ident.estimation.problem import Problem
@@ -280,6 +280,21 @@ def test_random_starts_reach_the_same_minimum_on_six_joints(structure, payload):
     ends = [search(joints, np.exp(rng.normal(0.0, 1.5, 6)) / GAIN, prior) for _ in range(4)]
     for found in ends[1:]:
         np.testing.assert_allclose(found.h, ends[0].h, rtol=1e-9)
+
+
+def test_a_joint_that_the_prior_alone_holds_is_found_in_a_few_steps():
+    # Squares of noise alone grow less than the prior's towards larger gains: with k small, d = log h / h0 ends at
+    # d = c exp(d), where the squares are bent by -c exp(d) and the prior by 1; steps by T'T alone shrink by 7 %.
+    start, k, c = -0.7, 0.031, 0.367
+    rows = ReducedJoint(
+        basis=np.eye(3), turn=np.eye(3), beliefs=np.zeros((0, 3)), F=np.zeros((3, 0)), sigma=0.3,
+        A=np.array([[1.3], [0.0], [0.0]]), k=np.array([0.4, k, 0.0]), V=np.array([2.7, c / (start * k), 1.9]),
+    )  # fmt: skip
+    prior = Prior(mean=np.log([-start]), std=np.ones(1), shared=np.full(1, np.inf))
+    found = search([rows], np.array([start]), prior)
+    end = optimize.brentq(lambda d: d - c * np.exp(d) + (start * k) ** 2 * np.exp(2.0 * d), 0.0, 1.0)
+    np.testing.assert_allclose(found.h, [start * np.exp(end)], rtol=1e-9)
+    assert found.steps < 10
 
 
 @pytest.mark.parametrize("known", ["all", "com", "mass"])

@@ -43,9 +43,9 @@ def drop_unusable_meshes(
         link, weighs = shape.parent, shape.mass != 0.0 and shape.density != 0.0  # NaN where no mass is stated
         counts = from_shapes and weighs and not link.explicitinertial and _moves(link)
         if counts and (arm is None or any(link is each for each in arm)):
-            fault = "MuJoCo makes no solid of; correct" if compiled else "does not exist; add"
+            fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
             raise ModelFileError(
-                f"link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, which {fault} the "
+                f"link {link.name!r} takes its inertia from the mesh {unusable[shape.meshname]!r}, {fault} the "
                 "file, or state an inertial"
             )
         spec.delete(shape)

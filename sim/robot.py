@@ -105,7 +105,9 @@ class Robot:
                 )
         motors = [coupling.motor for coupling in self.couplings]
         if len(set(motors)) < len(motors):
-            raise RobotError(f"robot {self.name}: coupling: a motor turns with one other joint; one is named twice")
+            raise RobotError(
+                f"robot {self.name}: coupling: a motor is named twice; each can be coupled to one other joint only"
+            )
         if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < self.n - 1:
             raise RobotError(
                 f"robot {self.name}: gravity_spring acts on joint {self.gravity_spring.joint + 1}: "

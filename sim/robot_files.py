@@ -80,7 +80,7 @@ class DrivesTable(_Table):
     """Nominal drives: `sim.drives.DriveTruth`, and how fast they turn.
 
     Attributes:
-        gain: Joint torque by current [N m / drive unit], force where a joint slides; negative if wired backwards.
+        gain: Joint torque per current [N m / drive unit], force if the joint is prismatic; negative if wired backwards.
         rotor_inertia: Of the rotors, joint side [kg m^2].
         viscous_friction: Friction by speed [N m s/rad].
         coulomb_friction: Dry friction [N m].

@@ -23,8 +23,8 @@ LEADS = {
     "scenario": """TOML. `extends = "nominal"` overlays another scenario, built in or beside the file; a key left
 out is what that one has, and the last column says what `nominal` has. Unknown keys are refused with the nearest known
 one.""",
-    "robot": """`robot.toml` beside a model file, URDF or MJCF. Every number says where it comes from. On a joint that
-slides read N, m and kg for N m, rad and kg m^2.""",
+    "robot": """`robot.toml` beside a model file, URDF or MJCF. Every number says where it comes from. For a prismatic
+joint read N, m and kg for N m, rad and kg m^2.""",
     "payload": "TOML. A payload is described in the frame of the last link.",
     "result": """What commands print with `--json`, one object on standard output, and the files of gains, problems and
 answers.""",

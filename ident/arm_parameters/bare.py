@@ -141,7 +141,7 @@ def _check_size(ratios: GainRatios) -> None:
                 f"the gain of joint {joint + 1} diverged from that of joint {ratios.reference + 1}, to "
                 f"{ratios.value[joint]:.2g} times its size: the model does not hold for joint "
                 f"{joint + 1}; check its coupling, friction and unit, or let the data select the friction "
-                "law"
+                "law (option friction = auto)"
             )
 
 

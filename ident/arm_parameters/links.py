@@ -123,8 +123,8 @@ def _check_bodies(nominal: ModelLinks) -> None:
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
             raise NoBody(
                 f"link {j + 1} of the model is not physically consistent (its mass is {chi[MASS]:.3g} kg, "
-                "or its moments of inertia are impossible); it cannot serve as prior for "
-                "links without data; correct the model"
+                "or its moments of inertia are impossible); it cannot serve as a prior "
+                "for parameters that the data do not determine; correct the model"
             )
 
 

@@ -151,7 +151,7 @@ def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]
         if kinds:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
-            yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
+            yield f"zero of q{j + 1} off by half a turn" if half else f"{what} of q{j + 1}"
     yield from _open_scales(seen, base)
 
 

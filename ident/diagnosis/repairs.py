@@ -63,7 +63,7 @@ def turned_back(recording: Recording, arm: Arm) -> tuple[Recording, Diagnosis | 
     found = Diagnosis(
         name="whole turns",
         severity=Severity.WEAK,
-        sentence=f"whole turns put positions within the model's limits: {listed}",
+        sentence=f"positions shifted by whole turns into the model's limits: {listed}",
         advice="log angles within the limits, or correct the limits",
         joints=tuple(joints),
         logs=(recording.name,),

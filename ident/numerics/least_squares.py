@@ -65,7 +65,10 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
         raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
     scale = np.linalg.norm(W, axis=0)
     if not scale.all():
-        raise NotExcited(f"column {int(np.argmin(scale))} of the observation matrix is zero")
+        column = int(np.argmin(scale))
+        raise NotExcited(
+            f"the motion does not excite every parameter: column {column} of the observation matrix is zero"
+        )
     Q, R = linalg.qr(W / scale, mode="economic")
     singular = np.linalg.svd(R, compute_uv=False)
     if singular[-1] < rank_tol * singular[0]:

@@ -71,7 +71,7 @@ def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
     j = int(np.argmax(bent))
     if bent[j] > MOST_BENT:
         raise RecordingError(
-            f"joint {j + 1} moves too fast for a log at {1.0 / period:.4g} Hz: a low-pass at {cutoff_hz:.3g} Hz takes "
-            f"{100.0 * bent[j]:.2g} % of its speed; log faster, or move more slowly",
+            f"joint {j + 1} moves too fast for a log at {1.0 / period:.4g} Hz: a low-pass at {cutoff_hz:.3g} Hz "
+            f"removes {100.0 * bent[j]:.2g} % of its speed; log faster, or move more slowly",
             recording.name,
         )

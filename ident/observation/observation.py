@@ -181,7 +181,7 @@ def observe(
         > recording.t[-1] - recording.t[0]
     ):
         raise RecordingError(
-            f"{recording.t[-1] - recording.t[0]:.3g} s are too short for cut-offs of "
+            f"the recording of {recording.t[-1] - recording.t[0]:.3g} s is too short for cut-offs of "
             f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz",
             recording.name,
         )

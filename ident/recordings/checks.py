@@ -188,8 +188,8 @@ def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
     usual = float(np.quantile(np.abs(v - middle), SHARE))
     listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
     sentence = (
-        f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of it are within {usual:.3g} of {middle:.3g}; "
-        f"{len(rows)} such samples (rows {listed})"
+        f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
+        f"{usual:.3g} of {middle:.3g}; {len(rows)} such samples (rows {listed})"
     )
     yield LogFault(j, sentence, "remove or repair them")
 

@@ -102,7 +102,7 @@ def _names(recordings: Sequence[Recording], joints: Sequence[str] | None) -> tup
     (n,) = numbers
     names = tuple(joints) if joints is not None else tuple(f"joint_{j + 1}" for j in range(n))
     if len(set(names)) != n:
-        raise RecordingError(f"{len(set(names))} names of joints for recordings of {n}; give each one a name")
+        raise RecordingError(f"{len(set(names))} different names for {n} joints; give each joint its own name")
     return names
 
 

@@ -78,7 +78,7 @@ def resampled(recording: Recording) -> Recording:
     if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:
         raise RecordingError(
             f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
-            f"{np.median(intervals):.3g} s as a rule; use the part before or after the gap"
+            f"usually {np.median(intervals):.3g} s; use the part before or after the gap"
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
     q = spline(recording.t, recording.q)(t)

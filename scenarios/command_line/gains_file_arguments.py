@@ -34,7 +34,7 @@ def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
     try:
         return gains_path(text)
     except argparse.ArgumentTypeError as error:
-        raise argparse.ArgumentTypeError(f"{error}, or numbers as 12,12,10") from None
+        raise argparse.ArgumentTypeError(f"{error}, or numbers such as 12,12,10") from None
 
 
 def add_compared_gains(parser: argparse.ArgumentParser, said: str) -> None:

@@ -49,10 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     instead = parser.add_mutually_exclusive_group()
     instead.add_argument("--check", metavar="M", help="test one method for properties that every method should have")
-    said = "write trials as problems, the true gains apart, with a hash"
+    said = "write trials as problems, the true gains in separate files, and hashes of all"
     instead.add_argument("--seal", type=arguments.folder, metavar="DIR", help=said)
     instead.add_argument(
-        "--open", type=arguments.folder, metavar="DIR", help="score answer files against the problems sealed there"
+        "--open",
+        type=arguments.folder,
+        metavar="DIR",
+        help="score answer files against the problems that --seal wrote there",
     )
     add_worker_options(parser)
     arguments.add_force_argument(parser)

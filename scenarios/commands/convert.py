@@ -19,7 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = "recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
-    add("--flange", metavar="BODY", help="its last body, where the file has more; joints beyond are no part of it")
+    add(
+        "--flange",
+        metavar="BODY",
+        help="last body of the arm, if the file has more; joints beyond it are not part of the arm",
+    )
     add_log_arguments(parser)
     add_form_arguments(parser)
     arguments.add_force_argument(parser)

@@ -39,7 +39,7 @@ AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenari
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
+    add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and the joints to identify")
     said = "motion file to write, TOML; an interrupted search continues from it"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())

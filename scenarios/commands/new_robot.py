@@ -71,8 +71,8 @@ def main(options: argparse.Namespace) -> Status:
     new = described(options.model, options.out, given)
     more = max(USUAL, 4 * options.evaluations)
     advice = (
-        f"try more motions, --evaluations {more}, or others: --seed, or about another pose, --home, or with a lighter "
-        "--payload"
+        f"try more motions (--evaluations {more}), other motions (--seed), another pose (--home) or a lighter payload "
+        "(--payload)"
     )
     found = moved(new, as_read(new), partial(_searched, options), advice=advice)
     with held.writing():

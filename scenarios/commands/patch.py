@@ -31,8 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = "gains that the effort limits of MODEL assume, for example of a data sheet, same file format; without "
-    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it efforts stay unchanged")
+    said = "gains that the effort limits of MODEL are based on, for example of a data sheet, same format; without "
+    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it, efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = (
@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
     said = (
-        "The copy predicts its currents, beside a copy with the gains of --nominal, without these MODEL as it is; it "
-        "is written only if it predicts better, and within what is expected, else status 1."
+        "The copy is written only if it predicts the currents of LOG within the expected error, and better than a copy "
+        "with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
     )
     add_unseen_arguments(parser, said)
     add_log_arguments(parser)

@@ -33,11 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, needed=False, said="gains to test against the payload's known mass; without them, cross-validation"
     )
     add_motion_arguments(parser)
-    said = "gains of a data sheet, a file or numbers as 12,12,10, that the motion of --unseen is predicted with as well"
+    said = "gains of a data sheet, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     add_compared_gains(parser, said)
     said = (
         "Predicted with the gains of --gains, or those found; with --compare-with, status 1 unless they predict it "
-        "better than G."
+        "better than the gains of --compare-with."
     )
     add_unseen_arguments(parser, said)
     add_log_arguments(parser)

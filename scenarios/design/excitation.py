@@ -94,7 +94,7 @@ def design_problem(setup: Setup) -> Problem:
         raise ScenarioError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no gain to optimise")
     if not names:
         raise ScenarioError(
-            f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
+            f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, such as ["bare", "loaded"]'
         )
     plant = setup.plants.get(names[0], setup.plant)
     return Problem(
@@ -154,8 +154,10 @@ class Design:
             near.update([] if pair is None else [f"{pair[0]} is within {1e3 * CLEARANCE:g} mm of {pair[1]}"])
             over = self._over_limits(rows)[list(SHARES).index("torque")].any(axis=0)
             heavy.update(f"arm and payload are too heavy for joint {names[j]}" for j in np.flatnonzero(over))
-        found = (near.most_common(1) + heavy.most_common(1)) or [("no position is inside all ranges", len(positions))]
-        return "; ".join(f"at {100.0 * count / len(positions):.0f} %, {what}" for what, count in found)
+        found = (near.most_common(1) + heavy.most_common(1)) or [
+            ("the position is outside the range of a joint", len(positions))
+        ]
+        return "; ".join(f"at {100.0 * count / len(positions):.0f} % of them, {what}" for what, count in found)
 
     def _over_limits(self, rows: MotionRows) -> Array:
         return self.problem.limits.excess(rows.motion, rows.torques(self.problem.carried.chi))

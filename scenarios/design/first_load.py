@@ -85,9 +85,9 @@ def first_load(
         most, why = _allowed(rated, own, moving)
         can, weakest = _can_carry(arm, model, flange, drives, most, moving)
         stated = bar(can, com)
-        source = f"assumed: a steel bar of 1 x 1 x 3 beside the last joint's axis; {weakest or why}"
+        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the last joint's axis; {weakest or why}"
     elif not isinstance(payload, Path):
-        stated, source = bar(payload, com), "a steel bar of 1 x 1 x 3 of the mass that was given"
+        stated, source = bar(payload, com), "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
     else:
         stated, source = read_payload(payload), f"as {payload.name} states it"
         if stated.com is None or stated.inertia is None:
@@ -103,7 +103,7 @@ def _allowed(rated: float | None, own: float, moving: float) -> tuple[float, str
     if own >= usual:
         return min(own, HEAVIEST), f"no rated load is stated, so at most the last link's own mass, {own:.2g} kg"
     words = f"no rated load is stated, so at most {100.0 * RATED:g} % of the moving links' mass, {usual:.2g} kg"
-    return min(usual, HEAVIEST), f"{words}: data sheets rate 8 to 30 %"
+    return min(usual, HEAVIEST), f"{words}; data sheets state 8 to 30 %"
 
 
 def _can_carry(

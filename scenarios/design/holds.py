@@ -124,7 +124,7 @@ def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
     unloaded = ~_loaded_at_rest(structure, problem.carried)
     wanted = problem.joints[~unloaded[problem.joints]]
     if not len(wanted):
-        raise ScenarioError("at rest the payload puts no torque on any wanted joint; use --protocol motion")
+        raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")
     limits = replace(problem.limits, velocity=np.minimum(problem.limits.velocity, fast / SHARES["speed"]))
     prediction = partial(_counted, problem.prediction, slow)
     return replace(problem, limits=limits, joints=wanted, prediction=prediction, searched_hz=SEARCHED_HZ), unloaded

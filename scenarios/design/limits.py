@@ -91,7 +91,7 @@ def robot_limits(plant: Plant) -> Limits:
     endless = ~np.isfinite(arm.upper - arm.lower)
     for j in np.flatnonzero(endless & (arm.revolute == 0)):
         raise RobotError(
-            f"robot {robot.name}: joint {arm.joint_names[j]} slides without a range; state one in {robot.model}"
+            f"robot {robot.name}: prismatic joint {arm.joint_names[j]} has no range; state one in {robot.model}"
         )
     return Limits(
         lower=np.where(endless, robot.home - HALF_TURN, arm.lower),

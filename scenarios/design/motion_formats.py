@@ -49,7 +49,7 @@ def csv_text(motion: SampledMotion) -> str:
     names = "" if motion.joint_names is None else f"; joints: {', '.join(motion.joint_names)}"
     header = ["t", *(f"{kind}{j}" for kind in ("q", "dq", "ddq") for j in range(1, n + 1))]
     rows = np.column_stack((motion.t, motion.q, motion.dq, motion.ddq))
-    lines = [f"# s, rad, rad/s, rad/s^2 (m where a joint slides){names}", ",".join(header)]
+    lines = [f"# s, rad, rad/s, rad/s^2 (m for prismatic joints){names}", ",".join(header)]
     return "\n".join([*lines, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
 
 
@@ -83,8 +83,8 @@ def urscript_text(motion: SampledMotion) -> str:
     slides = 0 if motion.revolute is None else int(np.count_nonzero(~motion.revolute))
     if n != URSCRIPT_JOINTS or slides:
         raise ScenarioError(
-            f"{motion.name}: URScript moves arms of six joints that turn; this one has {n} joints, {slides} of which "
-            "slide"
+            f"{motion.name}: URScript moves arms of six revolute joints; this one has {n} joints, {slides} of them "
+            "prismatic"
         )
     lines = [f"  movej({_row(motion.q[0], 9)}, {APPROACH})", f"  sleep({REST!r})"]
     for q, step in zip(motion.q[1:], np.diff(motion.t), strict=True):
@@ -100,6 +100,6 @@ def _row(values: Iterable[float], digits: int) -> str:
 FORMATS: dict[str, tuple[str, Callable[[SampledMotion], str]]] = {
     "csv": ("positions, speeds and accelerations, one row per sample", csv_text),
     "ros": ("ROS 2 JointTrajectory, YAML", ros_text),
-    "urscript": ("URScript, a slow movej to the start and a list of servoj; six joints that turn", urscript_text),
+    "urscript": ("URScript, a slow movej to the start and a list of servoj; six revolute joints", urscript_text),
 }
 """By name: what it is, and the function that writes it."""

@@ -45,7 +45,7 @@ def robot_text(new: NewRobot) -> str:
         schema_line("robot"),
         f"# Joints: {names}",
         "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
-        "# word or one per joint. Units of a joint that slides stand in brackets.",
+        "# word or one per joint. Units of a prismatic joint stand in brackets.",
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are those of this file",
     ]
@@ -96,13 +96,13 @@ identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)
 [sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
 target = "plant.errors.joint_compliance"
 distribution = "uniform"
-parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), of a joint that slides m/N
+parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
 shared = true
 
-[sources."zeros of joints"]  # assumed: 0.1 degrees of a calibrated arm, 0.1 mm of a joint that slides
+[sources."zeros of joints"]  # assumed: 0.1 degrees of a calibrated arm, 0.1 mm of a prismatic joint
 target = "plant.errors.zero_error"
 distribution = "norm"
-parameters = {{ scale = {zeros!r} }}  # rad, of a joint that slides m
+parameters = {{ scale = {zeros!r} }}  # rad, m for a prismatic joint
 """
 
 

@@ -76,7 +76,9 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         if names[j] not in (None, arm.joint_names[j]):
             raise RobotModelError(f"{where}: joint {j + 1} is {arm.joint_names[j]} against {names[j]}{advice}")
         if revolute[j] != arm.revolute[j]:
-            raise RobotModelError(f"{where}: joint {arm.joint_names[j]} turns in one and slides in the other{advice}")
+            raise RobotModelError(
+                f"{where}: joint {arm.joint_names[j]} is revolute in one and prismatic in the other{advice}"
+            )
     if np.abs(arm.gravity - model.opt.gravity).max() > TOLERANCE * max(1.0, float(np.abs(arm.gravity).max())):
         raise RobotModelError(f"{where}: gravity is {arm.gravity} against {model.opt.gravity} m/s^2{advice}")
     data, reach = mujoco.MjData(model), 1.0 + float(np.linalg.norm(arm.translation, axis=1).sum())

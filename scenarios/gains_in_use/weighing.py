@@ -27,7 +27,7 @@ class Deviations(ResultModel):
         std: One standard deviation, of all parts together, in `unit`.
         residual_std: The part of it from the residuals, in `unit`.
         gain_std: The part of it from the deviations of the gains, in `unit`.
-        model_std: The part of it from what the model takes for granted, in `unit`.
+        model_std: The part of it from the model's assumptions, in `unit`.
     """
 
     estimate: float | None = None
@@ -64,7 +64,7 @@ class Weighed(ResultModel):
         std: One standard deviation of the mass, of all parts together; that of the scale is not in it [kg].
         residual_std: The part of it from the residuals [kg].
         gain_std: The part of it from the deviations of the gains [kg].
-        model_std: The part of it from what the model takes for granted [kg].
+        model_std: The part of it from the model's assumptions [kg].
         rel_error: Relative error, found less stated over stated: the share by which the gains are too large.
         rel_std: Its standard deviation, relative to the stated mass as well, that of the scale included.
         verdict: "agrees", "differs" or "says nothing".
@@ -123,7 +123,7 @@ class Verification(DiagnosedResult):
         joints: The mass from each joint alone, in their order.
         payload: What was found of the payload: mass, centre and inertia, as many as the data show.
         common: Error on which joints agree against the scale, null where they do not agree.
-        notes: What the method chose and what one should know.
+        notes: Choices of the method, and remarks.
         unseen: How well a motion that no fit has seen is predicted, null where none is given.
     """
 
@@ -223,7 +223,7 @@ class FoundPayload(DiagnosedResult):
             the deviations together.
         body: Mass, centre and inertia about it, as many as follow from the parameters.
         joints: The mass from each joint alone against that from all; empty if it is not sure.
-        notes: What the method chose and what one should know.
+        notes: Choices of the method, and remarks.
     """
 
     parameters: list[PayloadParameter]

@@ -34,9 +34,9 @@ class PredictedBudgetJoint(ResultModel):
     """A joint's budget."""
 
     joint: int = Field(ge=1, description="Its number, from 1")
-    costs: list[Cost] = Field(description="One a source, in the order of the largest cost on any joint")
+    costs: list[Cost] = Field(description="One entry per source, the one with the largest rms on any joint first")
     together: Cost = Field(description="All sources at once: biases added by sign, variances added")
-    tolerance: float = Field(description="Relative error that passes")
+    tolerance: float = Field(description="Largest relative error that passes")
     within: float = Field(description="probability that the error is within the tolerance")
 
 
@@ -45,14 +45,14 @@ class PredictedBudget(ResultModel):
 
     scenario: str = Field(description="Its name")
     method: str = Field(description="Name of the estimator")
-    remarks: list[str] = Field(description="What the model takes for granted")
-    joints: list[PredictedBudgetJoint] = Field(description="Those that the scenario wants and that have a gain")
+    remarks: list[str] = Field(description="Assumptions of the model")
+    joints: list[PredictedBudgetJoint] = Field(description="Those whose gain the scenario requires and that have one")
     refused: list[dict[str, int | str]] = Field(
-        description="Joints that the scenario wants and that have none, with the reason"
+        description="Joints whose gain the scenario requires and that have none, with the reason"
     )
     unpredicted: list[dict[str, str]] = Field(description="Sources without a prediction, with the reason")
     excluded: list[ResultExclusion] = Field(description="Faults that logs of these motions will exclude")
-    untold: list[str] = Field(description="What they will not tell")
+    untold: list[str] = Field(description="Faults that logs of these motions cannot reveal")
 
 
 def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:

@@ -95,7 +95,7 @@ class Predictor:
         for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
             if stronger := louder(quiet, experiment.sensors, self.linear.every):
                 raise StudyError(
-                    f"it varies the level of a noise, {stronger[0]}; declare the noise as a source by its stream"
+                    f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
                 )
         inverse = 1.0 / self._quiet.true_gain[self.joints]
         inverse = inverse + self.linear.change(logs, self._quiet_logs)[self._rows]

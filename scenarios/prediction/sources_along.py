@@ -61,8 +61,8 @@ class SourcesAlong:
         }
         if not self._points:
             raise StudyError(
-                f"{scenario.name}: no error source changes the {PLANT[:-1]}, so noise is all that a motion can be "
-                "searched against; leave out --against all"
+                f"{scenario.name}: no error source changes the {PLANT[:-1]}, so a motion can be optimised against "
+                "noise only; leave out --against all"
             )
 
     @property
@@ -82,8 +82,8 @@ class SourcesAlong:
         fewer._points = {name: points for name, points in self._points.items() if costs[name] > least}
         if not fewer._points:
             raise StudyError(
-                f"{self._quiet.scenario.name}: {', '.join(self.names)}: no effect on any wanted gain, so noise is all "
-                "that a motion can be searched against; leave out --against all"
+                f"{self._quiet.scenario.name}: {', '.join(self.names)}: no effect on any gain to identify, so a "
+                "motion can be optimised against noise only; leave out --against all"
             )
         return fewer
 

@@ -62,7 +62,7 @@ def _common(found: GainComparison) -> str:
     if not len(found.sharing):
         return (
             "No change is common to more than half of the joints. Changes relative to the mean of all joints, "
-            f"{100.0 * scale.rel:+.2f} %, do not show which joint moved."
+            f"{100.0 * scale.rel:+.2f} %, do not show which joint's gain changed."
         )
     whose = f"all joints but {', '.join(str(j + 1) for j in alone)}" if alone else "all joints"
     return (

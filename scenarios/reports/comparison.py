@@ -31,11 +31,11 @@ from scenarios.reports.gains import sentence
 
 RULE = (
     f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong claims, over the number "
-    "of gains that the data should give, so refusing everything scores 0. A claim is wrong if its error exceeds both "
-    f"{100.0 * FAR:g} % and {SURE:g} of its stated deviations. Where the scenario says that the data cannot give the "
-    f"gain, a claim is wrong unless its error is below both of these and its stated deviation below {100.0 * FAR:g} %. "
-    "A gain lost to a crash, a time-out or an invalid answer counts neither "
-    "as solved nor as refused. Time: median of a call, start of a process and reading of files included."
+    "of gains that the data should give, so refusing everything scores 0. A claim, a gain that a method gives, is "
+    f"wrong if its error exceeds both {100.0 * FAR:g} % and {SURE:g} of its stated deviations. Where the scenario says "
+    "that the data cannot give the gain, a claim is wrong unless its error is below both of these and its stated "
+    f"deviation below {100.0 * FAR:g} %. A gain lost to a crash, a time-out or an invalid answer counts neither as "
+    "solved nor as refused. Time: median of a call, start of a process and reading of files included."
 )
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "

@@ -47,7 +47,7 @@ def write_mp4(path: Path, images: Iterator[Image.Image], fps: float) -> None:
     """
     missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
     if missing:
-        raise ScenarioError(f"{path}: {needed_extra(missing[0])}; PNG and GIF need nothing")
+        raise ScenarioError(f"{path}: {needed_extra(missing[0])}; PNG and GIF do not need it")
     imageio = import_module("imageio.v3")
     pixels = np.stack([np.asarray(image) for image in images])
     imageio.imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)

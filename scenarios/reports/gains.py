@@ -56,7 +56,7 @@ def meaning(revolute: Array) -> Paragraph:
     sliding = np.flatnonzero(revolute == 0) + 1
     if sliding.size == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")
-    apart = f", of sliding joint {', '.join(map(str, sliding))} in N per drive unit" if sliding.size else ""
+    apart = f", of prismatic joint {', '.join(map(str, sliding))} in N per drive unit" if sliding.size else ""
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 

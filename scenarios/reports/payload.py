@@ -115,7 +115,7 @@ def _why(design: PayloadDesign) -> list[Paragraph]:
     said: list[Paragraph] = []
     for j in np.flatnonzero(~design.shows(before.deviations)):
         text = (
-            f"Joint {j + 1}: the payload before contributes {before.torque[j]:.2g} of "
+            f"Joint {j + 1}: the scenario's payload contributes {before.torque[j]:.2g} of "
             f"{design.all_torque[j]:.3g} N m rms"
         )
         if j == len(before.torque) - 1 and before.payload.com is not None:
@@ -139,7 +139,7 @@ def _shapes(design: PayloadDesign) -> Table:
             "Dimensions [mm]", lambda each: f"{each.weight.stated}, turned {90 * each.weight.quarter}\u00b0", words=True
         ),
         column("Mass [kg]", lambda each: f"{each.payload.mass:.3f}"),
-        column("Beside axis [mm]", lambda each: f"{_beside(design, np.array(each.payload.com)) / MM:.1f}"),
+        column("Off axis [mm]", lambda each: f"{_beside(design, np.array(each.payload.com)) / MM:.1f}"),
         column("Worst joint [%]", lambda each: percent(float(each.deviations.total[design.joints].max()), ".2f")),
     )
 

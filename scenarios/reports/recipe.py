@@ -60,7 +60,7 @@ def recipe_report(
         _motions(setup),
         Paragraph(_warm_up(table.experiment.warm_up)),
         motion_table(source.sampled(SHOWN_HZ), source.limits),
-        Paragraph("Speeds and accelerations in rad and s; m where a joint slides. As a file for a controller:"),
+        Paragraph("Speeds and accelerations in rad and s; m for prismatic joints. As a file for a controller:"),
         Line(shlex.join(["rx90", "trajectory", name, "--out", "motion.csv"])),
         Paragraph("or --out motion.yaml for ROS 2, motion.script for URScript. To look at it: "),
         Line(shlex.join(["rx90", "view", name])),

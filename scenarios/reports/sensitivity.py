@@ -16,7 +16,7 @@ WIDEST = 0.5
 MEANING = (
     "Alone: the source at its declared size with all others off. Share: of the sum of mean squares. First and total "
     "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
-    "trials are too few for an interval that is narrower than half of 0 to 1."
+    "trials are too few for an interval narrower than 0.5."
 )
 
 

@@ -38,7 +38,7 @@ def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: st
     parts: list[Part] = [
         verdict,
         motion_table(motion, limits),
-        Paragraph("In rad, rad/s, rad/s^2; m where a joint slides."),
+        Paragraph("In rad, rad/s, rad/s^2; m for prismatic joints."),
         Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."),
     ]
     result = Sampled(

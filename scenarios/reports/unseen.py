@@ -14,10 +14,10 @@ BARE = (
     "a motion with a weighed payload (--unseen-payload) reveals it."
 )
 TOLD = (
-    "Errors are norms, in % of the rms current of the joint; explained is the share of its squared currents. The arm "
-    "is that of the bare motions with viscous and Coulomb friction, each time with the gains in question. At most "
-    "expected: three times what the fit is off by on parts of its own motions that it has not seen, with the "
-    "deviations of arm, gain and payload; no more than 15 %. A payload off by less may pass: rx90 verify weighs it."
+    "Errors are norms, in % of the rms current of the joint; explained is the share of its squared currents. The arm, "
+    "with viscous and Coulomb friction, is identified from the bare motions, each time with the gains in question. At "
+    "most expected: three times the error of the fit on parts of its own motions that were left out, with the standard "
+    "deviations of arm, gain and payload; no more than 15 %. A payload error below that may pass; rx90 verify tests it."
 )
 
 

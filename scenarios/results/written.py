@@ -51,7 +51,7 @@ def converted(log: Log, out: Path) -> Converted:
 class ListedScenario(ResultModel):
     """A built-in scenario."""
 
-    name: str = Field(description="By which commands take it")
+    name: str = Field(description="Name that commands take")
     description: str = Field(description="What it shows, in a line")
 
 

@@ -205,7 +205,7 @@ FAULTS = {
         lambda text: text + COUPLING.replace("= 1", "= 3"),
         "3 with joint 3: expected two",
     ),
-    "a motor coupled twice": (lambda text: text + COUPLING + COUPLING.replace("= 1", "= 2"), "one is named twice"),
+    "a motor coupled twice": (lambda text: text + COUPLING + COUPLING.replace("= 1", "= 2"), "a motor is named twice"),
     "negative coupled friction": (lambda text: text + COUPLING.replace("0.7", "-0.7"), r"viscous_friction\.value"),
     "a spring at the last joint": (lambda text: text + SPRING.replace("joint = 2", "joint = 3"), "first 2 joints"),
     "a spring without length": (lambda text: text + SPRING.replace("0.05", "0.0"), r"gravity_spring\.radius\.value"),

@@ -58,8 +58,8 @@ def _other_orders(arm: Arm) -> Iterator[tuple[str, Indices]]:
     for words, order in (
         ("in alphabetical order of the joints' names", np.argsort(by_name)),  # where the column of joint j stands
         ("in reverse order", each[::-1]),
-        ("shifted, the first one last", np.roll(each, 1)),
-        ("shifted, the last one first", np.roll(each, -1)),
+        ("shifted by one place, the first joint last", np.roll(each, 1)),
+        ("shifted by one place, the last joint first", np.roll(each, -1)),
     ):
         if tuple(order.tolist()) not in known and int(np.sum(order != each)) > 2:
             known.add(tuple(order.tolist()))

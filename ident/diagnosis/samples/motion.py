@@ -97,9 +97,9 @@ def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         Diagnosis(
             name="reversals",
             severity=Severity.WEAK if slow else Severity.GOOD,
-            sentence=f"q{k + 1} is beside a reversal or at rest for {100.0 * beside[k]:.3g} % of the time"
+            sentence=f"q{k + 1} is near a reversal or at rest for {100.0 * beside[k]:.3g} % of the time"
             if slow
-            else f"joints are beside a reversal or at rest for {100.0 * beside[k]:.3g} % of the time or less",
+            else f"joints are near a reversal or at rest for {100.0 * beside[k]:.3g} % of the time or less",
             advice="reverse less often, and leave out samples at rest" if slow else None,
             joints=(k,),
             logs=(recording.name,),

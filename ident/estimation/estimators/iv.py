@@ -81,7 +81,7 @@ def instruments(problem: Problem) -> Instruments:
         behind = motion.observation.full_rate
         if behind is None:
             raise NotIdentifiable(
-                f"motion {number + 1} has rows but no recording; {NAME} needs one to find its smooth motion"
+                f"motion {number + 1} has rows but no recording; {NAME} needs it for the smooth reference motion"
             )
         smooth = reference(behind)
         kept = max(kept, float(smooth.kept.max()))
@@ -147,7 +147,10 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
         raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
     scale, aid = np.linalg.norm(W, axis=0), np.linalg.norm(Z, axis=0)
     if not scale.all() or not aid.all():
-        raise NotExcited(f"column {int(np.argmin(np.minimum(scale, aid)))} of the observation matrix is zero")
+        column = int(np.argmin(np.minimum(scale, aid)))
+        raise NotExcited(
+            f"the motion does not excite every parameter: column {column} of the observation matrix is zero"
+        )
     Q, R = linalg.qr(Z / aid, mode="economic", check_finite=False)
     through = Q.T @ (W / scale)
     for part in (R, through):

@@ -180,7 +180,8 @@ def _bodies(parent: Element) -> list[Element]:
         moves = any(each.tag in ("body", "joint", "freejoint") for each in child.walk())
         if child.tag in MANIFOLD and (moves or child.tag not in ("frame", "replicate")):
             raise RobotModelError(
-                f"{child.title}: {child.tag} is not supported; let MuJoCo write the model flat (mj_saveLastXML)"
+                f"{child.title}: {child.tag} is not supported; save the model with MuJoCo (mj_saveLastXML), which "
+                "expands it, and use that file"
             )
         if child.tag not in BODY:
             raise RobotModelError(f"{child.title}: unknown element{nearest(child.tag, BODY)}")

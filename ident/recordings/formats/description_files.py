@@ -205,7 +205,7 @@ def spread(word: str, place: str) -> list[str]:
         return [word]
     first, last = int(found[1]), int(found[2])
     if not first <= last < first + MOST:
-        raise LogDescriptionError(f"{place}: {shown(word)}; expected a range of 1 to {MOST} numbers, {{1..6}}")
+        raise LogDescriptionError(f"{place}: {shown(word)}; expected a range of 1 to {MOST} numbers, such as {{1..6}}")
     return [word[: found.start()] + str(k) + word[found.end() :] for k in range(first, last + 1)]
 
 

@@ -16,7 +16,7 @@ MOST_JOINTS = 64
 """Joints of a recording."""
 TAKEN = {
     UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} takes target_current",
-    UR_TARGET: "v is target_current_0 .. [A], as the controller asked for",
+    UR_TARGET: "v is target_current_0 .. [A], as commanded by the controller",
 }
 """Where a layout had a choice."""
 
@@ -187,12 +187,12 @@ def _check_units(place: str, found: LogDescription) -> None:
                 raise RecordingError(f"{place}: unit {shown(unit)} of {what} is unknown; known: {', '.join(known)}")
     if TICKS in found.q.unit and not found.q.counts_per_turn:
         raise RecordingError(
-            f"{place}: positions are in ticks; say counts_per_turn of [q], of the joint, in a log description"
+            f"{place}: positions are in ticks; state counts_per_turn, of the joint, in [q] of a log description"
         )
     if found.signal == TORQUE_FROM_CURRENT and found.v.constant is None:
         raise RecordingError(
-            f"{place}: v is a torque from current; give the constants it was computed with, N m/A "
-            '(--constant, or constant of [v] in a log description), or that they are "unknown"'
+            f"{place}: v is a torque from current; state the constants it was computed with, in N m/A "
+            '(--constant, or constant of [v] in a log description), or "unknown"'
         )
     if found.v.constant is not None and found.signal != TORQUE_FROM_CURRENT:
         raise RecordingError(f"{place}: constants are given for v, but v is not a {TORQUE_FROM_CURRENT}")

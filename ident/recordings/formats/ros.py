@@ -214,8 +214,8 @@ def _columns(path: Path, tables: Sequence[tuple[np.ndarray, Columns]], wanted: S
             whole.append((logged, columns))
         elif len(lacking) < len(set(wanted) - {STAMP}):
             raise RecordingError(
-                f"{one_line(path)}: {len(lacking)} of the wanted values, {listed(lacking, 3)}, are not in the same "
-                "messages as the others; record one publisher"
+                f"{one_line(path)}: {len(lacking)} of the needed values, {listed(lacking, 3)}, are not in the same "
+                "messages as the others; record a single publisher, whose messages have all of them"
             )
     order = np.argsort(np.concatenate([logged for logged, _ in whole]), kind="stable")
     found = {name: np.concatenate([columns[name] for _, columns in whole])[order] for name in wanted}

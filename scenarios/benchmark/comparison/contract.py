@@ -45,19 +45,19 @@ MOVED = 2
 
 
 class KeptPromise(ResultModel):
-    """A promise that any method should keep."""
+    """A property that every method should have."""
 
     promise: str = Field(description="In words")
     broken: str | None = Field(description="how it is violated, null if it holds")
-    kept: bool = Field(description="Whether the method keeps it")
+    kept: bool = Field(description="Whether the property holds")
 
 
 class Contract(ResultModel):
     """What `rx90 compare --check M --json` prints."""
 
     method: str = Field(description="As it was given")
-    passed: bool = Field(description="Whether it keeps all promises")
-    checks: list[KeptPromise] = Field(description="One per promise")
+    passed: bool = Field(description="Whether all properties hold")
+    checks: list[KeptPromise] = Field(description="One entry per property")
 
 
 Claims = tuple[Claim, ...]

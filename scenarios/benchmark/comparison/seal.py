@@ -145,7 +145,7 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
     """
     stated = read_model(SealFile, seal_file, "a seal of problems")
     found = {
-        name: read_model(TruthFile, truths / f"{name}.json", "the truth of a problem", digest=each.truth)
+        name: read_model(TruthFile, truths / f"{name}.json", "the true gains of a problem", digest=each.truth)
         for name, each in stated.problems.items()
     }
     return Revealed(found, {name: each.problem for name, each in stated.problems.items()})

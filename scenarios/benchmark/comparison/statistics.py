@@ -105,7 +105,7 @@ class ComparedScenario(ResultModel):
     """How methods did on a scenario."""
 
     name: str = Field(description="Of the scenario, or of the sealed problems made from it")
-    trials: int = Field(description="Each method was given")
+    trials: int = Field(description="How many each method was given")
     unposed: int = Field(description="Of these, trials that failed before any method was asked")
     methods: list[MethodSummary] = Field(description="The best first")
 

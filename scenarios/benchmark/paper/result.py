@@ -39,9 +39,9 @@ class PaperParameter(_Finite):
     true: float = Field(description="Of the payload that was mounted [kg m^2, kg m, kg]")
     estimate: float = Field(description="What was found [kg m^2, kg m, kg]")
     std: float = Field(description="Standard deviation of the estimate, that of the gains included [kg m^2, kg m, kg]")
-    tolerance: None = Field(default=None, description="None is stated: null")
-    passed: None = Field(default=None, description="Nothing is asked: null")
-    known: bool = Field(description="Whether it was given")
+    tolerance: None = Field(default=None, description="Always null: no tolerance is stated")
+    passed: None = Field(default=None, description="Always null: the parameter is not judged")
+    known: bool = Field(description="Whether its value was given to the identification")
     essential: bool = Field(description="Whether its relative standard deviation is under 10 %")
 
 
@@ -51,9 +51,11 @@ class PaperFit(_Finite):
     method: str = Field(description="`ols` or `wls`: whether each joint's rows are weighted by its own residual")
     rows: int = Field(description="Of all joints and both motions")
     unknowns: int = Field(description="Parameters of arm and payload that are solved for")
-    error_norm: float = Field(description="Norm of the residuals, each in deviations of its own joint's")
+    error_norm: float = Field(description="Norm of the residuals, each in standard deviations of its joint's residuals")
     rel_error_norm: float = Field(description="The same as a share of the norm of the torques, weighted likewise")
-    sigma: float = Field(description="Standard deviation of the residuals, each in deviations of its own joint's")
+    sigma: float = Field(
+        description="Standard deviation of the residuals, each in standard deviations of its joint's residuals"
+    )
 
 
 class PaperPayload(_Finite):
@@ -66,7 +68,7 @@ class PaperPayload(_Finite):
         )
     )
     fit: PaperFit = Field(description="How well its rows are explained")
-    published: dict[str, object] = Field(description="What the paper prints of it; of the gains, only with case 2")
+    published: dict[str, object] = Field(description="The values that the paper prints; the gains only with case 2")
 
     def __getitem__(self, name: str) -> PaperParameter:
         """The parameter of that name."""
@@ -103,8 +105,8 @@ class PaperResult(_Finite):
         )
     )
     patterns: Annotated[tuple[WrongGains, ...], Field(min_length=16, max_length=16)] = Field(
-        description="What every pattern of signs of the errors of case 3 changes"
+        description="Effect of each pattern of signs of the gain errors of case 3, relative to case 2"
     )
-    second_payload: PaperPayload = Field(description="The same of the second payload, weighed with the gains of case 2")
+    second_payload: PaperPayload = Field(description="The second payload, identified with the gains of case 2")
     checks: tuple[Claim, ...] = Field(description="Claims of the paper")
     passed: bool = Field(description="Whether all of them hold")

@@ -116,7 +116,7 @@ def read_recipe(path: Path) -> Recipe:
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
-        raise ScenarioError(f"{one_line(path)}: {place}: {one_line(first['msg'])}; a key of a recipe") from error
+        raise ScenarioError(f"{one_line(path)}: key {place} of the recipe: {one_line(first['msg'])}") from error
     if found.set and found.model is None:
         raise ScenarioError(f"{one_line(path)}: model is missing; recordings are identified with one")
     for each in found.set:

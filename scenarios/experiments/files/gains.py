@@ -39,7 +39,7 @@ class GainEntry(_Table):
     joint: int = Field(ge=1, description="Its number, from 1")
     name: str | None = Field(None, description="of the joint in the robot's model")
     unit: Literal["N m / drive unit", "N / drive unit"] = Field(
-        TURNING, description="Of the gain; the second where the joint slides"
+        TURNING, description="Of the gain; the second for a prismatic joint"
     )
     identifiable: bool = Field(True, description="Whether there is a gain")
     estimate: float | None = Field(
@@ -49,8 +49,8 @@ class GainEntry(_Table):
         None, description="standard deviation, all shares together, in `unit`; 0 for a gain taken as exact"
     )
     residual_std: Deviation | None = Field(None, description="share of the residuals, in `unit`")
-    payload_std: Deviation | None = Field(None, description="share of what is stated of the payloads, in `unit`")
-    model_std: Deviation | None = Field(None, description="share of what the model takes for granted, in `unit`")
+    payload_std: Deviation | None = Field(None, description="share of the payloads' stated uncertainty, in `unit`")
+    model_std: Deviation | None = Field(None, description="share of the model's assumptions, in `unit`")
     reason: str | None = Field(None, description="why a joint is refused")
 
 
@@ -67,7 +67,9 @@ class RecordingEntry(_Table):
     name: str = Field(description="Of the file")
     sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
     payload: int | None = Field(None, ge=1, description="which of payloads it carries; left out for a bare flange")
-    marks: tuple[Mark, ...] = Field((), description="hashes of some of its rows q, v: they tell a part of it")
+    marks: tuple[Mark, ...] = Field(
+        (), description="hashes of some of its rows q, v, by which a part of it is recognised"
+    )
 
 
 class OptionsEntry(_Table):

@@ -144,7 +144,8 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
     for first, second in table.belief.couplings:
         if first == second or not {first, second} <= set(range(1, n + 1)):
             raise WrongValue(
-                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, as [[5, 6]]"
+                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, "
+                "such as [[5, 6]]"
             )
     method = table.identification.method
     if method not in ESTIMATORS:

@@ -65,7 +65,8 @@ def check_protocol(
     """
     if not 0 < len(protocol) <= MOST_MOTIONS:
         raise WrongValue(
-            f'{path}: experiment.protocol: {len(protocol)} motions; expected 1 to {MOST_MOTIONS}, as ["bare", "loaded"]'
+            f"{path}: experiment.protocol: {len(protocol)} motions; expected 1 to {MOST_MOTIONS}, "
+            'such as ["bare", "loaded"]'
         )
     for side, names in (("plant", plant), ("belief", belief)):
         for name in names:

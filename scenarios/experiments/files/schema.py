@@ -75,14 +75,14 @@ class PlantTable(_Table):
         None, description="What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table"
     )
     payloads: dict[str, str | BodyTable] = Field({}, description="Others, by the names that the protocol calls them")
-    gain: Vector | None = Field(None, description="Drive gains [N m / drive unit], or N where a joint slides")
+    gain: Vector | None = Field(None, description="Drive gains [N m / drive unit], N for a prismatic joint")
     amplifier_offset: Vector | None = Field(None, description="Current references that give no torque [drive units]")
     rotor_inertia: Vector | None = Field(None, description="Of the rotors, joint side [kg m^2]")
     viscous_friction: Vector | None = Field(None, description="Friction by speed [N m s/rad]")
     coulomb_friction: Vector | None = Field(None, description="Dry friction [N m]")
     coulomb_asymmetry: Vector | None = Field(None, description="Constant part of friction [N m]")
     current_limit: Vector | None = Field(None, description="Where the current reference saturates [drive units]")
-    errors: ModelErrors = Field(ModelErrors(), description="What the robot has and the identification model has not")
+    errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
 
 
 class ExperimentTable(_Table):
@@ -142,7 +142,7 @@ class IdentificationTable(_Table):
 class ToleranceTable(_Table):
     """What counts as passed."""
 
-    gain: tuple[Positive, ...] = Field(description="Relative error of each gain that passes")
+    gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
     identifiable: tuple[bool, ...] = Field(description="Which joints' gains the data should give")
     pass_rate: Share = Field(
         0.95, description="Share of the runs in which each joint must pass when a study repeats the scenario"
@@ -154,11 +154,13 @@ class CostTable(_Table):
 
     payload: str | BodyTable = Field(
         description=(
-            "Weight of one more motion, which identification does not see, weighed without error: a name of "
+            "Payload of one more motion, which is not used for identification; its mass is known exactly: a name of "
             "`rx90_mjcf.PAYLOADS` or a table"
         )
     )
-    mass_error: Positive = Field(0.02, description="Relative error of its mass that passes, with the gains found")
+    mass_error: Positive = Field(
+        0.02, description="Largest relative error of its mass that passes, with the gains found"
+    )
 
 
 class DrawTable(_Table):
@@ -189,9 +191,9 @@ class DrawTable(_Table):
 class SourceTable(DrawTable):
     """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise."""
 
-    stream: Stream | None = Field(None, description="Noise whose random numbers are its own")
-    size: float | None = Field(None, description="Size of the noise, where the scenario's own value is not meant")
-    off: float | None = Field(None, description="The value without it, the scenario's own if left out")
+    stream: Stream | None = Field(None, description="Noise that is this source, with random numbers of its own")
+    size: float | None = Field(None, description="Size of the noise, the scenario's own value if left out")
+    off: float | None = Field(None, description="Value with this source off, the scenario's own if left out")
 
 
 class ScenarioTable(_Table):

@@ -67,7 +67,9 @@ class BudgetJoint(ResultModel):
     """What a joint's gain errs by, as shares of it."""
 
     joint: int = Field(ge=1, description="Its number, from 1")
-    costs: list[SourceCost] = Field(description="One a source that gave a gain alone, the largest first")
+    costs: list[SourceCost] = Field(
+        description="One entry per source whose trials alone gave a gain, the largest first"
+    )
     floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
     together: float | None = Field(
         description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
@@ -75,7 +77,7 @@ class BudgetJoint(ResultModel):
     samples: int = Field(description="Rows of the Sobol design that its indices come from")
     lost: int = Field(description="Trials that gave no gain for the joint")
     summed: float = Field(
-        description="The relative error that `together` would be if those of independent sources added up"
+        description="Relative error expected for `together` if the sources are independent and their effects add up"
     )
     silent: list[str] = Field(description="sources whose trials alone never gave this joint a gain")
 

@@ -45,7 +45,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
-            raise StudyError(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
+            raise StudyError(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
     check_draws(scenario, setup_of)
     if not any(scenario.table.tolerance.identifiable):
         raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")

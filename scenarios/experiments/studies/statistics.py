@@ -69,7 +69,7 @@ class StudyResult(ResultModel):
     seed: int = Field(description="Of the first trial")
     trials: int = Field(description="Carried out; the folder may hold more than were asked for")
     passed: bool = Field(description="Whether no joint contradicts the pass rate that the scenario asks for")
-    joints: list[JointStatistics] = Field(description="One entry a joint, in their order")
+    joints: list[JointStatistics] = Field(description="One entry per joint, in their order")
     failures: dict[str, int] = Field(description="trials without any estimate, by kind")
 
 

@@ -75,7 +75,7 @@ def _address_in(file: str) -> str:
         except (ValueError, KeyError, TypeError) as error:
             if time.monotonic() > deadline:
                 raise StudyError(
-                    f"{file}: no scheduler file, it states no address; write one with `dask scheduler "
+                    f"{file}: not a scheduler file: it states no address; write one with `dask scheduler "
                     "--scheduler-file FILE`"
                 ) from error
         time.sleep(0.01)

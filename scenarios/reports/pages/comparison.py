@@ -38,7 +38,7 @@ def page(folder: Path) -> Report:
         if isinstance(part, Heading):
             parts += next(drawn)  # a scenario each
     others = {key: text for key, text in about.items() if key != "Command"}
-    parts += provenance.repeated({"As it was made": about.get("Command", "")}, others, {})
+    parts += provenance.repeated({"Original command": about.get("Command", "")}, others, {})
     return Report(told.title, tuple(parts), told.document)
 
 

@@ -47,7 +47,7 @@ def page(folder: Path) -> Report:
     ]
     about = {"Trials": str(study.trials), "First seed": str(study.seed)}
     about["Versions"] = provenance.versions_in_words(study.versions)
-    parts += provenance.repeated({"As it was made": study.command}, about, {})
+    parts += provenance.repeated({"Original command": study.command}, about, {})
     return Report(told.title, tuple(parts), told.document)
 
 

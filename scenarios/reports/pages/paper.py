@@ -36,7 +36,7 @@ def page(folder: Path) -> Report:
     parts: list[Part] = [verdict, *claims, gain_plot(found), mass_plot(found), *tables]
     parts += [Heading(figure.caption), Paragraph(TOLD), *figure_3(torques, found.cases[DRAWN - 1])]
     about = {"Seed": str(saved.seed), "Versions": provenance.versions_in_words(saved.versions)}
-    parts += provenance.repeated({"As it was made": saved.command}, about, saved.files)
+    parts += provenance.repeated({"Original command": saved.command}, about, saved.files)
     return Report(told.title, tuple(parts), told.document)
 
 

@@ -38,7 +38,7 @@ def origin(
     record: RecordFile, payloads: Mapping[str, Payload], arm: Arm, again: str, seed: int | None = None
 ) -> list[Part]:
     """What was assumed of a saved result, and how to repeat it; the command `again` does so from its files."""
-    made = {"As it was made": record.command} if record.command else {}
+    made = {"Original command": record.command} if record.command else {}
     about = {
         "Made": record.created,
         **({} if seed is None else {"Seed": str(seed)}),

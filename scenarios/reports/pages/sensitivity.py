@@ -32,7 +32,7 @@ def page(folder: Path) -> Report:
     verdict, *rest = (part for part in told.parts if not isinstance(part, Figure))
     found, order = budget.joints, ranking(budget.joints)
     about = {"Seed": str(study.seed), "Versions": provenance.versions_in_words(study.versions)}
-    origin = provenance.repeated({"As it was made": study.command}, about, {})
+    origin = provenance.repeated({"Original command": study.command}, about, {})
     costs = [cost_plot(each, order[:LARGEST], 100.0 * tolerance[each.joint - 1]) for each in found]
     parts = (verdict, share_plot(found, order), Heading("Source by source"), *costs, *rest, *origin)
     return Report(told.title, parts, told.document)

@@ -12,7 +12,7 @@ class BareParameter(ResultModel):
     """A parameter that bare motions show."""
 
     parameter: str = Field(
-        description="Its name as in the literature, numbered by joint; several where only their sum shows"
+        description="Its name as in the literature, numbered by joint; several if only their sum is identifiable"
     )
     unit: str = Field(description="Of its numbers")
     estimate: float = Field(description="What was found, in `unit`")
@@ -59,7 +59,7 @@ class ExpectedJoint(ResultModel):
 
     joint: int = Field(ge=1, description="Its number, from 1")
     rel_std: float | None = Field(
-        description="Relative standard deviation to expect of the gain, null if it would be refused"
+        description="Predicted relative standard deviation of the gain, null if it would be refused"
     )
     reason: str | None = Field(description="Why there is none, null if there is one")
 
@@ -74,17 +74,19 @@ class ExpectedGains(ResultModel):
 class BareResult(DiagnosedResult):
     """What `rx90 identify --json` prints of bare recordings alone."""
 
-    reference: int = Field(ge=1, description="Number, from 1, of the joint beside which the others are surest")
-    joints: list[BareJoint] = Field(description="One entry per joint, in their order")
-    base_parameters: list[BareParameter] = Field(description="Of the arm, over the gain of the reference joint")
-    base_parameters_si: list[BareParameter] | None = Field(
-        description="The same with gains that are given, null without any"
+    reference: int = Field(
+        ge=1, description="Number, from 1, of the joint relative to which the other gains are most certain"
     )
-    if_loaded: ExpectedGains | None = Field(description="What a payload would add, null unless `--if-loaded` asks")
+    joints: list[BareJoint] = Field(description="One entry per joint, in their order")
+    base_parameters: list[BareParameter] = Field(description="Of the arm, divided by the gain of the reference joint")
+    base_parameters_si: list[BareParameter] | None = Field(
+        description="The same in SI units, with the gains that are given; null without any"
+    )
+    if_loaded: ExpectedGains | None = Field(description="Gains to expect with a payload, null without `--if-loaded`")
     consistent: Links | None = Field(
         description=(
-            "Links that bodies can have, nearest to the model's; null without `--gains`, or if the model has no bodies"
+            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has none"
         )
     )
     consistent_reason: str | None = Field(description="Why there are none, null if there are")
-    notes: list[str] = Field(description="What the method chose and what one should know")
+    notes: list[str] = Field(description="Choices of the method, and remarks")

@@ -21,7 +21,7 @@ class CheckLine(ResultModel):
     """A line of a check; `log` and `joint` are null where it is about all of them."""
 
     log: str | None = Field(description="Name of the log")
-    what: str = Field(description="What was looked at")
+    what: str = Field(description="What was checked")
     joint: int | None = Field(ge=1, description="Its number, from 1")
     verdict: Literal["good", "weak", "wrong"] = Field(description="Verdict of this line")
     seen: str = Field(description="What was found, in words")
@@ -50,7 +50,7 @@ class CheckJoint(ResultModel):
     speed: float = Field(ge=0.0, description="largest [rad/s or m/s]")
     speed_rms: float = Field(ge=0.0, description="Rms of the speed [rad/s or m/s]")
     acceleration_rms: float = Field(ge=0.0, description="Rms of the acceleration [rad/s^2 or m/s^2]")
-    slow: float = Field(ge=0.0, le=1.0, description="share of the time beside reversals")
+    slow: float = Field(ge=0.0, le=1.0, description="share of the time near reversals or at rest")
     current_rms: float = Field(ge=0.0, description="[drive units]")
 
 
@@ -68,7 +68,7 @@ class CheckLog(ResultModel):
 
 
 class CheckReadings(ResultModel):
-    """Other readings of all logs together."""
+    """Other explanations of all logs together."""
 
     better: list[str] = Field(
         description="faults whose correction predicts the currents better than the logs as they are"
@@ -98,9 +98,9 @@ class Check(DiagnosedResult):
 
     robot: str = Field(description="Its name")
     verdict: Literal["good", "weak", "wrong"] = Field(description="The worst of all lines")
-    lines: list[CheckLine] = Field(description="What was looked at")
+    lines: list[CheckLine] = Field(description="What was checked")
     logs: list[CheckLog] = Field(description="How joints moved")
-    readings: CheckReadings = Field(description="Other readings of all logs together")
+    readings: CheckReadings = Field(description="Other explanations of all logs together")
 
     @classmethod
     def of(cls, checked: Checked, arm: Arm) -> "Check":

@@ -36,13 +36,13 @@ class CostJoint(ResultModel):
     """A joint alone: its gains, the mass that it gives, the torque that is predicted for it."""
 
     joint: int = Field(ge=1, description="Its number, from 1")
-    a_priori_gain: float | None = Field(description="[N m / drive unit], null where none is believed")
+    a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is stated")
     gain: float | None = Field(description="Found [N m / drive unit], null if refused")
     rel_difference: float | None = Field(
-        description="Relative difference, a-priori gain over the one found, less one; null without both"
+        description="Relative difference: a-priori gain over the gain found, minus one; null without both"
     )
     a_priori_mass: float | None = Field(
-        description="Of the weight, from this joint with its a-priori gain, null where it does not show [kg]"
+        description="Of the payload, from this joint alone with its a-priori gain, null where not identifiable [kg]"
     )
     a_priori_mass_std: float | None = Field(description="One standard deviation of that [kg]")
     found_mass: float | None = Field(description="The same with the gain found [kg]")
@@ -59,12 +59,12 @@ class CostJoint(ResultModel):
 class CostArm(ResultModel):
     """Identifiable parameters of the arm, all of one kind."""
 
-    quantity: str = Field(description="Which: first moments, which hold the masses, or inertias")
+    quantity: str = Field(description="Kind of the parameters: first moments, which include the masses, or inertias")
     a_priori: float = Field(
         description="Relative error with the a-priori gains: norm of the error over that of the truth"
     )
     a_priori_std: float = Field(
-        description="Its root mean square to expect from the deviations of the parameters, relative as well"
+        description="Its root mean square expected from the standard deviations of the parameters, relative as well"
     )
     found: float | None = Field(description="Relative error with the gains found")
     found_std: float | None = Field(description="As `a_priori_std`, relative as well")
@@ -73,13 +73,13 @@ class CostArm(ResultModel):
 class ResultCost(ResultModel):
     """What comes out with a-priori gains and with those found."""
 
-    payload: list[CostQuantity] = Field(description="The weight, all joints together")
+    payload: list[CostQuantity] = Field(description="The payload, from all joints together")
     joints: list[CostJoint] = Field(description="One per joint, in their order")
     arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty where the truth is not known")
     tolerance: float | None = Field(
-        description="Relative error of the mass that passes with the gains found, null where none is stated"
+        description="Largest relative error of the mass that passes with the gains found, null where none is stated"
     )
-    passed: bool | None = Field(description="Whether it does")
+    passed: bool | None = Field(description="Whether the mass passes")
 
     @classmethod
     def of_verdict(cls, verdict: "CostVerdict", joints: Sequence[JointResult]) -> "ResultCost":

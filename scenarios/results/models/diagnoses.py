@@ -21,7 +21,7 @@ class DiagnosisEffect(ResultModel):
 class ResultDiagnosis(ResultModel):
     """One thing that was looked at, and what was found."""
 
-    name: str = Field(description="What was looked at")
+    name: str = Field(description="What was checked")
     severity: Literal["good", "weak", "wrong"] = Field(description="Good, weak (a warning) or wrong")
     sentence: str = Field(description="What was found, in words and numbers")
     cause: str | None = Field(None, description="The same without the effect on the gains, null where there is none")
@@ -32,7 +32,7 @@ class ResultDiagnosis(ResultModel):
     std: float | None = Field(description="Standard deviation of the size, in `unit`")
     unit: str | None = Field(description="Of both")
     z: float | None = Field(
-        description="ratio of the improvement of predictions to its standard error, null where samples show it"
+        description="ratio of the improvement of predictions to its standard error, null if samples alone show it"
     )
     effects: list[DiagnosisEffect] = Field(description="What it does to each gain")
     rivals: list[str] = Field(description="Faults that these logs cannot distinguish from it")
@@ -52,7 +52,7 @@ class ResultExclusion(ResultModel):
 class DiagnosedResult(ResultModel):
     """What is said of logs and of an estimate; it stands behind all else that a result has."""
 
-    diagnoses: list[ResultDiagnosis] = Field(description="What was looked at, the worst first")
+    diagnoses: list[ResultDiagnosis] = Field(description="What was checked, the worst first")
     excluded: list[ResultExclusion] = Field(description="Faults that the logs exclude")
     untold: list[str] = Field(description="Faults that the logs cannot reveal")
 

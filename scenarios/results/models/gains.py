@@ -21,18 +21,16 @@ class ResultGain(ResultModel):
     std: float | None = Field(description="Standard deviation of the estimate, all shares together [N m / drive unit]")
     rel_error: float | None = Field(description="Relative error of the estimate")
     z: float | None = Field(description="Error of the estimate in standard deviations, error over `std`")
-    tolerance: float | None = Field(description="Relative error that passes")
+    tolerance: float | None = Field(description="Largest relative error that passes")
     identifiable: bool = Field(description="Whether there is an estimate")
-    passed: bool | None = Field(description="Whether the joint is as its scenario wants it")
+    passed: bool | None = Field(description="Whether the result is what the scenario expects")
     reason: str | None = Field(description="Why the joint is refused")
     name: str | None = Field(None, description="Of the joint in the robot's model")
     residual_std: float | None = Field(None, description="Share of the residuals [N m / drive unit]")
-    payload_std: float | None = Field(None, description="Share of what is stated of the payload [N m / drive unit]")
-    model_std: float | None = Field(None, description="Share of what the model takes for granted [N m / drive unit]")
+    payload_std: float | None = Field(None, description="Share of the payload's stated uncertainty [N m / drive unit]")
+    model_std: float | None = Field(None, description="Share of the model's assumptions [N m / drive unit]")
     total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")
-    predicted_rel_std: float | None = Field(
-        None, description="Relative standard deviation that the payload lets one expect"
-    )
+    predicted_rel_std: float | None = Field(None, description="Relative standard deviation predicted for the payload")
 
     @classmethod
     def of(cls, joint: int, found: JointResult, verdict: "GainVerdict | None" = None) -> "ResultGain":
@@ -73,7 +71,7 @@ class ResultParameter(ResultModel):
     estimate: float = Field(description="What was found [kg m^2, kg m or kg]")
     std: float = Field(description="One standard deviation, that of the gains included [kg m^2, kg m or kg]")
     tolerance: float | None = Field(
-        default=None, description="Always null: nothing is asked of it [kg m^2, kg m or kg]"
+        default=None, description="Always null: the parameter is not judged [kg m^2, kg m or kg]"
     )
     passed: bool | None = Field(default=None, description="Always null")
 

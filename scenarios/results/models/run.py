@@ -52,7 +52,7 @@ class ResultFinding(ResultModel):
     joint: int = Field(ge=1, description="the joint that is affected most")
     statistic: float = Field(description="Its size, in the unit that `measure` names")
     threshold: float = Field(description="critical value of the statistic, in the unit that `measure` names")
-    measure: str = Field(description="what both are")
+    measure: str = Field(description="what `statistic` and `threshold` measure")
     sentence: str | None = Field(description="what it means, null where it does not matter")
     change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")
     failed: bool = Field(description="Whether it matters")
@@ -84,12 +84,12 @@ class Result(DiagnosedResult):
     payload: list[ResultParameter] = Field(description="The payload's parameters, where they are found too")
     fit: ResultFit = Field(description="How well the data are explained")
     timing: ResultTiming = Field(description="Wall times")
-    notes: list[str] = Field(default_factory=list[str], description="What the method chose and what one should know")
+    notes: list[str] = Field(default_factory=list[str], description="Choices of the method, and remarks")
     consistency: list[ResultFinding] = Field(
         default_factory=list[ResultFinding], description="Diagnoses that were compared by their predictions, in short"
     )
     cost: ResultCost | None = Field(
-        None, description="What comes out with a-priori gains beside those found, null where nobody asks"
+        None, description="Results with a-priori gains beside those with the gains found, null if not requested"
     )
     unseen: ResultUnseen | None = Field(
         None, description="How well a motion that no fit has seen is predicted, null where none is given"

@@ -50,8 +50,12 @@ CASES = {
     "joints 2 and 3 are exchanged": (
         lambda x: changed(x, q=exchanged(x.q, 1, 2), v=exchanged(x.v, 1, 2)), orders.alternatives,
     ),
-    "columns q are shifted, the first one last": (lambda x: changed(x, q=x.q[:, [1, 2, 0]]), orders.alternatives),
-    "columns v are shifted, the last one first": (lambda x: changed(x, v=x.v[:, [2, 0, 1]]), orders.alternatives),
+    "columns q are shifted by one place, the first joint last": (
+        lambda x: changed(x, q=x.q[:, [1, 2, 0]]), orders.alternatives,
+    ),
+    "columns v are shifted by one place, the last joint first": (
+        lambda x: changed(x, v=x.v[:, [2, 0, 1]]), orders.alternatives,
+    ),
     "the clock is wrong: t must be multiplied by 2": (lambda x: changed(x, t=0.5 * x.t), clocks.alternatives),
     "v2 is negated in loaded alone": (
         lambda x: changed(x, v=x.v * at(1, -1.0, 1.0, 3)), current_scales.alternatives,

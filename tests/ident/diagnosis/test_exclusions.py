@@ -202,7 +202,7 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
         gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
         return list(indistinguishable(replace(seen, gross=gross, directions=())))
 
-    assert said(-180.0) == ["half a turn of q5"]
+    assert said(-180.0) == ["zero of q5 off by half a turn"]
     assert said(-180.0, 90.0) == ["zero of q5"]
     assert said(-90.0) == ["zero of q5"]
     assert said() == []

@@ -209,7 +209,7 @@ def test_instruments_that_are_too_few_or_dependent_or_zero_are_refused(structure
 def test_a_regressor_without_recording_is_refused(structure, payload):
     heavy = lopsided(payload)
     problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=80), heavy, TRUSTING)
-    with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording; iv needs one"):
+    with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording; iv needs it"):
         instrumental_gains(problem, InstrumentOptions())
     bare = replace(problem, motions=(problem.motions[0],) * 2)
     with pytest.raises(NotIdentifiable, match="no motion carries a payload"):

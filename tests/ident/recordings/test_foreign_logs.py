@@ -64,7 +64,9 @@ def test_ticks_are_counts_of_a_turn_of_the_joint(tmp_path):
     path = csv(tmp_path / "log.csv", table(q=Q / (2.0 * np.pi) * counts - [0.0, 1024.0, 0.0]))
     description = channels("q", unit=("ticks",), counts_per_turn=tuple(counts), zero=(0.0, 1024.0, 0.0))
     assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match=r"log\.csv: positions are in ticks; say counts_per_turn of \[q\]"):
+    with pytest.raises(
+        RecordingError, match=r"log\.csv: positions are in ticks; state counts_per_turn, of the joint, in \[q\]"
+    ):
         read_recording(path, channels("q", unit=("ticks",)))
 
 
@@ -79,7 +81,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
     assert "a gain is the correction factor of its torque constant" in unknown.notes[0]
-    with pytest.raises(RecordingError, match=r"give the constants it was computed with, N m/A"):
+    with pytest.raises(RecordingError, match=r"state the constants it was computed with, in N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
         read_recording(path, channels("v", constant=(2.0,)))

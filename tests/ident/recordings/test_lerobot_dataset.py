@@ -105,8 +105,8 @@ def two_joints() -> Recording:
     [
         ([], None, "0 recordings of no joints; a dataset has episodes of the same joints"),
         ([recording(0), two_joints()], None, "2 recordings of 2, 3 joints; a dataset has"),
-        ([recording(0)], ("a", "b"), "2 names of joints for recordings of 3"),
-        ([recording(0)], ("a", "b", "a"), "2 names of joints for recordings of 3"),
+        ([recording(0)], ("a", "b"), "2 different names for 3 joints"),
+        ([recording(0)], ("a", "b", "a"), "2 different names for 3 joints"),
         ([recording(0), recording(1, period=0.008)], None, "recordings of 125 to 250 Hz; a dataset has one rate"),
     ],
 )

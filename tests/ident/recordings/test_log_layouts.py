@@ -32,7 +32,7 @@ def test_a_log_of_universal_robots_is_known_by_its_columns(tmp_path, separator):
     log = read_log(path, LogDescription(layout="ur-rtde-target"))
     for joint in range(6):
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"target_current_{joint}"])
-    assert log.notes == ("v is target_current_0 .. [A], as the controller asked for",)
+    assert log.notes == ("v is target_current_0 .. [A], as commanded by the controller",)
 
 
 def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):

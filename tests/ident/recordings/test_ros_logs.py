@@ -102,7 +102,7 @@ def test_joints_in_different_messages_are_refused(tmp_path):
     for k, each in enumerate(samples()):
         two.append(replace(each, names=LOGGED[:2], position=Q[k, :2], effort=V[k, :2], velocity=()))
         two.append(replace(each, names=LOGGED[2:], position=Q[k, 2:], effort=V[k, 2:], velocity=()))
-    with pytest.raises(RecordingError, match="are not in the same messages as the others; record one publisher"):
+    with pytest.raises(RecordingError, match="are not in the same messages as the others; record a single publisher"):
         read_recording(write_bag(tmp_path / "bag", two), DESCRIPTION)
 
 

@@ -102,7 +102,7 @@ def test_a_faulty_csv_is_one_line(identify, tmp_path, name):
 JUMPS = {
     "spike of v": (
         _csv(_log(v2=_with(V2, r50=1e6, r51=1e6, r90=-1e6))),
-        r"v2 = 1e\+06 at row 50, while 99 % of it are within .*; 3 such samples \(rows 50, 51, 90\)",
+        r"v2 = 1e\+06 at row 50, while 99 % of its values are within .*; 3 such samples \(rows 50, 51, 90\)",
     ),
     "spike of q": (_csv(_log(q1=_with(Q1, r60=9.0))), r"q1 jumps by .* from row 59 to the next, .* and 1 more such"),
     "wrapped": (

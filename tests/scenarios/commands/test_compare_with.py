@@ -93,7 +93,7 @@ FAULTS = {
     "1,1,1": "3 gains, but robot rx90 has 6 joints",
     "1,1,0,1,1,1": "joint 3: a gain of 0",
     "1,1,,1,1,1": "'' is not a number",
-    "sheet": "'sheet': expected a file name that ends with .json or .toml, or numbers as 12,12,10",
+    "sheet": "'sheet': expected a file name that ends with .json or .toml, or numbers such as 12,12,10",
     "absent.toml": "absent.toml: no such file",
 }
 

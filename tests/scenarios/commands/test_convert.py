@@ -148,7 +148,7 @@ LOGS = {
     "a strange joint": (["bag", "--signal", "current", "--joints", "elbow"], r"no joint 'elbow'; did you mean"),
     "a bag without signal": (["bag", "--model", "arm.xml"], r"declared.* --signal .*: current, torque-from"),
     "compensated": (["bag", "--model", "arm.xml", "--signal", "gravity-compensated"], "the weight of the payload"),
-    "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "give the constants"),
+    "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "state the constants"),
     "constants of current": (["bag", "--model", "arm.xml", "--signal", "current", "--constant", "2"], "not a torque"),
     "three constants": (
         ["bag", "--model", "arm.xml", "--signal", "torque-from-current", "--constant", "2,3,4"],

@@ -112,7 +112,7 @@ def test_what_breaks_a_limit_is_named(tmp_path, capsys):
         (["--out", "x.yaml"], "add --model ROBOT"),
         (["--out", "x.csv", "--rate", "0.1"], "expected 1 to 10000 Hz"),
         (["--out", "x.csv", "--model", "three.urdf"], "this motion is of 6 joints, but the model has 2"),
-        (["--out", "x.script", "--model", "sliding.urdf"], "this one has 6 joints, 1 of which slide"),
+        (["--out", "x.script", "--model", "sliding.urdf"], "this one has 6 joints, 1 of them prismatic"),
     ],
 )
 def test_a_motion_in_a_form_that_it_cannot_have_is_refused(motion, monkeypatch, capsys, words, match):

@@ -59,7 +59,7 @@ def test_a_problem_of_holds_is_slow_and_wants_what_gravity_loads_and_a_joint_at_
     x = np.random.default_rng(1).uniform(-0.7, 0.7, x.size)
     assert (design.deviations(design.rows(holds.motion(x))).total[held.joints] < 0.1).any()
     none = replace(problem, joints=np.flatnonzero(unloaded))
-    with pytest.raises(ScenarioError, match="puts no torque on any wanted joint"):
+    with pytest.raises(ScenarioError, match="puts no torque on any joint to identify"):
         hold_problem(none)
 
 

@@ -248,7 +248,7 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
     error = capsys.readouterr().err
     assert "3 searches for a motion failed: no motion found can be scaled to the robot's limits" in error
     assert "even scaled to 91 %, the motion " in error
-    advised = re.search(r"try more motions, (--evaluations \d+)", error)
+    advised = re.search(r"try more motions \((--evaluations \d+)\)", error)
     assert advised is not None
     words = [*words[:-2], *advised[1].split()]
     assert int(words[-1]) == 40

@@ -134,7 +134,7 @@ def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path
 def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed):
     report = payload_report(designed)
     words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
-    assert "Joint 6: the payload before contributes 0.13 of 12.7 N m rms (centre of mass 0.0 mm off" in words
+    assert "Joint 6: the scenario's payload contributes 0.13 of 12.7 N m rms (centre of mass 0.0 mm off" in words
     assert "identifies every joint" in words
     found = json.loads(json.dumps(report.document))
     assert [joint["shown"] for joint in found["before"]["joints"]] == [True] * 5 + [False]

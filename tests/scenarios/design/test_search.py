@@ -134,7 +134,7 @@ def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_
 
 SAID = (
     r"robot invented: neither home nor any of 2000 random positions is "
-    r"feasible: at 100 %, arm and payload are too heavy "
+    r"feasible: at 100 % of them, arm and payload are too heavy "
     r"for joint axis2; check these shapes and torques, or take a lighter"
 )
 

@@ -82,7 +82,7 @@ MJCF_FAULTS = {
     "axs": (mjcf(swap=("axis=", "axs=")), r"unknown attribute 'axs'; did you mean 'axis'\?"),
     "eular": (mjcf(swap=("euler=", "eular=")), r"unknown attribute 'eular'; did you mean 'euler'\?"),
     "boddy": (mjcf(world="<boddy/>"), r"line 3: boddy: unknown element; did you mean 'body'\?"),
-    "frame": (mjcf(world='<frame pos="1 0 0"><body/></frame>'), r"frame is not supported; let MuJoCo write the model"),
+    "frame": (mjcf(world='<frame pos="1 0 0"><body/></frame>'), r"frame is not supported; save the model with MuJoCo"),
     "replicate": (mjcf(world='<replicate count="2"><body/></replicate>'), r"replicate is not supported"),
     "composite": (mjcf(world='<composite type="cable"/>'), r"composite is not supported"),
     "loop": (mjcf(tail='<equality><connect body1="base"/></equality>'), r"an equality of kind connect ties joints"),

@@ -208,7 +208,7 @@ def _spoilt(arm: Arm) -> dict[str, tuple[Arm, str]]:
         "an orientation": (changed("rotation", (5, 0, 2), 1e-5), "the axis of joint joint6"),
         "gravity": (changed("gravity", (0,), 1e-4), r"gravity is .* against"),
         "a name": (replace(arm, joint_names=("x", *arm.joint_names[1:])), "joint 1 is x against joint1"),
-        "a kind": (replace(arm, revolute=kinds), "joint joint5 turns in one and slides in the other"),
+        "a kind": (replace(arm, revolute=kinds), "joint joint5 is revolute in one and prismatic in the other"),
     }
 
 

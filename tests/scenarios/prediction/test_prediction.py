@@ -301,7 +301,7 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     encoder = drawn(f"{SENSORS}encoder_noise", distribution="uniform", parameters={"scale": 3e-5})
     budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost, encoder=encoder))
     assert sources_of_budget(budget) == [OTHER, "load"]
-    reason = "it varies the level of a noise, {}; declare the noise as a source by its stream"
+    reason = "it varies the level of a noise, {}; declare the noise itself as a source (key stream)"
     assert [tuple(each.values()) for each in budget.unpredicted] == [
         ("white", reason.format("white")),
         ("lost", reason.format("samples")),
@@ -365,7 +365,7 @@ def test_what_motions_will_exclude_is_what_their_logs_exclude():
     assert (
         expected.indistinguishable[:3]
         == logged.indistinguishable[:3]
-        == ("zero of q1", "half a turn of q5", "sign and zero of q6")
+        == ("zero of q1", "zero of q5 off by half a turn", "sign and zero of q6")
     )
     sizes, found = ({each.family: each for each in one.excluded} for one in (expected, logged))
     assert set(sizes) == set(found)

@@ -117,7 +117,7 @@ def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
 def test_a_scheduler_file_without_an_address_is_refused(text, tmp_path, monkeypatch):
     monkeypatch.setattr("scenarios.experiments.workers.dask.WRITTEN_WITHIN", 0.05)
     (tmp_path / "s.json").write_text(text)
-    with pytest.raises(StudyError, match=r"s\.json: no scheduler file"), dask_workers(str(tmp_path / "s.json")):
+    with pytest.raises(StudyError, match=r"s\.json: not a scheduler file"), dask_workers(str(tmp_path / "s.json")):
         pass
 
 

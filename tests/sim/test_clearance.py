@@ -133,6 +133,21 @@ def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_besi
     np.testing.assert_allclose(low, 0.5 + 0.4 * np.cos(2.3) + 0.3 * np.cos(2.6) - 0.05, rtol=0, atol=1e-6)
 
 
+def test_a_base_drawn_in_the_world_beside_a_floor_is_not_compared_with_the_second_link(tmp_path):
+    shape = '<geom type="capsule" fromto="0 0 0 0 0 0.{}" size="0.05"/>'
+    text = BARE_ARM.format(
+        name='name="b"', flange="",
+        floor='<geom type="plane" size="1 1 1"/><geom type="box" pos=".35 0 .9" size=".1 .1 .1"/>',
+    )  # fmt: skip
+    for joint, length in (("j1", 4), ("j2", 3), ("j5", 2)):
+        text = text.replace(f'<joint name="{joint}"', f'{shape.format(length)}<joint name="{joint}"')
+    plant = capsule_plant(tmp_path)
+    plant.robot.model.write_text(text)
+    # The second link ends in the box; the last one begins 0.22 m above its middle, 0.05 m of it its radius.
+    (inside,) = distances(plant, [0.0, np.pi / 2, -np.pi / 2, 0.0, 0.0], margin=0.15)
+    np.testing.assert_allclose(inside, 0.22 - 0.05 - 0.1, rtol=0, atol=1e-6)
+
+
 def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
     plant = nominal_plant()
     pose = np.array([[0.0, 1.88, 0.0, 0.0, 0.0, 0.0]])

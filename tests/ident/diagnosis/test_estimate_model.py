@@ -241,4 +241,6 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
 def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
     problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))
     estimate = joint_by_joint(problem)
-    assert [each.family for each in payload_catalog.directions(problem, estimate)] == families
+    found = list(payload_catalog.directions(problem, estimate))
+    assert [each.family for each in found] == families
+    assert all(each.at_fault for each in found)  # gains that they spoil are refused

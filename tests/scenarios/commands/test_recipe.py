@@ -92,6 +92,7 @@ def test_every_command_on_the_page_can_be_given(page):
 def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tmp_path):
     light = (
         "[belief.payloads.light]\nmass = 2.4\nmass_std = 0.03\ncom = [0.1, 0.2, 0.3]\ncom_std = [0.01, 0.02, 0.04]\n"
+        "[belief.payloads.heavy]\ncom_std = [0.0, 0.0, 0.0]\n"
     )
     (tmp_path / "cell.toml").write_text(TEXT + light)
     (tmp_path / "payload-heavy.toml").write_text("mine")
@@ -99,6 +100,7 @@ def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tm
         assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0
         row = "| light | 2.4 +- 0.03 | 0.1, 0.2, 0.3 +- 0.01, 0.02, 0.04 |"
         assert row in (tmp_path / "recipe.md").read_text()
+        assert "| heavy | 7.025 +- 0.025 | 0, 0, 0.142776 |" in (tmp_path / "recipe.md").read_text()
     found = read_payload(tmp_path / "payload-light.toml")
     assert (found.mass_std, found.com_std) == (0.03, (0.01, 0.02, 0.04))
     assert (tmp_path / "payload-heavy.toml").read_text() == "mine"

@@ -96,9 +96,10 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_an_exporter_s_for_none(tm
 
 def test_a_payload_file_must_be_complete(tmp_path):
     path = written(tmp_path, "arm.xml", scara())
-    mass_only = written(tmp_path, "p.toml", 'mass = 0.4\nknown = "mass"\n')
-    with pytest.raises(PayloadError, match=r"p\.toml: a simulation needs com and inertia of the payload; state both"):
-        load_of(path, payload=mass_only)
+    for com in ("", "com = [0.01, 0.02, 0.03]\n"):
+        partly = written(tmp_path, "p.toml", f'mass = 0.4\nknown = "mass"\n{com}')
+        with pytest.raises(PayloadError, match=r"p\.toml: a simulation needs com and inertia of the payload"):
+            load_of(path, payload=partly)
 
 
 def told(capsys, *words):

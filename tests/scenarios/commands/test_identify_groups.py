@@ -52,7 +52,6 @@ UNPAIRED = {
     ("--payload", "payload.toml"): "no recording is given; expected --unloaded A and --loaded B --payload P",
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "bare motions determine no ratio of gains",
-    ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions determine no ratio of gains",
     (
         "--loaded",
         "loaded.parquet",

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.all_joints.columns import JointColumns
-from ident.model.base import independent_columns
 from ident.support.arrays import Array, Mask
 
 DEPENDENT = 1e-7
@@ -61,25 +60,60 @@ def own_columns(joint: JointColumns, terms: dict[str, Term], *, per_motion: bool
         per_motion: Whether viscous and Coulomb friction differ between motions.
 
     Returns:
-        Those of the columns that are independent on these rows, earlier ones first.
+        Those of the columns that are no combination of earlier ones on these rows.
     """
-    motions: Sequence[int] = np.unique(joint.motion).tolist()
-    names, motion, parts = list[str](), list[int](), list[Term]()
-    for name, column in joint.own.items():
-        for which in motions if per_motion and name != "off" else [-1]:
-            names.append(name)
-            motion.append(which)
-            parts.append(Term(column if which < 0 else np.where(joint.motion == which, column, 0.0)))
-    names += terms
-    motion += [-1] * len(terms)
+    names, parts = _plain_columns(joint, per_motion=per_motion)
+    names += ((name, -1) for name in terms)
     parts += terms.values()
     F = np.column_stack([part.column for part in parts]) if parts else np.zeros((len(joint.V), 0))
-    seen = np.flatnonzero(F.any(axis=0))
-    chosen = np.sort(seen[independent_columns(F[:, seen], [np.arange(len(seen))], DEPENDENT)]) if len(seen) else seen
+    chosen = _independent(F, _known(joint, names, F))
     return OwnColumns(
-        names=tuple(names[k] for k in chosen),
-        motion=tuple(motion[k] for k in chosen),
+        names=tuple(names[k][0] for k in chosen),
+        motion=tuple(names[k][1] for k in chosen),
         F=F[:, chosen],
         mean=np.array([parts[k].mean for k in chosen]),
         std=np.array([parts[k].std for k in chosen]),
     )
+
+
+def _plain_columns(joint: JointColumns, *, per_motion: bool) -> tuple[list[tuple[str, int]], list[Term]]:
+    """Friction and offset of a joint: name and motion of each column, -1 for all motions, and the columns."""
+    motions: Sequence[int] = np.unique(joint.motion).tolist()
+    names, parts = list[tuple[str, int]](), list[Term]()
+    for name, column in joint.own.items():
+        for which in motions if per_motion and name != "off" else [-1]:
+            names.append((name, which))
+            parts.append(Term(column if which < 0 else np.where(joint.motion == which, column, 0.0)))
+    return names, parts
+
+
+def _known(joint: JointColumns, names: Sequence[tuple[str, int]], F: Array) -> tuple[list[int], Array, int]:
+    """Columns that are known to be independent, an orthonormal basis of them, and how many columns were judged."""
+    base = joint.base
+    if base is None or not set(base.own) <= set(names):
+        return [], F[:, :0], 0
+    chosen = [names.index(each) for each in base.own]
+    plain = sum(1 for name, _ in names if name in joint.own)
+    return chosen, base.Q[:, : len(chosen)], plain
+
+
+def _independent(F: Array, known: tuple[list[int], Array, int]) -> list[int]:
+    """Columns that are no combination of those before them, in order: a later one never takes an earlier one's place.
+
+    A prior belongs to a column's coefficient, so of two equal columns the one without a prior has to stay.
+
+    Args:
+        F: Columns, shape (r, c).
+        known: As `_known` gives it.
+    """
+    chosen, Q, first = known
+    norms = np.linalg.norm(F, axis=0)
+    for k in range(first, F.shape[1]):
+        if norms[k] > DEPENDENT * norms.max():
+            new = F[:, k] / norms[k]
+            for _ in range(2):  # the second time takes rounding of the first out
+                new = new - Q @ (Q.T @ new)
+            size = float(np.linalg.norm(new))
+            if size > DEPENDENT:
+                chosen, Q = [*chosen, k], np.column_stack((Q, new / size))
+    return chosen

@@ -1,16 +1,21 @@
-"""The logarithms of the gains, by damped Newton steps on the squares that the shared parameters leave."""
+"""The logarithms of the gains, by damped Newton steps on the squares that the shared parameters leave.
+
+At gains h the shared parameters follow by linear least squares from B = [h_1 A_1; h_2 A_2; ..; beliefs]. A point of the
+search needs no factorisation of B: in coordinates z in which the columns are orthonormal at the start (theta = R^-1 z),
+B'B = sum over joints of h_j^2 Z_j'Z_j is close to the identity, and its Cholesky factor is as accurate as one of B.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from scipy import linalg
 
 from ident.estimation.all_joints.reduction import ReducedJoint
 from ident.numerics.least_squares import factors
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 from ident.support.errors import NotConverged
 
 SMALLEST_STEP = 1e-11
@@ -75,17 +80,78 @@ class Found:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Point:
-    """The model at some gains: T is what each joint's currents owe to its gain, (R, n); r the residual, (R,).
+class _Rows:
+    """Rows of all joints that own columns do not touch, with orthonormal shared columns; joints are padded with zeros.
 
-    Below the rows of the joints stand those of the beliefs about shared parameters.
+    Attributes:
+        Z: Shared columns of each joint, shape (n, m, k).
+        k: Known torque, shape (n, m).
+        V: Currents, shape (n, m).
+        beliefs: Rows of the beliefs about shared parameters, shape (beliefs, k).
+        gram: Z'Z of each joint, shape (n, k, k).
+        gram_of_beliefs: The same of the beliefs, shape (k, k).
+        columns: Which shared parameters are independent of each other, shape (k,).
+        R: What makes coordinates of these, upper triangular, shape (k, k).
+        count: Number of shared parameters.
+    """
+
+    Z: Array
+    k: Array
+    V: Array
+    beliefs: Array
+    gram: Array
+    gram_of_beliefs: Array
+    columns: Indices
+    R: Array
+    count: int
+
+    def theta(self, z: Array) -> Array:
+        """Shared parameters, zero for those that the rows do not show, shape (count,)."""
+        theta = np.zeros(self.count)
+        theta[self.columns] = linalg.solve_triangular(self.R, z, check_finite=False)
+        return theta
+
+    def onto(self, x: Array) -> Array:
+        """Products of the columns with rows of each joint, (n, m), joint by joint, shape (n, k)."""
+        return (x[:, None] @ self.Z)[:, 0]
+
+
+def _rows_of(joints: Sequence[ReducedJoint], h: Array, beliefs: Array) -> _Rows:
+    """The rows, with columns that are orthonormal at gains 1/h."""
+    B = np.vstack([*(hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)), beliefs])
+    found = factors(B, rank_tol=RANK_TOL)
+    sizes = [len(each.V[each.inner]) for each in joints]
+    Z, last = np.zeros((len(joints), max(sizes), len(found.columns))), sum(sizes)
+    k, V = np.zeros((2, *Z.shape[:2]))
+    for j, (each, part) in enumerate(zip(joints, np.split(found.Q[:last], np.cumsum(sizes)[:-1]), strict=True)):
+        Z[j, : sizes[j]] = part / h[j]
+        k[j, : sizes[j]] = each.k[each.inner]
+        V[j, : sizes[j]] = each.V[each.inner]
+    Zb = found.Q[last:]
+    return _Rows(
+        Z=Z, k=k, V=V, beliefs=Zb, gram=Z.swapaxes(1, 2) @ Z, gram_of_beliefs=Zb.T @ Zb,
+        columns=found.columns, R=found.R, count=B.shape[1],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """The model at some gains.
+
+    Attributes:
+        h: 1/g, shape (n,).
+        z: Shared parameters, as coordinates, shape (k,).
+        T: What each joint's currents owe to its gain, shape (n, m).
+        r: Residual of these rows, shape (n, m).
+        factor: Cholesky factor of B'B, lower, shape (k, k).
+        cost: Sum of squares of the residual and the beliefs.
     """
 
     h: Array
-    theta: Array
-    r: Array
+    z: Array
     T: Array
-    basis: Array
+    r: Array
+    factor: Array
     cost: float
 
 
@@ -103,18 +169,18 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
     damping = UNDAMPED
-    point = _point(joints, sign * np.exp(s), prior.rows, prior.off(s))
+    rows = _rows_of(joints, start, prior.rows)
+    point = _point(rows, sign * np.exp(s), prior.off(s))
     for steps in range(MOST_STEPS):
-        free = point.T - point.basis @ (point.basis.T @ point.T)
-        normal = _curvature(point, free, prior)
-        gradient = free.T @ point.r - prior.off(s) / prior.std
+        normal = _curvature(rows, point, prior)
+        gradient = np.sum(point.T * point.r, axis=1) - prior.off(s) / prior.std
         while True:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
             length = float(np.linalg.norm(step))
             step *= min(1.0, LONGEST_STEP / max(length, 1e-300))
             if length < SMALLEST_STEP:
-                return Found(h=point.h, theta=point.theta, cost=point.cost, steps=steps)
-            tried = _point(joints, sign * np.exp(s + step), prior.rows, prior.off(s + step))
+                return Found(h=point.h, theta=rows.theta(point.z), cost=point.cost, steps=steps)
+            tried = _point(rows, sign * np.exp(s + step), prior.off(s + step))
             if tried.cost <= point.cost:
                 break
             damping = max(8.0 * damping, DAMPED)
@@ -124,32 +190,36 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
-def _curvature(point: _Point, free: Array, prior: Prior) -> Array:
+def _curvature(rows: _Rows, point: _Point, prior: Prior) -> Array:
     """Second derivative of half the squares that the shared parameters and the prior leave by the logarithms, (n, n).
 
     With T the currents that each joint owes to its gain, R the residual likewise, and Q the basis of the shared
     parameters, T'(T - R) - (T - R)' Q Q' (T - R), and the prior's. Where their sum is not positive definite, far from
     the end, R is left out (Gauss and Newton); of a joint without load the prior alone may make it so.
     """
-    bent = point.T - np.where(point.T != 0.0, point.r[:, None], 0.0)
-    along = point.basis.T @ bent
-    held = np.diag(prior.std**-2)
-    exact = np.diag(np.einsum("rj,rj->j", point.T, bent)) - along.T @ along + held
-    return exact if np.linalg.eigvalsh(exact)[0] > 0.0 else free.T @ free + held
+
+    def left(one: Array, other: Array) -> Array:
+        along = _lower_solved(point.factor, point.h * rows.onto(other).T)  # Q'(..), (k, n)
+        return np.diag(np.sum(one * other, axis=1)) - along.T @ along + np.diag(prior.std**-2)
+
+    exact = left(point.T, point.T - point.r)
+    return exact if np.linalg.eigvalsh(exact)[0] > 0.0 else left(point.T, point.T)
 
 
-def _point(joints: Sequence[ReducedJoint], h: Array, beliefs: Array, off: Array) -> _Point:
-    sizes = [len(each.V[each.inner]) for each in joints]
-    starts = np.cumsum([0, *sizes])
-    nothing = np.zeros(len(beliefs))
-    B = np.vstack([*(hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)), beliefs])
-    k = np.concatenate([*(hj * each.k[each.inner] for hj, each in zip(h, joints, strict=True)), nothing])
-    V = np.concatenate([*(each.V[each.inner] for each in joints), nothing])
-    found, theta = factors(B, rank_tol=RANK_TOL), np.zeros(B.shape[1])
-    theta[found.columns] = linalg.solve_triangular(found.R, found.Q.T @ (V - k), check_finite=False)
-    model = B @ theta + k
-    T = np.zeros((len(V), len(joints)))
-    for j, (first, last) in enumerate(pairwise(starts)):
-        T[first:last, j] = model[first:last]
-    r = V - model
-    return _Point(h=h, theta=theta, r=r, T=T, basis=found.Q, cost=float(r @ r + off @ off))
+def _point(rows: _Rows, h: Array, off: Array) -> _Point:
+    """The model at gains 1/h; `off` is how far their logarithms are from what is believed of them, in deviations."""
+    gram = np.tensordot(h**2, rows.gram, 1) + rows.gram_of_beliefs
+    factor = np.asarray(np.linalg.cholesky(gram), np.float64)
+    z, r, left = np.zeros(rows.Z.shape[2]), rows.V - h[:, None] * rows.k, np.zeros(len(rows.beliefs))
+    for _ in range(2):  # the second time takes rounding of the first out of the residual
+        more = h @ rows.onto(r) + left @ rows.beliefs
+        more = _lower_solved(factor, _lower_solved(factor, more), trans=1)
+        z = z + more
+        r = r - h[:, None] * (rows.Z @ more)
+        left = left - rows.beliefs @ more
+    cost = float(np.sum(r**2) + left @ left + off @ off)
+    return _Point(h=h, z=z, T=rows.V - r, r=r, factor=factor, cost=cost)
+
+
+def _lower_solved(L: Array, x: Array, trans: Literal[0, 1] = 0) -> Array:
+    return np.asarray(linalg.solve_triangular(L, x, lower=True, trans=trans, check_finite=False), np.float64)

@@ -383,3 +383,19 @@ def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, heavy):
     common = own_columns(still, {}, per_motion=False)
     assert (common.names, common.motion) == (("Fv", "Fc", "off"), (-1, -1, -1))
     np.testing.assert_array_equal(common.F, np.column_stack([still.own[name] for name in common.names]))
+
+
+@pytest.mark.parametrize("prepared_first", [False, True])
+@pytest.mark.parametrize("twin", ["Fv", "Fc", "off"])
+def test_a_column_with_a_prior_never_replaces_an_equal_one_without(small, heavy, twin, prepared_first):
+    # A rank decision by pivots would take either of two equal columns, whichever rounding makes the longer one.
+    rng = np.random.default_rng(7)
+    each = case(small, heavy, 0.02).columns[1]
+    if prepared_first:
+        each = replace(each, base=base_of(each, own_columns(each, {}, per_motion=False)))
+    for scale in (-0.37, 2.6, 41.0):
+        column = scale * each.own[twin] * (1.0 + 1e-12 * rng.normal(size=len(each.V)))
+        terms = {"twin": Term(column, mean=0.4, std=0.3), "sum": Term(each.own["off"] - 1.7 * each.own["Fv"], 0.2, 0.1)}
+        found = own_columns(each, terms | {"new": Term(each.own["Fv"] ** 3)}, per_motion=False)
+        assert found.names == ("Fv", "Fc", "off", "new")
+        assert not found.believed.any()

@@ -4,6 +4,7 @@ Outward, each link's motion gives the force and the moment about its origin that
 those of its own link and of all links beyond it. Every operation is on all samples at once, in frames of the links.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,12 +41,35 @@ def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> A
     Returns:
         Joint torques [N m] or forces [N], shape (N, n).
     """
-    torque = np.empty_like(q)
-    turns = [rotation_terms(arm, j) for j in range(arm.n)]
-    for start in range(0, len(q), BLOCK):
-        block = slice(start, start + BLOCK)
-        torque[block] = _link_torques(arm, turns, chi, q[block].T, dq[block].T, ddq[block].T).T
-    return torque + drive_torques(arm, chi, dq, ddq)
+    links = [_link_torques(arm, each, chi) for each in _moving_blocks(arm, q, dq, ddq)]
+    return np.vstack((np.empty((0, arm.n)), *links)) + drive_torques(arm, chi, dq, ddq)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkMotions:
+    """The motion of every link along that of an arm, for torques of many sets of parameters.
+
+    Attributes:
+        arm: The arm, n joints.
+        dq: Joint velocities [rad/s or m/s], shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+        blocks: Links of each block of samples, from the base on.
+    """
+
+    arm: Arm
+    dq: Array
+    ddq: Array
+    blocks: tuple[list["_LinkMotion"], ...]
+
+    @classmethod
+    def of(cls, arm: Arm, q: Array, dq: Array, ddq: Array) -> "LinkMotions":
+        """Of a motion, positions, velocities and accelerations of shape (N, n)."""
+        return cls(arm, dq, ddq, tuple(_moving_blocks(arm, q, dq, ddq)))
+
+    def torques(self, chi: Array) -> Array:
+        """As `inverse_dynamics` gives them, shape (N, n)."""
+        links = [_link_torques(self.arm, each, chi) for each in self.blocks]
+        return np.vstack(links) + drive_torques(self.arm, chi, self.dq, self.ddq)
 
 
 def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
@@ -72,47 +96,57 @@ def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
 
 
 @dataclass(slots=True)
-class _Link:
-    """A link's pose in the frame before, and what it asks for in its own; samples last.
+class _LinkMotion:
+    """A link's pose in the frame before, and how it moves, in its own; samples last.
 
     Attributes:
         E: Rotation from the frame before to its own, (3, 3, samples).
         arrow: Its origin in the frame before.
-        wrench: Moment about its origin, then force, (2, 3, samples).
+        motion: w, dw and a, the acceleration of its origin less gravity, (3, 3, samples).
+        L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
     """
 
     E: Array
     arrow: Vector
-    wrench: Array
+    motion: Array
+    L: Array
 
 
-def _link_torques(arm: Arm, turns: list[list[Term]], chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of links and what they carry; motion and result are (n, samples)."""
-    torque = np.empty_like(q)
-    carried = np.zeros((2, 3, q.shape[1]))
-    for j, link in reversed(list(enumerate(_links(arm, turns, chi, q, dq, ddq)))):
-        carried += link.wrench
-        torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
-        carried = np.einsum("kas,abs->kbs", carried, link.E)
-        add_cross(carried[0], -carried[1], link.arrow)  # the lever times the force
-    return torque
+def _moving_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[list[_LinkMotion]]:
+    """Links, from the base on, block by block of samples; motion is (N, n)."""
+    turns = [rotation_terms(arm, j) for j in range(arm.n)]
+    for start in range(0, len(q), BLOCK):
+        yield _moving_links(arm, turns, *(each[start : start + BLOCK].T for each in (q, dq, ddq)))
 
 
-def _links(arm: Arm, turns: list[list[Term]], chi: Array, q: Array, dq: Array, ddq: Array) -> list[_Link]:
-    """Every link, from the base on."""
-    samples, links = q.shape[1], list[_Link]()
-    motion = np.zeros((3, 3, samples))  # w, dw, and a, the acceleration of the origin less gravity
+def _moving_links(arm: Arm, turns: list[list[Term]], q: Array, dq: Array, ddq: Array) -> list[_LinkMotion]:
+    """Every link, from the base on; motion is (n, samples)."""
+    samples, links = q.shape[1], list[_LinkMotion]()
+    motion = np.zeros((3, 3, samples))
     motion[2] = -arm.gravity[:, None]
     L = np.zeros((3, 3, samples))
     for j in range(arm.n):
         arrow, E = lever(arm, j, q[j]), joint_rotation(arm, j, turns[j], q[j])
+        motion = motion.copy()
         add_accelerated(motion[2], L, arrow)
         motion = np.einsum("kbs,abs->kas", motion, E)
         add_joint_motion(motion, arm, j, dq[j], ddq[j])
         L = motion_matrix(motion[0], motion[1])
-        first = len(STANDARD) * j
-        links.append(_Link(E, arrow, _wrench(chi[first : first + len(INERTIAL)], motion, L)))
+        links.append(_LinkMotion(E, arrow, motion, L))
     return links
+
+
+def _link_torques(arm: Arm, links: Sequence[_LinkMotion], chi: Array) -> Array:
+    """Torque of links and what they carry, shape (samples, n)."""
+    samples = links[0].E.shape[2]
+    torque, carried = np.empty((arm.n, samples)), np.zeros((2, 3, samples))
+    for j, link in reversed(list(enumerate(links))):
+        first = len(STANDARD) * j
+        carried += _wrench(chi[first : first + len(INERTIAL)], link.motion, link.L)
+        torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
+        carried = np.einsum("kas,abs->kbs", carried, link.E)
+        add_cross(carried[0], -carried[1], link.arrow)  # the lever times the force
+    return torque.T
 
 
 def _wrench(inertial: Array, motion: Array, L: Array) -> Array:

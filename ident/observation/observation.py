@@ -13,6 +13,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.model.displacement import Kinematics
+from ident.model.inverse_dynamics import LinkMotions
 from ident.model.parameters import STANDARD
 from ident.model.regressor import BLOCK, regressor_blocks
 from ident.model.structure import Structure
@@ -146,6 +147,12 @@ class Observation:
     def kinematics(self) -> Kinematics:
         """The arm along the motion, at the samples where torques are evaluated."""
         return Kinematics.of(self.structure.arm, self.recorded.states)
+
+    @cached_property
+    def link_motions(self) -> LinkMotions:
+        """The same, for torques of given parameters."""
+        states = self.recorded.states
+        return LinkMotions.of(self.structure.arm, states.q, states.dq, states.ddq)
 
 
 def observe(

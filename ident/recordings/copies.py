@@ -6,6 +6,7 @@ an arm at rest, are left out; of the others the smallest hashes are kept, so tha
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ def share_samples(one: Recording, other: Recording) -> bool:
     return holds_marks(one, marks(other)) or holds_marks(other, marks(one))
 
 
+@lru_cache(maxsize=16)  # every pair of logs asks for both
 def _hashes(recording: Recording) -> NDArray[np.uint64]:
     """Hashes of the rows that occur once, in rising order."""
     fraction, power = np.frexp(np.hstack((recording.q, recording.v)))

@@ -48,8 +48,7 @@ class Torques:
     @cached_property
     def sampled(self) -> Array:
         """At the samples where torques are evaluated [N m], shape (S, n)."""
-        states = self._behind.states
-        return inverse_dynamics(self.arm, self.chi, states.q, states.dq, states.ddq)
+        return self.motion.observation.link_motions.torques(self.chi)
 
     @cached_property
     def rigid(self) -> Array:

@@ -34,6 +34,7 @@ class Alternative:
         unit: Of the size.
         parameters: Number of sizes that it has.
         refined: The same with its parameters changed by a little, in units of the direction of the family.
+        searched: Whether its size was chosen from a grid, so that no value is more natural than its neighbours.
     """
 
     family: str
@@ -46,6 +47,7 @@ class Alternative:
     unit: str | None = None
     parameters: int = 1
     refined: "Callable[[Array], Alternative] | None" = None
+    searched: bool = False
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:

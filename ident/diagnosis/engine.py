@@ -132,7 +132,7 @@ def _in_full(seen: Survey) -> list[Compared]:
     gross = [each.alternative for each in seen.gross if each.gain.sum() > WORTH]
     best_of = {each.family: each for each in reversed(gross)}  # one family does not keep the others out
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
-    likely = [(each, SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
+    likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
     shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
     likely += [(each.direction.alternative(each.found.value), SETTLED) for each in shown[:LOOKED_AT]]  # pyright: ignore
     found = dict[object, Compared]()
@@ -149,7 +149,8 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
     Args:
         logs: As they are.
         alternative: To begin with.
-        least: Standard deviations of a first step that is worth taking; from a gross alternative, those of a fault.
+        least: Standard deviations of a first step that is worth taking; from a gross alternative of a natural size, as
+            a negated position has, those of a fault.
     """
     best = compared(logs, alternative)
     for _ in range(REFINED):

@@ -1,6 +1,7 @@
 """Currents of one log in another unit, of another scale or sign than those of the others."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,6 +13,8 @@ from ident.support.arrays import Array
 
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
 """Where scales are looked for; neighbours are a fifth apart."""
+ROUNDING = 1e-9
+"""Of the grid, whose every twelfth point is a power of ten."""
 LARGEST = 0.3
 """Relative change up to which the derivative says its size."""
 
@@ -26,7 +29,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
         for joints, cost in (((), squares.sum(axis=0)), *(((j,), squares[j]) for j in range(n))):
             scale = float(SCALES[int(np.argmin(cost))])
             if abs(scale - 1.0) > LARGEST:
-                yield scaled(logs, (k,), joints, scale)
+                yield replace(scaled(logs, (k,), joints, scale), searched=not _of_units(scale))
         for j in range(n):
             yield scaled(logs, (k,), (j,), -1.0)
 
@@ -66,8 +69,17 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
     )
 
 
+def _of_units(scale: float) -> bool:
+    """Whether a factor is one that units differ by: a power of ten, of either sign."""
+    power = float(np.log10(abs(scale)))
+    return abs(power - round(power)) < ROUNDING
+
+
 def _left(logs: Logs, joint: int, k: int) -> Array:
-    """Logarithm of the mean square that each scale of log k leaves of a joint's currents, in units of the logs."""
+    """Logarithm of the likelihood that each scale of log k loses of a joint's currents, log k and the others apart.
+
+    Each side has a variance of its own, as in the comparison: in one sum of squares the side of larger units decides.
+    """
     held = logs.model.fits.parts[joint]
     if held is None:
         return np.zeros(len(SCALES))
@@ -76,8 +88,14 @@ def _left(logs: Logs, joint: int, k: int) -> Array:
     other, mine = held.fit.without(V * (1.0 - own)), held.fit.without(V * own)
     a, b = other * (1.0 - own), mine * (1.0 - own)  # of the other logs' rows: a + b / s
     c, d = other * own, mine * own  # of log k's: s c + d in its own unit
-    squares = (
-        a @ a + 2.0 * (a @ b) / SCALES + (b @ b) / SCALES**2 + SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d
-    )
-    least = 1e-20 * float(V @ V)
-    return 0.5 * held.fit.freedom * np.log(np.maximum(squares, least))
+    others = a @ a + 2.0 * (a @ b) / SCALES + (b @ b) / SCALES**2
+    of_k = SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d
+    share = float(own.mean())
+    squares = (1.0 - share) * np.log(np.maximum(others, _least(V * (1.0 - own))))
+    squares += share * np.log(np.maximum(of_k, _least(V * own)))
+    return 0.5 * held.fit.freedom * squares
+
+
+def _least(V: Array) -> float:
+    """Squares of rounding."""
+    return max(1e-20 * float(V @ V), 1e-300)

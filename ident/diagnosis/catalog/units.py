@@ -48,7 +48,7 @@ def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alte
     def refined(more: Array) -> Alternative:
         return geared(logs, scope, joint, ratio * (1.0 + float(more[0])))
 
-    return replace(found, value=ratio, refined=refined)
+    return replace(found, value=ratio, refined=refined, searched=True)
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:

@@ -111,7 +111,21 @@ def test_the_scale_of_a_logs_currents_is_looked_for_over_eight_decades(axes, joi
     assert min(abs(np.log(abs(x / scale))) if x * scale > 0.0 else np.inf for x in values) < 0.2  # neighbours
 
 
-def test_a_searched_scale_leaves_least_beside_refits_of_every_scale(axes):
+def test_only_a_power_of_ten_is_a_natural_scale_and_not_one_chosen_from_the_grid(axes):
+    bare, loaded = logs_of(Truth())
+    found = [
+        each
+        for scale in (-4e3, 1e3, 100.0, 37.0, 0.1, -0.02)
+        for each in current_scales.alternatives(doubted(axes, [bare, changed(loaded, v=scale * loaded.v)]))
+        if each.value != -1.0
+    ]
+    natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in found]
+    assert {*natural} == {True, False}
+    assert [each.searched for each in found] == [not each for each in natural]
+    assert all(each.searched for each in units.gears(doubted(axes, [bare, loaded]), 1))
+
+
+def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):
     bare, loaded = logs_of(Truth())
     logs = doubted(axes, [bare, changed(loaded, v=loaded.v * at(1, 5.0, 1.0, 3))])
     found = current_scales._left(logs, 1, 1)
@@ -121,7 +135,8 @@ def test_a_searched_scale_leaves_least_beside_refits_of_every_scale(axes):
     expected = []
     for s in current_scales.SCALES[at_some]:
         left = held.fit.without(np.where(own, held.fit.V / s, held.fit.V))
-        expected.append(0.5 * held.fit.freedom * np.log(np.sum(left[~own] ** 2) + s**2 * np.sum(left[own] ** 2)))
+        share, squares = own.mean(), [np.sum(left[~own] ** 2), s**2 * np.sum(left[own] ** 2)]
+        expected.append(0.5 * held.fit.freedom * (np.log(squares) @ [1.0 - share, share]))
     np.testing.assert_allclose(found[at_some], expected, rtol=1e-8)
 
 

@@ -39,6 +39,9 @@ from ident.support.errors import Contradiction, GainsError, IdentificationError,
 BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
 
 
+OTHER_UNIT = 15.0
+"""Ratio of two gains of one drive beyond which their units differ: midway, by factors, from 4, which published gains of
+one drive differ by, to the smallest factor of a unit, 57.3 of degrees."""
 ROTOR = ("Ia", "Iam")
 """Inertia that an arm has beside its links."""
 
@@ -167,13 +170,30 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
         GainsError: If no joint has a gain in both, or one has another sign.
     """
     if other is not None:
-        check_signs(gains, other)
+        check_comparable(gains, other)
     problem, observing = prepared.problem, prepared.observing
     unseen = unseen_motion(
         log, prepared.motions, problem.structure, observing=observing, gains=problem.options, policy=prepared.policy
     )
     models = [used_model(arm_in_use(problem, each), problem) for each in (gains, other) if each is not None]
     return predicted(unseen, *models)
+
+
+def check_comparable(gains: KnownGains, other: KnownGains) -> None:
+    """Check that others may be gains of the same drives, in the same unit.
+
+    Raises:
+        GainsError: Naming the joint.
+    """
+    check_signs(gains, other)
+    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
+    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
+        ratio = stated.get(joint, value) / value
+        if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
+            raise GainsError(
+                f"gains to compare with: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of "
+                f"{value:.4g}; check the unit, N m or N per unit of the logged current"
+            )
 
 
 def used_model(found: ArmInUse, problem: Problem) -> UsedModel:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ident.diagnosis.alternative import two_digits
 from ident.model.structure import Structure
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
@@ -225,5 +226,7 @@ def _times(found: Found, gain: Value, most: float) -> Known:
 
 def _sure(value: float, rel_std: float, most: float) -> Known:
     if rel_std > most:
-        return Unknown(f"found {value:.3g}, with a deviation of {100.0 * rel_std:.3g} %, more than {100.0 * most:g} %")
+        return Unknown(
+            f"found {value:.3g}, with a deviation of {two_digits(100.0 * rel_std)} %, more than {100.0 * most:g} %"
+        )
     return Value(value, rel_std)

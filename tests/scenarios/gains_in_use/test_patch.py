@@ -302,6 +302,8 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     document = bare_document()
     friction = document["joints"][0]["friction"]
     friction[0]["std"] = 0.12 * friction[0]["estimate"]
+    other = document["joints"][1]["friction"][0]
+    other["std"] = 12.7 * other["estimate"]
     friction[1]["estimate"] *= -1.0
     (cell / "bare.json").write_text(json.dumps(document))
     text = (cell / "arm.urdf").read_text().replace("effort = '150'", "effort = '0.0'")
@@ -312,6 +314,7 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     assert first[0] == "a limit of 0 is no limit"
     assert "with a deviation of 12 %, more than 10 %" in first[1]
     assert first[2] == "found -20.3: not positive"
+    assert any("with a deviation of 1270 %, more than 10 %" in str(each["reason"]) for each in told)
     second = next(each for each in told if each["joint"] == JOINTS[1])
     assert (second["before"], second["reason"]) == (None, "the model states no limit")
 

@@ -180,19 +180,33 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
 
 
 def check_comparable(gains: KnownGains, other: KnownGains) -> None:
-    """Check that others may be gains of the same drives, in the same unit.
+    """Check that others may be gains of the same drives: of the same sign, which currents tell, and in the same unit.
 
     Raises:
         GainsError: Naming the joint.
     """
     check_signs(gains, other)
+    check_unit(gains, other, "gains to compare with")
+
+
+def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
+    """Check that gains of the same drives are in the same unit.
+
+    Args:
+        gains: Those found.
+        other: Others.
+        which: What these are.
+
+    Raises:
+        GainsError: Naming the joint.
+    """
     stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
     for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
-        ratio = stated.get(joint, value) / value
+        ratio = abs(stated.get(joint, value) / value)
         if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
             raise GainsError(
-                f"gains to compare with: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of "
-                f"{value:.4g}; check the unit, N m or N per unit of the logged current"
+                f"{which}: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of {value:.4g}; check "
+                "the unit, N m or N per unit of the logged current"
             )
 
 

@@ -61,6 +61,7 @@ def main(options: argparse.Namespace) -> Status:
     _check_files(options.model, written)
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
     from ident.model.structure import structure_of
+    from ident.unseen import check_unit
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.nominal_links import nominal_links
     from scenarios.experiments.robot_models import read_arm
@@ -74,10 +75,12 @@ def main(options: argparse.Namespace) -> Status:
     structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
     bare = None if options.arm is None else read_bare(options.arm)
+    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    if nominal is not None:
+        check_unit(gains.known, nominal.known, "--nominal")
     links = None
     if options.links:
-        links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
-    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+        links = link_values(bare, gains, structure.arm, nominal_links(options.model, options.flange))
     found = patched_model(options.model, joints, links)
     rival, other = options.model.read_bytes(), AS_GIVEN
     if nominal is not None:

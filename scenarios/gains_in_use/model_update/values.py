@@ -39,6 +39,7 @@ class JointPart(_Part):
     """A joint.
 
     Attributes:
+        gain: That base parameters in SI and links were found with, None where there was none.
         predicted_rel_error: What the fit is off by where it has not seen its motions, relative to the currents.
         fitted_rel_error: The same of the residual.
     """
@@ -46,6 +47,7 @@ class JointPart(_Part):
     joint: int
     name: str
     friction: tuple[Found, ...]
+    gain: float | None = None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None
 

@@ -100,6 +100,14 @@ def test_a_urdf_has_efforts_scaled_and_friction_in_newton_metres(cell):
             np.testing.assert_allclose(float(dynamics.get("damping")), GAIN[j] * FV[j], rtol=1e-5)
 
 
+def test_gains_of_a_data_sheet_in_another_unit_are_refused(cell, capsys):
+    thousands = {j: 1000.0 * g if j == 2 else g for j, g in OLD.items()}
+    (cell / "sheet.toml").write_text(gains_text(thousands))
+    assert main(patched(cell, "arm.urdf", *sheet(cell))) == 2
+    assert "--nominal: joint 3: " in capsys.readouterr().err
+    assert not (cell / "patched.urdf").exists()
+
+
 def test_all_else_of_a_urdf_stays_byte_for_byte(cell):
     main(patched(cell, "arm.urdf", *sheet(cell)))
     before, after = ((cell / name).read_text() for name in ("arm.urdf", "patched.urdf"))

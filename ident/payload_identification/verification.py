@@ -113,7 +113,7 @@ def _weighed(joint: int | None, mass: Quantity | None, payload: Payload, limit: 
         rel_error=error,
         rel_std=std,
         verdict=DIFFERS if differs else SAYS_NOTHING if weak else AGREES,
-        reason=f"its standard deviation is {100.0 * std:.2g} %, above {100.0 * WEAK:g} %"
+        reason=f"its standard deviation is {100.0 * std:.0f} %, above {100.0 * WEAK:g} %"
         if weak and not differs
         else None,
     )

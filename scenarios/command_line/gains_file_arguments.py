@@ -50,9 +50,14 @@ def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
         GainsError: If they are not of this arm.
     """
     from ident.estimation.known_gains import stated_gains
+    from ident.support.errors import GainsError
     from scenarios.experiments.files.gains import read_gains
 
-    return read_gains(given).of(arm) if isinstance(given, Path) else stated_gains(arm, given)
+    if isinstance(given, Path):
+        return read_gains(given).of(arm)
+    if len(given) != arm.n:
+        raise GainsError(f"--compare-with: {len(given)} gains, but robot {arm.name} has {arm.n} joints")
+    return stated_gains(arm, given)
 
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:

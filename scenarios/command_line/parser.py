@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import re
 import shutil
 import sys
 from collections.abc import Sequence
@@ -23,11 +24,16 @@ NARROW = 60
 """Columns of a terminal on which a usage line that names every option would not fit."""
 
 
+NEGATIVE = re.compile(r"-\.?\d")
+"""How a value begins that is no option: a negative number, or a list of numbers of which the first is negative."""
+
+
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose complaints are one line; options are spelled out, and not given twice."""
 
     def __init__(self, **settings: object) -> None:
         super().__init__(allow_abbrev=False, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
+        self._negative_number_matcher = NEGATIVE
         for name in (None, "store"):
             self.register("action", name, StoreOnce)
         self.register("action", "store_true", TrueOnce)

@@ -57,10 +57,10 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.estimation.known_gains import check_signs, estimated_gains
+    from ident.estimation.known_gains import estimated_gains
     from ident.payload_identification.gains_outcome import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
-    from ident.unseen import predict_unseen
+    from ident.unseen import check_comparable, predict_unseen
     from scenarios.experiments.nominal_links import model_links
     from scenarios.reports.identify import estimate_report
 
@@ -98,7 +98,7 @@ def main(options: argparse.Namespace) -> Status:
         identify_s = time.perf_counter() - started
         assert found.prepared is not None, "an identification has what it was found from"
         if other is not None:
-            check_signs(estimated_gains(found.estimate), other)
+            check_comparable(estimated_gains(found.estimate), other)
         cost = None if other is None else outcome_of_other_gains(found.prepared.problem, other, own)
         unseen = None if log is None else predict_unseen(found, log, other=other)
     if held is not None:

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,6 +61,7 @@ def main(options: argparse.Namespace) -> Status:
     _check_files(options.model, written)
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
     from ident.model.structure import structure_of
+    from ident.unseen import check_unit
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.nominal_links import nominal_links
     from scenarios.experiments.robot_models import read_arm
@@ -67,18 +69,20 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.model_update.patch import patched_model
     from scenarios.gains_in_use.model_update.values import joint_values, read_bare
     from scenarios.gains_in_use.results import patched
-    from scenarios.reports.patch import patch_report
+    from scenarios.reports.patch import AS_GIVEN, patch_report
     from scenarios.results.ros_parameters import ros_parameters
 
     structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
     bare = None if options.arm is None else read_bare(options.arm)
+    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    if nominal is not None:
+        check_unit(gains.known, nominal.known, "--nominal")
     links = None
     if options.links:
-        links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
-    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+        links = link_values(bare, gains, structure.arm, nominal_links(options.model, options.flange))
     found = patched_model(options.model, joints, links)
-    rival, other = options.model.read_bytes(), "the model as it is"
+    rival, other = options.model.read_bytes(), AS_GIVEN
     if nominal is not None:
         stated = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
         rival, other = patched_model(options.model, stated, links).content, "the gains of --nominal in it"
@@ -125,9 +129,12 @@ def _unseen(
 
     import numpy as np
 
+    from ident.diagnosis.diagnosis import Severity
+    from ident.diagnosis.link_masses import judged
     from ident.estimation.cross_validation import JointPrediction
     from ident.estimation.gain_options import GainOptions
-    from ident.unseen import UsedModel, predicted, unseen_motion
+    from ident.preparation import joined
+    from ident.unseen import UsedModel, link_weights, predicted, unseen_motion
     from scenarios.experiments.nominal_links import model_base
     from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
 
@@ -148,7 +155,15 @@ def _unseen(
             path.write_bytes(content)
             base = model_base(path, options.flange, structure.base)
             used.append(UsedModel(gains=of.known, base=base, covariance=np.zeros((len(base),) * 2), fits=fits))
-    return predicted(unseen, *used)
+    found = predicted(unseen, *used)
+    if log.payload is not None:
+        return found
+    drawn = model_base(options.model, options.flange, structure.base)
+    said = judged(link_weights(unseen, gains.known, drawn))
+    if said is None or said.severity is Severity.GOOD:
+        return found
+    doubt = replace(said, logs=(found.name,), advice="check the gains, and the masses of the model")
+    return replace(found, found=joined(found.found, more=[doubt]))
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.estimation.estimators import DEFAULT
 from ident.model.arm import Arm
 from ident.model.structure import structure_of
@@ -200,8 +201,8 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
         return found
     raise RobotError(
         f"robot {new.name}: the torque limits allow a payload of {body.mass:.2g} kg, which determines no gain "
-        f"better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links, "
-        "or state what the arm may carry with --rated-load"
+        f"better than {two_digits(100.0 * found.predicted.min())} %; correct effort or force ranges, or masses of "
+        "the links, or state what the arm may carry with --rated-load"
     )
 
 

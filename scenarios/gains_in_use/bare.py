@@ -44,7 +44,8 @@ class BareAnswer:
     Attributes:
         found: The arm over the gain of a reference joint, with ratios.
         predicted: How well parts of the motions follow from the others.
-        off: Ratios against gains believed beforehand, if there are any.
+        known: Gains believed beforehand, None without any.
+        off: Ratios against these.
         in_si: The arm with gains that are given, None without any.
         if_loaded: What a payload would add, None if nobody asks.
         said: What is said of the recordings.
@@ -53,6 +54,7 @@ class BareAnswer:
 
     found: BareArm
     predicted: tuple[JointPrediction, ...]
+    known: KnownGains | None
     off: tuple[RatioDiscrepancy, ...]
     in_si: BareArm | None
     if_loaded: IfLoaded | None
@@ -102,6 +104,7 @@ def bare_answer(
     return BareAnswer(
         found=found,
         predicted=tuple(predicted(found.selected.final.fit.rows)),
+        known=known,
         off=off,
         in_si=in_si,
         if_loaded=if_loaded,
@@ -121,6 +124,8 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
     found, in_si = answer.found, answer.in_si
     ratios = found.ratios
     assert ratios is not None, "asked of motions whose gains are not held"
+    known = answer.known
+    given = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
     moved = {each.joint: each for each in answer.off}
     share = {each.joint: each for each in answer.predicted}
     return BareResult(
@@ -133,6 +138,7 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
                 rel_std=float(ratios.rel_std[j]) if ratios.given[j] else None,
                 predicted_rel_std=float(ratios.rel_std[j]),
                 reason=ratios.reason(j),
+                gain=given.get(j),
                 off=moved[j].rel if j in moved else None,
                 off_std=moved[j].std if j in moved else None,
                 predicted_rel_error=share[j].share if j in share else None,

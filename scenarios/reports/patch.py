@@ -3,7 +3,7 @@
 from scenarios.gains_in_use.results import Patched
 from scenarios.reports.content import Mood, Paragraph, Part, Report, column, table, two_sigma
 from scenarios.reports.gains import sentence
-from scenarios.reports.unseen import unseen_parts, unseen_verdict
+from scenarios.reports.unseen import TOLD, unseen_parts, unseen_verdict
 
 NOTES = (
     "Efforts are scaled like the gains. Damping and friction are the joint's viscous and Coulomb friction [N "
@@ -12,8 +12,20 @@ NOTES = (
     "parameters. Nothing else is changed."
 )
 
+AS_GIVEN = "the model as it is"
+"""What the copy is held against where no gains of a data sheet are given."""
+COPY = "The copy is predicted as it was written, with links, damping and friction and without offsets of the current."
+AS_IT_IS = (
+    "To predict better than the model as it is, friction alone is enough: this comparison does not test the gains. "
+    "Give --nominal to hold them against gains of a data sheet."
+)
+DRAWN = (
+    "Links of the copy are those of MODEL, so gains are held against the link masses that it states; a motion with a "
+    "weighed payload and --links hold them against the payload."
+)
 
-def patch_report(written: Patched, other: str = "the model as it is") -> Report:
+
+def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
     """What was written.
 
     Args:
@@ -50,7 +62,9 @@ def patch_report(written: Patched, other: str = "the model as it is") -> Report:
                 title="Unchanged",
             )
         )
-    parts += unseen_parts(written.unseen, other="rival")
+    told = [COPY, *([] if written.unseen is None or written.unseen.fitted else [DRAWN]), TOLD]
+    told += [AS_IT_IS] if other == AS_GIVEN else []
+    parts += unseen_parts(written.unseen, other="rival", told=told)
     parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
     if written.ros_params is not None and written.written:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))

@@ -14,6 +14,8 @@ INCLUDED = (
     "alone do not separate from the torque of the links. 2 sigma: of the gain; of the torque, at the peak."
 )
 
+OF_ROBOT = "The gains are of robot {}; that the log is of the same one is not checked, as logs do not name their robot."
+
 
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:
     """How large torques are, and what was written."""
@@ -34,6 +36,7 @@ def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Repo
         column("2 sigma [%]", lambda k: percent(peaks[k][1] / peaks[k][0] if peaks[k][0] else None, ".2f")),
     )
     parts = [_verdict(found, file), rows, Paragraph(INCLUDED)]
+    parts += [] if file.robot is None else [Paragraph(OF_ROBOT.format(one_line(file.robot)))]
     parts += [Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in written.missing]
     parts += [Paragraph(sentence(f"Note: {note}")) for note in written.notes]
     return Report(title, tuple(parts), written.model_dump(mode="json"))

@@ -12,7 +12,7 @@ from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.payload_body import Quantity
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
-from ident.unseen import Unseen
+from ident.unseen import OTHER_UNIT, Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import (
     NONE,
@@ -118,6 +118,12 @@ def _common_words(common: CommonError, found: Verification) -> str:
         f"; joint {each.joint + 1} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
         for each in common.apart
     )
+    times = 1.0 + common.rel_error
+    if not 1.0 / OTHER_UNIT < times < OTHER_UNIT:
+        return (
+            f"the mass from {who} is {two_digits(times)} times that on the scale: check the units of mass, currents "
+            f"and gains{apart}"
+        )
     return (
         f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the mass on "
         f"the scale, here and where the gains were identified{apart}"

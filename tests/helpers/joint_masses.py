@@ -20,7 +20,9 @@ def mass(rel_error: float, rel_std: float, gain_share: float = 0.0) -> Quantity:
     )
 
 
-def weighing(*errors: float | None, stds: float | tuple[float, ...] = 0.01, gain_share: float = 0.0) -> Verification:
+def weighing(
+    *errors: float | None, stds: float | tuple[float, ...] = 0.01, gain_share: float = 0.0, scale: float = SCALE
+) -> Verification:
     """What a verification finds where joints alone are off by so much, 2.7 deviations being too much."""
     each = np.broadcast_to(stds, len(errors)).tolist()
     joints = tuple(
@@ -30,14 +32,14 @@ def weighing(*errors: float | None, stds: float | tuple[float, ...] = 0.01, gain
             joint=j,
             mass=mass(off, std, gain_share),
             rel_error=off,
-            rel_std=float(np.hypot(std, SCALE)),
-            verdict=DIFFERS if abs(off) > 2.7 * np.hypot(std, SCALE) else AGREES,
+            rel_std=float(np.hypot(std, scale)),
+            verdict=DIFFERS if abs(off) > 2.7 * np.hypot(std, scale) else AGREES,
         )
         for j, (off, std) in enumerate(zip(errors, each, strict=True))
     )
     known = [off for off in errors if off is not None]
     return Verification(
-        payload=Payload(mass=STATED, mass_std=STATED * SCALE, known="mass"),
+        payload=Payload(mass=STATED, mass_std=STATED * scale, known="mass"),
         together=Weighed(joint=None, mass=mass(known[0], 0.01), rel_error=known[0], rel_std=0.01, verdict=DIFFERS),
         joints=joints,
         body=FoundBody(quantities=(), refused={}, possible=None),

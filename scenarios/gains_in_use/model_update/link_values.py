@@ -7,12 +7,15 @@ import numpy as np
 from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
+from scenarios.experiments.files.gains import GainsFile
 from scenarios.gains_in_use.model_update.values import BareFile
 from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import ScenarioError
 
 SAME = 1e-6
 """Difference of frames, in metres or of unit vectors, that the digits of a file may make."""
+SAME_GAIN = 1e-6
+"""Relative difference of gains that the digits of a file may make."""
 FAR = 4.0
 """Deviations of a base parameter from which on links that bodies can have are not those of the data."""
 COMMENT = (
@@ -43,16 +46,18 @@ class LinkValues:
     motor: float | None
 
 
-def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
+def link_values(bare: BareFile | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
     """Links for a model file.
 
     Args:
         bare: What was found from bare motions.
+        gains: That the model is to have.
         arm: Of the file.
         nominal: Its links as they are.
 
     Raises:
-        ScenarioError: If there is no physically consistent set, one of another model, or one that the data contradict.
+        ScenarioError: If there is no physically consistent set, one of other gains or of another model, or one that the
+            data contradict.
     """
     if bare is None:
         raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
@@ -63,6 +68,7 @@ def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[L
             "with --gains"
         )
     _check(bare.consistent, arm, nominal)
+    _check_gains(bare, gains)
     return tuple(
         LinkValues(
             joint=each.name,
@@ -77,6 +83,17 @@ def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[L
 
 def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
     return tuple((np.array(com) + offset).tolist())
+
+
+def _check_gains(bare: BareFile, gains: GainsFile) -> None:
+    """Links are as heavy as the gains that they were found with make them."""
+    for each, entry in zip(bare.joints, gains.gains, strict=True):
+        used, own = each.gain, entry.estimate
+        if used is not None and own is not None and abs(used / own - 1.0) > SAME_GAIN:
+            raise ScenarioError(
+                f"--links: --arm was identified with a gain of {used:.4g} on joint {each.joint}, but --gains has "
+                f"{own:.4g}; identify the bare motions with these gains"
+            )
 
 
 def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ident.diagnosis.alternative import two_digits
 from ident.model.structure import Structure
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
@@ -38,6 +39,7 @@ class JointPart(_Part):
     """A joint.
 
     Attributes:
+        gain: That base parameters in SI and links were found with, None where there was none.
         predicted_rel_error: What the fit is off by where it has not seen its motions, relative to the currents.
         fitted_rel_error: The same of the residual.
     """
@@ -45,6 +47,7 @@ class JointPart(_Part):
     joint: int
     name: str
     friction: tuple[Found, ...]
+    gain: float | None = None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None
 
@@ -225,5 +228,7 @@ def _times(found: Found, gain: Value, most: float) -> Known:
 
 def _sure(value: float, rel_std: float, most: float) -> Known:
     if rel_std > most:
-        return Unknown(f"found {value:.3g}, with a deviation of {100.0 * rel_std:.3g} %, more than {100.0 * most:g} %")
+        return Unknown(
+            f"found {value:.3g}, with a deviation of {two_digits(100.0 * rel_std)} %, more than {100.0 * most:g} %"
+        )
     return Value(value, rel_std)

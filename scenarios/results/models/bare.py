@@ -34,6 +34,7 @@ class BareJoint(ResultModel):
         rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
         predicted_rel_std: The same, of a refused ratio too.
         reason: Why there is no ratio, null if there is one.
+        gain: Its given gain [N m / drive unit], which base parameters in SI and links rest on; null if none is given.
         off_std: Standard deviation of `off`, a share too, that of the given gains included.
         predicted_rel_error: Norm of the error of its currents' prediction, each part of the motions from the others,
             relative to that of the currents; null where it has no row.
@@ -47,6 +48,7 @@ class BareJoint(ResultModel):
     rel_std: float | None
     predicted_rel_std: float
     reason: str | None
+    gain: float | None = None
     off: float | None = Field(description="relative difference of this ratio from that of the given gains")
     off_std: float | None
     predicted_rel_error: float | None = None

@@ -4,7 +4,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from ident.unseen import Unseen
+from ident.diagnosis.plausibility import LARGE_RESIDUAL
+from ident.unseen import Unseen, beyond_chance
 from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
 from scenarios.support.result_model import ResultModel
 
@@ -21,6 +22,9 @@ class UnseenJoint(ResultModel):
             to; null of a model file.
         largest_rel_error: Largest `rel_error` of a motion that is predicted: three times what the fit is off by where
             it has not seen its own motions, with the deviations of arm, gain and payload, and 15 % at most.
+        gain_rel_error: Relative error of the gain as the payload weighs on this joint, positive if it is too large;
+            null of a bare motion, and where the arm is that of a model file.
+        gain_rel_std: Its standard deviation, relative as well.
     """
 
     joint: int = Field(ge=1)
@@ -29,12 +33,24 @@ class UnseenJoint(ResultModel):
     other_rel_error: float | None
     fitted_rel_error: float | None
     largest_rel_error: float | None = None
+    gain_rel_error: float | None = None
+    gain_rel_std: float | None = None
 
     @property
     def exceeds(self) -> bool:
         """Whether the motion is not predicted."""
         largest = self.largest_rel_error
         return self.rel_error is not None and largest is not None and self.rel_error > largest
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the payload says otherwise than the gain, more than chance does."""
+        return beyond_chance(self.gain_rel_error, self.gain_rel_std)
+
+    @property
+    def misjudged(self) -> bool:
+        """Whether it does so by more than a model of plain friction and stiff joints explains."""
+        return self.doubted and abs(self.gain_rel_error or 0.0) > LARGE_RESIDUAL
 
 
 class ResultUnseen(DiagnosedResult):
@@ -58,8 +74,8 @@ class ResultUnseen(DiagnosedResult):
 
     @property
     def passed(self) -> bool:
-        """Whether every joint's currents are predicted, and what was to be beaten is."""
-        return self.verdict in (None, "better") and not any(each.exceeds for each in self.joints)
+        """Whether every joint's currents are predicted, its gain is not contradicted, what was to be beaten is."""
+        return self.verdict in (None, "better") and not any(each.exceeds or each.misjudged for each in self.joints)
 
     @property
     def fitted(self) -> bool:
@@ -83,6 +99,8 @@ class ResultUnseen(DiagnosedResult):
                     other_rel_error=each.other_rel_error,
                     fitted_rel_error=each.fitted_rel_error,
                     largest_rel_error=each.largest,
+                    gain_rel_error=each.gain_error,
+                    gain_rel_std=each.gain_std,
                 )
                 for each in found.joints
             ],

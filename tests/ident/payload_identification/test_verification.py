@@ -50,6 +50,9 @@ def test_a_mass_that_is_not_sure_says_nothing(weighed_problem, heavy):
     assert "standard deviation is 20 %, above 10 %" in str(one.together.reason)
     assert {(each.verdict, each.reason) for each in one.joints} == {(AGREES, None)}  # a joint alone shows a wrong gain
     assert not one.passed
+    hopeless = replace(vague, covariance=13.2**2 * np.outer(GAIN, GAIN))
+    nothing = verified(payload_of(weighed_problem, hopeless, PLAIN), heavy, hopeless).together
+    assert "standard deviation is 1320 %" in str(nothing.reason)
 
 
 def test_a_verification_needs_a_scale(weighed_problem, heavy):

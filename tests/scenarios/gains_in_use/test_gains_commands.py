@@ -117,6 +117,8 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--if-loaded", payload, "--json"]) == 0
     found = printed(capsys, "identify-bare")
     assert found["if_loaded"]["mass"] > 0.0
+    own = read_gains(weighed_cell / "gains.toml").gains
+    assert [each["gain"] for each in found["joints"]] == [each.estimate for each in own]
     assert [each["joint"] for each in found["if_loaded"]["joints"]] == [1, 2, 3, 4, 5, 6]
     assert all((each["rel_std"] is None) == (each["reason"] is not None) for each in found["if_loaded"]["joints"])
     assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6

@@ -100,6 +100,14 @@ def test_a_urdf_has_efforts_scaled_and_friction_in_newton_metres(cell):
             np.testing.assert_allclose(float(dynamics.get("damping")), GAIN[j] * FV[j], rtol=1e-5)
 
 
+def test_gains_of_a_data_sheet_in_another_unit_are_refused(cell, capsys):
+    thousands = {j: 1000.0 * g if j == 2 else g for j, g in OLD.items()}
+    (cell / "sheet.toml").write_text(gains_text(thousands))
+    assert main(patched(cell, "arm.urdf", *sheet(cell))) == 2
+    assert "--nominal: joint 3: " in capsys.readouterr().err
+    assert not (cell / "patched.urdf").exists()
+
+
 def test_all_else_of_a_urdf_stays_byte_for_byte(cell):
     main(patched(cell, "arm.urdf", *sheet(cell)))
     before, after = ((cell / name).read_text() for name in ("arm.urdf", "patched.urdf"))
@@ -302,6 +310,8 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     document = bare_document()
     friction = document["joints"][0]["friction"]
     friction[0]["std"] = 0.12 * friction[0]["estimate"]
+    other = document["joints"][1]["friction"][0]
+    other["std"] = 12.7 * other["estimate"]
     friction[1]["estimate"] *= -1.0
     (cell / "bare.json").write_text(json.dumps(document))
     text = (cell / "arm.urdf").read_text().replace("effort = '150'", "effort = '0.0'")
@@ -312,6 +322,7 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     assert first[0] == "a limit of 0 is no limit"
     assert "with a deviation of 12 %, more than 10 %" in first[1]
     assert first[2] == "found -20.3: not positive"
+    assert any("with a deviation of 1270 %, more than 10 %" in str(each["reason"]) for each in told)
     second = next(each for each in told if each["joint"] == JOINTS[1])
     assert (second["before"], second["reason"]) == (None, "the model states no limit")
 

@@ -227,6 +227,19 @@ def test_a_set_that_data_contradict_or_that_is_none_is_refused(cell, capsys, mor
     assert not (cell / "patched.urdf").exists()
 
 
+def test_links_that_were_found_with_other_gains_are_refused(cell, capsys):
+    told(cell, "arm.urdf")
+    document = json.loads((cell / "bare.json").read_text())
+    for gain, status in ((9.5, 0), (9.5 * (1.0 + 1e-9), 0), (11.4, 2)):
+        document["joints"][2]["gain"] = gain
+        (cell / "bare.json").write_text(json.dumps(document))
+        assert main(patched(cell, "arm.urdf")) == status
+    said = "--links: --arm was identified with a gain of 11.4 on joint 3, but --gains has 9.5; identify the bare"
+    assert said in capsys.readouterr().err
+    friction = [word for word in patched(cell, "arm.urdf") if word != "--links"]
+    assert main(friction) == 0  # it is in drive units, whatever the gains
+
+
 @pytest.mark.parametrize("swap", [("0 -0.131 0.613", "0 -0.131 0.614"), ('value="0.31"', 'value="0.32"')])
 def test_a_model_of_other_frames_or_with_another_tool_is_refused(cell, capsys, swap):
     told(cell, "arm.urdf")

@@ -23,8 +23,10 @@ from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 from scenarios.experiments.nominal_links import PLACEHOLDER, is_placeholder, model_base, nominal_links
+from scenarios.reports.unseen import unseen_verdict
 from scenarios.results.models.links import links_document
 from scenarios.results.models.run import Result
+from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
 from scenarios.results.record import read_result
 from sim.errors import ModelFileError
 
@@ -93,6 +95,20 @@ def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(wei
     out = " ".join(capsys.readouterr().out.split())
     assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, which no fit has seen", out)
     assert f"light.parquet is not predicted on joint {beyond[0]['joint']} (" in out
+
+
+def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_fails(weighed_cell, tmp_path, capsys):
+    words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell)[:2], "--unseen-payload"]
+    for factor, status, said in (
+        (1.12, 0, "WARNING: the payload on this motion says that gains are off by -1"),
+        (1.25, 1, "By its payload the gains are off by -2"),
+    ):
+        assert main([*words, heavier(weighed_cell, factor, tmp_path)]) == status
+        out = " ".join(capsys.readouterr().out.split())
+        assert said in out
+        assert "rx90 verify" in out
+    assert main([*words, light(weighed_cell)[3]]) == 0
+    assert "says that gains are off" not in " ".join(capsys.readouterr().out.split())
 
 
 def test_gains_as_good_as_those_found_fail_the_gate(weighed_cell, capsys):
@@ -243,6 +259,30 @@ def test_a_copy_with_links_of_bare_motions_is_to_predict_as_these_predict_each_o
     assert [joints[1]["largest_rel_error"], joints[2]["largest_rel_error"]] == [0.15, pytest.approx(0.093, rel=0.05)]
 
 
+def elsewhere(cell: Path, factor: float, path: Path) -> str:
+    """A copy of the gains, all of them a factor too large, as if they were found from other motions."""
+    file = read_gains(cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+    for each in file["gains"]:
+        each |= {key: factor * each[key] for key in ("estimate", "std") if key in each}
+    file["covariance"] = (factor**2 * np.array(file["covariance"])).tolist()
+    path.write_text(json.dumps(file | {"recordings": []}))
+    return str(path)
+
+
+def test_a_copy_says_what_a_bare_motion_and_the_model_as_it_is_do_not_test(patching, weighed_cell, tmp_path, capsys):
+    words = patching[: patching.index("--unseen")]
+    words += ["--unseen", str(weighed_cell / "run" / "unloaded.parquet")]
+    large, sound = (elsewhere(weighed_cell, factor, tmp_path / f"{factor}.json") for factor in (2.3, 1.03))
+    for gains, doubted in ((large, True), (sound, False)):
+        main(with_other(words, "--gains", gains))
+        out = " ".join(capsys.readouterr().out.split())
+        assert ("WARNING: with these gains the arm's masses are 2." in out) is doubted
+        assert "gains are held against the link masses that it states" in out
+        assert "this comparison does not test the gains. Give --nominal" in out
+    main([*with_other(words, "--gains", sound), "--nominal", large])
+    assert "does not test the gains" not in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weighed_cell, tmp_path, capsys):
     run = weighed_cell / "run"
     words = [*identified(weighed_cell), *PLAIN]
@@ -341,3 +381,32 @@ def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(wei
     ):
         assert main(words) == 2
         assert message in only_line(capsys)
+
+
+def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
+    def result(error: float, std: float) -> ResultUnseen:
+        joint = UnseenJoint(
+            joint=3,
+            rel_error=0.06,
+            explained=0.9964,
+            other_rel_error=None,
+            fitted_rel_error=0.05,
+            largest_rel_error=0.15,
+            gain_rel_error=error,
+            gain_rel_std=std,
+        )
+        return ResultUnseen(
+            log="new.csv", loaded=True, verdict=None, rel_error=0.06, other_rel_error=None, joints=[joint],
+            diagnoses=[], excluded=[], untold=[],
+        )  # fmt: skip
+
+    for error, std, passed, said in (
+        (-0.21, 0.03, False, "FAILED: prediction error 6 % of the currents of new.csv"),
+        (-0.21, 0.08, True, "Prediction error 6 %"),  # within three deviations
+        (0.14, 0.02, True, "says that gains are off by +14 % (joint 3)"),
+    ):
+        found = result(error, std)
+        assert found.passed is passed
+        told = unseen_verdict(found)
+        assert said in " ".join(each.text for each in told)
+        assert len(told) == (2 if error > 0.0 else 1)

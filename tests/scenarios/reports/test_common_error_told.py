@@ -17,6 +17,14 @@ def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():
     assert "joint 4" not in said
 
 
+def test_a_factor_that_no_scale_is_off_by_is_a_unit():
+    advice = "times that on the scale: check the units of mass, currents and gains"
+    for error, times in ((999.0, "1000"), (16.2, "17"), (-0.95, "0.05")):
+        said = verification_report(weighing(*[error] * 4, stds=0.0002, scale=0.0), Diagnosed()).parts[0].text
+        assert f"the mass from all joints is {times} {advice}" in said
+    assert "off by the same +1290 %" in conclusion(*[12.9] * 4)
+
+
 def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_common():
     said = conclusion(0.051, 0.049, 0.052, -0.14, None)
     assert "the mass from joints 1, 2 and 3 is off by the same +5.1 %" in said

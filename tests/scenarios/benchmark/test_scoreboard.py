@@ -244,6 +244,7 @@ def test_a_recipe_that_cannot_be_meant_is_one_line(tmp_path, capsys, text, messa
 
 
 @pytest.mark.real
+@pytest.mark.slow
 def test_real_recordings_agree_and_are_weighed(real, tmp_path, capsys):
     found = board(capsys, real, tmp_path / "out")
     assert {name for name, each in found.items() if each["status"] == "run"} >= {"UR10e", "UR10 of the inverse "

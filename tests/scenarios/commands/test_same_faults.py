@@ -19,7 +19,7 @@ from scenarios.reports.content import Table
 from scenarios.reports.pages import page_of
 from scenarios.results.fit_rows import read_fit
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 BARE, FAULTY, PAYLOAD, GAINS = "{}/bare.parquet", "{}/faulty.parquet", "{}/payload-light.toml", "{}/gains.toml"
 PAIR = ("--unloaded", BARE, "--loaded", FAULTY, "--payload", PAYLOAD)
 COMMANDS = {

@@ -28,7 +28,7 @@ from scenarios.results.models.run import Result
 from scenarios.results.record import read_result
 from sim.errors import ModelFileError
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 PLAIN = ["--option", "friction=viscous-coulomb"]
 
 

@@ -72,7 +72,8 @@ def named(found: Diagnosed, name: str) -> Diagnosis:
 
 @pytest.mark.usefixtures("_computed_once")
 @pytest.mark.parametrize("fault", [pytest.param(each, marks=[pytest.mark.slow] * (each in AGAIN)) for each in FAULTS])
-def test_a_fault_has_one_name_everywhere(axes, fault):
+def test_a_fault_has_one_name_everywhere(axes, fault, monkeypatch):
+    monkeypatch.setattr("ident.check.DEFAULT", "ls-2011")  # as identification below: what is estimated once is quick
     put, name, words = FAULTS[fault]
     bare, heavy = put(*logs_of(Truth(), seed=7))
     one = "in one log" in fault

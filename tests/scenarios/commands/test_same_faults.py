@@ -188,8 +188,8 @@ def late_cell(cell, tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize(
     "command",
-    ["identify", "verify", *(pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS if name[0] in "cpb")],
-)
+    ["verify", *(pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS if name != "verify")],
+)  # what `identify` finds so is looked at below
 def test_every_command_undoes_a_common_delay_on_request(command, cell, late_cell, capsys):
     words = [word.format(late_cell) for word in COMMANDS[command]]
     if command == "bare identify":

@@ -34,7 +34,7 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
         "offset-payload",
         "coarse-encoder",
         "drift",
-        "field",
+        pytest.param("field", marks=pytest.mark.slow),  # the next is of the same robot with one weight more
         "field-two-weights",
     ],
 )

@@ -1,20 +1,16 @@
 """Shared values: the arm, its structure, where the real recordings are."""
 
+import gc
 import os
-import pickle
-from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from once import computed_once
 from places import ROOT
 from threadpoolctl import threadpool_limits
 
-import ident.diagnosis.diagnose as diagnosing
 import rx90_mjcf
-from ident.diagnosis.engine import Fault, Survey, faults, survey
-from ident.diagnosis.logs import Logs
 from ident.model.arm import Arm, load_arm
 from ident.model.structure import Structure, structure_of
 from ident.payload.files import read_payload
@@ -60,6 +56,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: LONG.index(item.path.stem) if item.path.stem in LONG else len(LONG))
 
 
+def pytest_collection_finish() -> None:
+    """Modules and thousands of tests live to the end: the garbage collector need not go through them each time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _one_blas_thread():
     with threadpool_limits(1):
@@ -90,24 +93,9 @@ def payload() -> Payload:
 
 
 @pytest.fixture(scope="module")
-def _surveyed_once():
-    """Equal logs are compared with every alternative once a module: for many commands that read the same files."""
-    known: dict[bytes, tuple[Survey, list[Fault]]] = {}
-
-    def surveyed(logs: Logs) -> Survey:
-        writer = pickle.Pickler(written := BytesIO())
-        writer.fast = True  # equal values are written alike, whether or not they are one object
-        rows = [(each.observation.joints, each.payload) for each in logs.problem.motions]
-        writer.dump((logs.recordings, logs.spoilt, logs.observing, logs.structure.arm, rows, logs.problem.options))
-        key = sha256(written.getbuffer()).digest()
-        if key not in known:
-            seen = survey(logs)
-            known[key] = seen, list(faults(seen))
-        return known[key][0]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(diagnosing, "survey", surveyed)
-        patch.setattr(diagnosing, "faults", lambda seen: next(found for own, found in known.values() if own is seen))
+def _computed_once():
+    """For many commands that read the same files; `test_estimators` holds that the same data give the same digits."""
+    with computed_once():
         yield
 
 

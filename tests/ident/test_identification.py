@@ -23,7 +23,10 @@ from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import Contradiction, NotConverged, NotIdentifiable, OptionError
 
-CORRUPTED = ("joint 2 negated", "joint 3 at +pi/2", "joints 4 and 5 swapped")
+CORRUPTED = (
+    "joint 2 negated",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("joint 3 at +pi/2", "joints 4 and 5 swapped")),
+)
 """One of each kind and place; `tests/ident/diagnosis` puts in the others."""
 
 

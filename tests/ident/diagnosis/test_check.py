@@ -16,7 +16,7 @@ from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 OPTIONS, LIMITS = ObserveOptions(), GainOptions()
 
 

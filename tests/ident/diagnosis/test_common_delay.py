@@ -23,6 +23,8 @@ from ident.preparation import DOUBTED, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 
+pytestmark = pytest.mark.usefixtures("_computed_once")
+
 AUTO = replace(DOUBTED, undelay=True)
 
 

@@ -191,8 +191,7 @@ def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy, found)
     np.testing.assert_allclose(stds(after), stds(before), rtol=1e-9)
 
 
-@pytest.mark.parametrize("joint", [0, 2, 4])
-@pytest.mark.parametrize("loaded", [0, 1])
+@pytest.mark.parametrize(("joint", "loaded"), [(0, 1), (2, 0), (4, 1)])
 def test_the_influence_is_the_derivative_by_the_currents(method, structure, heavy, steady_weights, joint, loaded):
     noisy = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
     estimate = estimated(method, *noisy, heavy, LOOSE)

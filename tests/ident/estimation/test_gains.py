@@ -81,14 +81,14 @@ def test_gains_of_random_arms_are_exact(seed, payload):
 
 
 def test_standard_deviations_are_those_of_white_noise(structure, payload):
-    # 200 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 1200) = 2 %, and the
-    # bound of four of them is left by chance once in 16 000 seeds. GAIN 6 is refused: too little load.
+    # 80 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 480) = 3.2 %, and the
+    # bound of 8 % is left by chance once in 80 seeds; these are fixed. GAIN 6 is refused: too little load.
     heavy, z = lopsided(payload), []
-    for seed in range(200):
+    for seed in range(80):
         pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
         estimate = drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0, uncertainty="larger"))
         z.append([(joint.value - true) / joint.residual_std for joint, true in zip(estimate.joints, GAIN, strict=True)])
-    assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 4 * 0.0204
+    assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 0.08
 
 
 def test_uncertainty_of_the_weighed_mass_passes_to_the_gains_in_full(structure, payload, rng):

@@ -17,7 +17,7 @@ from scenarios.experiments.files.gains import read_gains
 from scenarios.results.models.run import Result
 from scenarios.results.record import read_result
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 PLAIN = ["--option", "friction=viscous-coulomb"]
 
 

@@ -20,7 +20,7 @@ from scenarios.experiments.nominal_links import model_links
 from scenarios.experiments.robots import robot
 from scenarios.results.run_folder import save_run
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
 @pytest.fixture(scope="module")

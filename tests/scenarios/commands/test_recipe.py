@@ -18,7 +18,7 @@ from scenarios.commands import COMMANDS
 from scenarios.reports.recipe import SETTINGS
 from scenarios.results.run_folder import short_path
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 TEXT = """extends = "field-two-weights"
 [experiment]
 warm_up = 43.0

@@ -132,7 +132,8 @@ def test_what_is_given_is_written_and_runs_and_the_gripper_is_held(tmp_path, cap
 
 
 @pytest.mark.parametrize("text", [scara(), weak(), no_limits()])
-def test_small_arms_get_a_motion_that_runs_and_shows_every_gain(tmp_path, capsys, text):
+def test_small_arms_get_a_motion_that_runs_and_shows_every_gain(tmp_path, capsys, monkeypatch, text):
+    monkeypatch.setattr(searching, "FIRST", 30)
     path = written(tmp_path, "arm.urdf" if text.startswith("<robot") else "arm.xml", text)
     found = told(capsys, str(path), "--out", str(tmp_path / "mine"))
     assert all(found["identifiable"])

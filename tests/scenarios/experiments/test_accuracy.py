@@ -29,20 +29,19 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
 @pytest.mark.parametrize(
     "name",
     [
-        "nominal",
         "paper-noise",
         "mass-only",
-        "sequential",
         "offset-payload",
         "coarse-encoder",
         "drift",
-        "field",
+        pytest.param("field", marks=pytest.mark.slow),  # the next is of the same robot with one weight more
         "field-two-weights",
     ],
 )
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
-    # Where a model error makes a bias, it is in them. `test_cost` judges `gain-error-20`.
+    # Where a model error makes a bias, it is in them. `test_cost` judges `gain-error-20`,
+    # `test_scenarios` `nominal` and `sequential`.
     assert run(setup(name), 0).verdict.passed
 
 

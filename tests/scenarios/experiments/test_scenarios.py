@@ -24,7 +24,7 @@ from scenarios.experiments.robots import robot
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
 def scenario_file(folder: Path, text: str) -> str:
@@ -273,7 +273,7 @@ def test_identify_on_saved_files_gives_the_same_estimate_to_the_last_digit(saved
 
 @pytest.mark.parametrize("name", ["paper", "sequential"])
 def test_the_printed_command_repeats_an_estimate_with_options_of_its_own(name, tmp_path, capsys):
-    main(["run", name, "--save", str(tmp_path)])
+    assert main(["run", name, "--save", str(tmp_path)]) == 0
     command = capsys.readouterr().out.splitlines()[-1]
     assert command.startswith("rx90 identify --model ")
     assert main([*shlex.split(command)[1:], "--json"]) == 0

@@ -30,7 +30,7 @@ from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
 from scenarios.results.record import read_result
 from sim.errors import ModelFileError
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 PLAIN = ["--option", "friction=viscous-coulomb"]
 
 

@@ -12,7 +12,7 @@ from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 from scenarios.gains_in_use.known_gains_problem import model_options, observe_options
 
-pytestmark = pytest.mark.usefixtures("_surveyed_once")
+pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
 def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.toml") -> list[str]:

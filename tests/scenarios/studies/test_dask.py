@@ -4,7 +4,8 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pandas as pd
@@ -25,8 +26,11 @@ from scenarios.support.errors import StudyError
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
 
 
+Cluster = tuple[Path, subprocess.Popen]
+
+
 @contextmanager
-def cluster(folder: Path):
+def cluster(folder: Path) -> Iterator[Cluster]:
     """A scheduler and a worker process of one thread on loopback; yields the scheduler's file and process."""
     file = folder / "scheduler.json"
     environment = os.environ | {
@@ -55,14 +59,22 @@ def cluster(folder: Path):
 
 
 @pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    with cluster(tmp_path_factory.mktemp("cluster")) as (file, _):
-        yield file
+def living(tmp_path_factory) -> Iterator[Callable[[], Cluster]]:
+    """A cluster for all tests, another one where a test has killed it."""
+    with ExitStack() as stack:
+        started = list[Cluster]()
+
+        def one() -> Cluster:
+            if not started or started[-1][1].poll() is not None:
+                started.append(stack.enter_context(cluster(tmp_path_factory.mktemp("cluster"))))
+            return started[-1]
+
+        yield one
 
 
 @pytest.fixture
-def workers(scheduler):
-    with dask_workers(str(scheduler)) as workers:
+def workers(living):
+    with dask_workers(str(living()[0])) as workers:
         yield workers
 
 
@@ -81,28 +93,6 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
     assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
-
-
-def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_line_and_2(tmp_path):
-    folder = tmp_path / "out"
-    with cluster(tmp_path) as (file, process), dask_workers(str(file)) as workers:
-        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
-        command = subprocess.Popen(
-            [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
-        )
-        found = completed(workers, slow_double, range(100), tick=lambda: None)
-        next(found)
-        deadline = time.monotonic() + 120.0
-        while not list(folder.glob("study.json")) and time.monotonic() < deadline:
-            assert command.poll() is None
-            time.sleep(0.05)
-        os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(StudyError, match="the scheduler has exited"):
-            dict(found)
-        _, errors = command.communicate(timeout=120.0)
-    assert command.returncode == 2
-    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
-    assert said == ["rx90: the scheduler has exited; finished trials are kept; repeat the command"]
 
 
 def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
@@ -156,7 +146,7 @@ def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypat
     assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
 
 
-def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(scheduler, monkeypatch):
+def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(living, monkeypatch):
     now, asked = [100.2], []
 
     def ncores(client: object) -> dict[str, int]:
@@ -166,7 +156,10 @@ def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(scheduler
         return {"a": 7, "b": 11 * len(asked)}
 
     monkeypatch.setattr("distributed.Client.ncores", ncores)
-    with dask_workers(str(scheduler)) as workers, monkeypatch.context() as patched:  # the client needs its clock again
+    with (
+        dask_workers(str(living()[0])) as workers,
+        monkeypatch.context() as patched,
+    ):  # the client needs its clock again
         patched.setattr("scenarios.experiments.workers.dask.time.monotonic", lambda: now[0])
         assert [workers.count(), workers.count()] == [18, 18]
         now[0] = 101.3
@@ -177,7 +170,29 @@ def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(scheduler
             workers.count()
 
 
-def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for(scheduler, monkeypatch):
+def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for(living, monkeypatch):
     monkeypatch.setattr("distributed.Client.ncores", lambda client: {"a": 3})
-    with dask_workers(str(scheduler)) as workers:
+    with dask_workers(str(living()[0])) as workers:
         assert workers.count() == FEWEST == 16
+
+
+def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_line_and_2(living, tmp_path):
+    folder, (file, process) = tmp_path / "out", living()
+    with dask_workers(str(file)) as workers:
+        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
+        command = subprocess.Popen(
+            [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
+        )
+        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        next(found)
+        deadline = time.monotonic() + 120.0
+        while not list(folder.glob("study.json")) and time.monotonic() < deadline:
+            assert command.poll() is None
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+        with pytest.raises(StudyError, match="the scheduler has exited"):
+            dict(found)
+        _, errors = command.communicate(timeout=120.0)
+    assert command.returncode == 2
+    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
+    assert said == ["rx90: the scheduler has exited; finished trials are kept; repeat the command"]

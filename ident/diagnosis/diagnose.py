@@ -47,10 +47,10 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if not of_logs:
         diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
-    if base is None:
+    if known is None or base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
     elif of_logs:
-        diagnoses += _of_mended(of_logs[-1], reestimate, logs.names)
+        diagnoses += _of_mended(of_logs[-1], known, logs.names)
     else:
         elastic = any(each.found.family == ELASTICITY for each in found)  # by the logs alone: nothing imitates it
         stiff = None if elastic else base.solution.stiff
@@ -225,18 +225,14 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     )  # fmt: skip
 
 
-def _of_mended(last: Fault, reestimate: Estimate | None, names: Sequence[str]) -> Iterator[Diagnosis]:
+def _of_mended(last: Fault, known: _Known, names: Sequence[str]) -> Iterator[Diagnosis]:
     """What the same estimate still lacks of logs read as their faults ask for."""
     assert isinstance(last.found, Compared), "a fault of the logs"
-    read = last.found.read
-    try:
-        mended = None if reestimate is None else reestimate(read.problem)
-    except IdentificationError:
-        return
+    read, mended = last.found.read, known.of(last.found)
     if mended is not None and _linear(mended):
         small = directions(reference(read.problem), read)
         stiff = mended.solution.stiff
-        yield from lacks_of(stated(read.problem, mended), small, names, read.model, reestimate, stiff=stiff)
+        yield from lacks_of(stated(read.problem, mended), small, names, read.model, known.reestimate, stiff=stiff)
 
 
 def _linear(estimate: GainEstimate) -> bool:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.control_law import ControlLaw, ControlPeriods
+from sim.control_law import ControlPeriods
 from sim.controller import Controller
 from sim.engine import Engine
 from sim.sensors import SENSOR_EFFECTS, SensorOptions
 from sim.sensors.effect import NoiseStreams, Reader
 
-CHUNK = 500
-"""Control periods whose references are gathered, and whose logs are stored, at once."""
+CHUNK = 100
+"""Control periods whose references are gathered, and whose logs are stored, at once; few, so that caches hold them."""
 Advanced = Callable[[float], None]
 """Is told how many seconds of motion have been simulated since the last time, of all simulations together [s]."""
 
@@ -56,17 +56,17 @@ def closed_loop(
         streams: Random numbers of the sensors, one a simulation.
         advanced: Told after every chunk.
     """
-    law, readers = control_law(controllers), _readers(sensors, streams, limits.shape[1])
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
-    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
-    periods = ControlPeriods(law, min(CHUNK, samples))
+    log, readers = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n))), _readers(sensors, streams, n)
+    periods = ControlPeriods(controllers, min(CHUNK, samples))
     q, current, readings = engine.q, engine.current, list(periods.reading)
     for start in range(0, samples, CHUNK):
-        length = min(CHUNK, samples - start)
+        rows = slice(start, min(start + CHUNK, samples))
+        length = rows.stop - start
         for i, controller in enumerate(controllers):
-            periods.reference[:length, i] = controller.reference[start : start + length]
-            if law.ki is not None:
-                periods.q_ref[:length, i] = controller.q_ref[start : start + length]
+            periods.reference[:length, i] = controller.reference[rows]
+            if periods.q_ref is not None:
+                periods.q_ref[:length, i] = controller.q_ref[rows]
         for k in range(length):
             reading = readings[k]
             reading[...] = q
@@ -77,23 +77,12 @@ def closed_loop(
             current[...] = periods.command(k)
             engine.advance()
         periods.go_on()
-        log.q[:, start : start + length] = periods.reading[:length].transpose(1, 0, 2)
-        log.v[:, start : start + length] = periods.v[:length].transpose(1, 0, 2)
+        log.q[:, rows] = periods.reading[:length].transpose(1, 0, 2)
+        log.v[:, rows] = periods.v[:length].transpose(1, 0, 2)
         advanced(B * length * controllers[0].period)
     for v, limit in zip(log.v, limits, strict=True):
         np.clip(v, -limit, limit, out=v)
     return log
-
-
-def control_law(controllers: Sequence[Controller]) -> ControlLaw:
-    """The law of B controllers, one a simulation."""
-    n, ki = len(controllers[0].kp), np.stack([c.ki for c in controllers])
-    estimates = [[1.0 - c.blend for c in controllers], [c.blend / c.period for c in controllers]]
-    return ControlLaw(
-        feedback=np.array([[c.kp for c in controllers], [c.kd for c in controllers]]),
-        estimate=np.repeat(np.array(estimates)[:, :, None], n, axis=2),
-        ki=ki if ki.any() else None,
-    )
 
 
 def _readers(sensors: Sequence[SensorOptions], streams: Sequence[NoiseStreams], n: int) -> list[Reader]:

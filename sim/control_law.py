@@ -9,111 +9,99 @@ into v. What does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / 
 motion (`sim.controller`) and called reference.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ident.support.arrays import Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ControlLaw:
-    """The constants of B controllers with n joints; whole arrays, since broadcasting costs in the loop.
-
-    Attributes:
-        feedback: Kp [drive units / rad] and Kd [drive units s / rad] over believed gain, shape (2, B, n).
-        estimate: 1 - b, what the speed estimate keeps of itself, and b / T, what it takes of a difference [1/s], shape
-            (2, B, n).
-        ki: Ki over believed gain, times the period [drive units / rad], shape (B, n); None if no controller integrates.
-    """
-
-    feedback: Array
-    estimate: Array
-    ki: Array | None
+from sim.controller import Controller
 
 
 class _Period(NamedTuple):
-    """Views of the memory of one control period, and of the period before; shape (B, n), or (2, B, n) for two.
+    """Views of the memory of one control period, and of its neighbours.
 
     Attributes:
-        reading: Readings [rad].
-        before: Those of the period before [rad].
-        difference: The first less the second [rad].
-        known: Speed estimate of the period before [rad/s], and the difference.
-        dq: Speed estimate [rad/s].
-        state: Readings and speed estimate.
-        reference: Tabulated part of the current [drive units].
-        q_ref: Reference positions [rad].
-        v: Current references [drive units].
+        reading: Readings [rad], shape (B, n).
+        before: Those of the period before [rad], shape (B, n).
+        difference: The first less the second [rad], shape (B, n).
+        known: Readings, speed estimate of the period before, reference, difference; shape (4, B, n).
+        after: What the reference less the position's feedback leaves [drive units], and the speed estimate [rad/s];
+            shape (2, B, n). It is where the next period has its readings, written over this, and its estimate before.
+        left: The first of these, shape (B, n).
+        dq: The second, shape (B, n).
+        v: Current references [drive units], shape (B, n).
     """
 
     reading: Array
     before: Array
     difference: Array
     known: Array
+    after: Array
+    left: Array
     dq: Array
-    state: Array
-    reference: Array
-    q_ref: Array
     v: Array
 
 
 class ControlPeriods:
     """B controllers in a run of control periods, with what they read and command.
 
-    For a few simulations the cost of the law is the number of NumPy calls: what is multiplied alike stands side by side
-    in memory, and all views of it are made once.
+    For a few simulations the cost of the law is the number of NumPy calls: what is multiplied or added alike stands
+    side by side in memory, and all views of it are made once.
 
     Attributes:
         reference: Tabulated part of the current, to be written before [drive units], shape (length, B, n).
-        q_ref: Reference positions, likewise, for the integral alone [rad], shape (length, B, n).
-        reading: What the encoders read, to be written period by period [rad], shape (length, B, n).
+        q_ref: Reference positions, likewise, for the integral alone [rad], shape (length, B, n); None if no controller
+            integrates.
+        reading: What the encoders read, to be written right before a period is commanded [rad], shape (length, B, n).
         v: Current references before the drives limit them [drive units], shape (length, B, n).
     """
 
-    def __init__(self, law: ControlLaw, length: int) -> None:
+    def __init__(self, controllers: Sequence[Controller], length: int) -> None:
         """Give controllers their memory.
 
         Args:
-            law: Their constants.
+            controllers: One a simulation, of equal period.
             length: Control periods of a run.
         """
-        _, B, n = law.feedback.shape
-        self._law = law
-        self.reference, self.q_ref, self.v = np.zeros((3, length, B, n))
-        self._memory = np.zeros((length + 1, 3, B, n))  # reading, speed estimate, difference to the next reading
-        self.reading = self._memory[1:, 0]
-        rows = zip(self._memory[:-1], self._memory[1:], self.reference, self.q_ref, self.v, strict=True)
+        kp, self._kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
+        B, n = kp.shape
+        keeps, takes = (
+            np.repeat([[each] for each in shares], n, axis=1)
+            for shares in ([1.0 - c.blend for c in controllers], [c.blend / c.period for c in controllers])
+        )
+        self._coefficients = np.stack((-kp, keeps, np.ones((B, n)), takes))  # whole arrays: broadcasting costs
+        self._ki = ki if ki.any() else None
+        self._memory = np.zeros((length + 2, 4, B, n))  # a period before, then the run, then where its last one ends
+        self.reading, self.reference = self._memory[1:-1, 0], self._memory[1:-1, 2]
+        self.q_ref = None if self._ki is None else np.zeros((length, B, n))
+        self.v = np.zeros((length, B, n))
+        rows = zip(self._memory, self._memory[1:], self._memory[2:], self.v, strict=False)
         self._periods = [
-            _Period(now[0], before[0], before[2], before[1:], now[1], now[:2], *others) for before, now, *others in rows
+            _Period(now[0], before[0], now[3], now, after[:2], after[0], after[1], v) for before, now, after, v in rows
         ]
-        self._products = np.empty((2, B, n))
-        self._first, self._second = self._products
+        self._products, self._product = np.empty((4, B, n)), np.empty((B, n))
+        self._first, self._second = self._products[:2], self._products[2:]
         self._integral = np.zeros((B, n))
 
     def switch_on(self, reading: Array) -> None:
         """Put the controllers at rest before the first period, at a reading [rad], shape (B, n)."""
-        self._memory[0] = self._integral[:] = 0.0
         self._memory[0, 0] = reading
+        self._memory[1, 1] = self._integral[:] = 0.0
 
     def go_on(self) -> None:
         """Let the first period follow the last one."""
-        self._memory[0] = self._memory[-1]
+        self._memory[0, 0], self._memory[1, 1] = self._memory[-2, 0], self._memory[-1, 1]
 
     def command(self, k: int) -> Array:
         """Currents of period k, whose reading is written and whose predecessor is commanded: a row of `v`, (B, n)."""
-        reading, before, difference, known, dq, state, reference, q_ref, v = self._periods[k]
-        law, products, first, second = self._law, self._products, self._first, self._second
+        reading, before, difference, known, after, left, dq, v = self._periods[k]
         np.subtract(reading, before, difference)
-        np.multiply(law.estimate, known, products)
-        np.add(first, second, dq)
-        np.multiply(law.feedback, state, products)
-        np.subtract(reference, first, v)
-        np.subtract(v, second, v)
-        if law.ki is not None:
-            np.subtract(q_ref, reading, first)
-            np.multiply(law.ki, first, first)
-            np.add(self._integral, first, self._integral)
+        np.multiply(self._coefficients, known, self._products)
+        np.add(self._first, self._second, after)
+        np.multiply(self._kd, dq, self._product)
+        np.subtract(left, self._product, v)
+        if self._ki is not None and self.q_ref is not None:
+            self._integral += self._ki * (self.q_ref[k] - reading)
             np.add(v, self._integral, v)
         return v

@@ -16,7 +16,7 @@ import numpy as np
 
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.closed_loop import CHUNK, Advanced, LoopLog, no_progress
+from sim.closed_loop import Advanced, LoopLog, no_progress
 from sim.controller import Controller
 from sim.drives import DriveTruth
 from sim.effects import EFFECTS
@@ -27,6 +27,8 @@ from sim.sensors import SENSOR_EFFECTS, SensorOptions
 from sim.sensors.effect import NoiseStreams
 from sim.sensors.encoder import drawn_noise, rounded
 
+CHUNK = 500
+"""Control periods of one call."""
 OTHERWISE = 'use controller.law = "filtered"'
 
 

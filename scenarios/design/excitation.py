@@ -140,7 +140,7 @@ class Design:
         """What a motion breaks most, in words."""
         over = self._over_limits(rows)
         if over.max() >= self._too_near(rows).max():
-            return worst_of(over, self.problem.structure.arm.joint_names)
+            return worst_of(over, self.problem.structure.arm.joint_names, self.problem.limits.shares)
         near = near_words(float(self._clearance(rows.motion[0]).min()))
         return f"{near} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
 

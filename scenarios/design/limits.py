@@ -1,5 +1,6 @@
 """What a motion must respect: range, speed, acceleration and torque of every joint, and distances."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from sim.plant import Plant
 from sim.trajectory import FourierTrajectory
 
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
-"""Share of each joint's limits that a designed motion may use; of the torque, that at the current limit."""
+"""Share of each joint's limits that a designed motion may use, unless it is `Limits.torque_share`."""
 HALF_TURN = np.pi
 """Way to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 
@@ -26,6 +27,7 @@ class Limits:
         velocity: [rad/s].
         acceleration: [rad/s^2].
         torque: Joint torque at the current limit [N m].
+        torque_share: Share of it that a designed motion may use.
     """
 
     lower: Array
@@ -33,6 +35,12 @@ class Limits:
     velocity: Array
     acceleration: Array
     torque: Array
+    torque_share: float = SHARES["torque"]
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Those of `SHARES`, as far as these limits have none of their own."""
+        return SHARES | {"torque": self.torque_share}
 
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
         """How far a motion exceeds the shares of the limits, relative to the limits; zero where it does not.
@@ -52,7 +60,7 @@ class Limits:
             np.abs(ddq) / self.acceleration,
             np.abs(torques).max(axis=0) / self.torque,
         )
-        return np.maximum(np.stack(used) - np.array([*SHARES.values()])[:, None, None], 0.0)
+        return np.maximum(np.stack(used) - np.array([*self.shares.values()])[:, None, None], 0.0)
 
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
         """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
@@ -102,9 +110,9 @@ def robot_limits(plant: Plant) -> Limits:
     )
 
 
-def worst_of(excess: Array, names: tuple[str, ...]) -> str:
+def worst_of(excess: Array, names: tuple[str, ...], shares: Mapping[str, float] = SHARES) -> str:
     """Which limit a motion breaks most, in words. `excess` is that of `Limits.excess`, shape (4, N, n)."""
     kind, _, joint = np.unravel_index(int(excess.argmax()), excess.shape)
-    what, share = list(SHARES.items())[int(kind)]
+    what, share = list(shares.items())[int(kind)]
     used = 100.0 * (float(excess.max()) + share)
     return f"takes {used:.0f} % of the {what} of joint {names[int(joint)]}, where {100.0 * share:g} % may be used"

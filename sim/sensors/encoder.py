@@ -10,7 +10,7 @@ from annotated_types import Interval, Unit
 from ident.support.arrays import Array
 from sim.sensors.effect import Log, Noise, NoiseStreams, Reader, SensorEffect, Values
 
-CHUNK = 500
+CHUNK = 100
 """Control periods whose noise is drawn at once."""
 
 
@@ -40,11 +40,11 @@ class _Encoders:
 
     def __call__(self, reading: Array) -> None:
         np.add(reading, next(self._noise), reading)
-        if self._rounds:
-            to = reading if self._all_round else self._rounded
-            rounded(reading, self._quantum, to)
-            if not self._all_round:
-                np.copyto(reading, to, where=self._quantised)
+        if self._all_round:
+            rounded(reading, self._quantum, reading)
+        elif self._rounds:
+            rounded(reading, self._quantum, self._rounded)
+            np.copyto(reading, self._rounded, where=self._quantised)
 
 
 def rounded(reading: Array, quantum: Array, out: Array) -> None:

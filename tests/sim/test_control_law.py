@@ -5,7 +5,6 @@ import pinocchio as pin
 import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
-from sim.closed_loop import control_law
 from sim.control_law import ControlPeriods
 from sim.controller import Controller, ControllerOptions, tuned
 from sim.errors import ControllerError
@@ -50,13 +49,14 @@ def commanded(
     controllers: list[Controller], readings: np.ndarray, limits: np.ndarray, *, length: int = 70
 ) -> np.ndarray:
     """Currents for given readings, shape (N, B, n), so many control periods at a time, within the drives' limits."""
-    periods, out = ControlPeriods(control_law(controllers), length), []
+    periods, out = ControlPeriods(controllers, length), []
     periods.switch_on(readings[0])
     for start in range(0, len(readings), length):
         rows = slice(start, min(start + length, len(readings)))
         for k, row in enumerate(range(rows.start, rows.stop)):
             periods.reference[k] = [c.reference[row] for c in controllers]
-            periods.q_ref[k] = [c.q_ref[row] for c in controllers]
+            if periods.q_ref is not None:
+                periods.q_ref[k] = [c.q_ref[row] for c in controllers]
             periods.reading[k] = readings[row]
             out.append(np.clip(periods.command(k), -limits, limits))
         periods.go_on()
@@ -98,13 +98,14 @@ def test_controllers_of_a_batch_have_each_their_own_constants(rng):
 
 
 def test_a_command_changes_nothing_that_it_was_given(rng):
-    periods = ControlPeriods(control_law([tuned(BELIEF, short_motion(), TUNING)]), 3)
+    periods = ControlPeriods([tuned(BELIEF, short_motion(), TUNING)], 3)
+    assert periods.q_ref is not None
     given = (periods.reference, periods.q_ref, periods.reading)
-    for each in given:
-        each[:] = rng.normal(size=each.shape)
-    kept = [each.copy() for each in given]
-    periods.switch_on(periods.reading[0])
+    kept = [rng.normal(size=each.shape) for each in given]
+    periods.reference[:], periods.q_ref[:] = kept[:2]
+    periods.switch_on(kept[2][0])
     for k in range(3):
+        periods.reading[k] = kept[2][k]
         periods.command(k)
     for each, before in zip(given, kept, strict=True):
         np.testing.assert_array_equal(each, before)
@@ -112,12 +113,15 @@ def test_a_command_changes_nothing_that_it_was_given(rng):
 
 def test_controllers_that_are_switched_on_again_have_forgotten_everything(rng):
     controller, q = tuned(BELIEF, short_motion(), TUNING), readings(rng)
-    periods, found = ControlPeriods(control_law([controller]), PERIODS), []
+    periods, found = ControlPeriods([controller], PERIODS), []
+    assert periods.q_ref is not None
     periods.reference[:, 0], periods.q_ref[:, 0] = controller.reference[:PERIODS], controller.q_ref[:PERIODS]
     for _ in range(2):
-        periods.reading[:, 0] = q
         periods.switch_on(q[:1])
-        found.append(np.array([periods.command(k) for k in range(PERIODS)]))
+        for k in range(PERIODS):
+            periods.reading[k, 0] = q[k]
+            periods.command(k)
+        found.append(periods.v.copy())
         periods.go_on()
     np.testing.assert_array_equal(*found)
 

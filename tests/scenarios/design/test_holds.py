@@ -9,11 +9,13 @@ import scenarios.design.search as searching
 from scenarios.cli import main
 from scenarios.design.excitation import Design
 from scenarios.design.holds import LEGS, Holds, hold_problem
-from scenarios.experiments.build import setup_of
+from scenarios.design.limits import worst_of
+from scenarios.experiments.build import changed, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
 from scenarios.experiments.run import run
 from scenarios.support.errors import ScenarioError
+from sim.feedforward_currents import feedforward_currents
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +63,36 @@ def test_a_problem_of_holds_is_slow_and_wants_what_gravity_loads_and_a_joint_at_
     none = replace(problem, joints=np.flatnonzero(unloaded))
     with pytest.raises(ScenarioError, match="puts no torque on any joint to identify"):
         hold_problem(none)
+
+
+def test_holds_may_take_less_of_a_torque_than_other_motions(problem):
+    held, n = hold_problem(problem)[0].limits, 3
+    middle = (np.tile(0.5 * (held.upper + held.lower), (5, 1)), np.zeros((5, n)), np.zeros((5, n)))
+    torques = np.zeros((2, 5, n))
+    torques[1, 3, 2] = -0.77 * held.torque[2]
+    assert not problem.limits.excess(middle, torques).any()
+    over = held.excess(middle, torques)
+    np.testing.assert_allclose(over[3, 3, 2], 0.07, rtol=1e-9)
+    assert np.count_nonzero(over) == 1
+    used = "takes 77 % of the torque of joint wrist, where 70 % may be used"
+    assert worst_of(over, ("base", "slide", "wrist"), held.shares) == used
+
+
+@pytest.mark.parametrize("direction", [-0.3, 0.3])
+@pytest.mark.parametrize("offset", [-0.2, 0.2])  # two deviations
+def test_drives_bear_the_built_in_holds_with_the_weakest_gains_and_most_friction_that_are_drawn(direction, offset):
+    setup = setup_of(load_scenario("holds"))
+    drawn = {
+        "plant.gain": (0.85 * setup.true_gain).tolist(),
+        "plant.amplifier_offset": [offset] * 6,
+        "plant.payload.mass": 8.04,
+        "plant.errors.load_friction": 0.1,
+        "plant.errors.stribeck": 0.2,
+        "plant.errors.coulomb_by_direction": direction,
+    }
+    experiments = changed(setup, drawn).experiments
+    for experiment, v in zip(experiments, feedforward_currents(experiments, 100.0), strict=True):
+        assert (np.abs(v) < experiment.plant.drives.current_limit).all()
 
 
 def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch):

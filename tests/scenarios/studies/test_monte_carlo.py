@@ -110,6 +110,22 @@ def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, r
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
 
 
+def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference, monkeypatch):
+    sizes = []
+
+    def counted(ready, **options):
+        sizes.append(len(ready))
+        yield from running.run_batch(ready, **options)
+
+    # A trial logs q and v of two motions of 6 s at 1 kHz, 6 joints: 1.152 MB.
+    monkeypatch.setattr(trials, "LOGS_AT_ONCE", 3.5e6)
+    monkeypatch.setattr(trials, "run_batch", counted)
+    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
+    rows = trials.run_trials(study.scenario, [study.trial(k) for k in range(TRIALS)], study.schema, threads=1)
+    assert sizes == [3, 3, 1]
+    pd.testing.assert_frame_equal(rows.to_pandas(), reference, check_exact=True)
+
+
 class Dying(Executor):
     """Workers of which every one dies at trial 3."""
 

@@ -37,26 +37,32 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     arm = logs.structure.arm
     if not arm.gravity.any():
         return
-    axes = across(arm)
-
-    def alternative(value: Array) -> Alternative:
-        turn = float(np.linalg.norm(value))
-        axis = axes.T @ value / turn if turn > 0.0 else axes[0]
-        gravity = _rotated(arm.gravity, axis, turn)
-        about = ", ".join(f"{x:.2g}" for x in axis + 0.0)
-        words = f"the base is tilted by {np.rad2deg(turn):.2g} degrees about ({about})"
-
-        def refined(more: Array) -> Alternative:
-            return alternative(value + more)
-
-        size, standing = float(np.rad2deg(turn)), _standing(logs, gravity, words)
-        return replace(standing, value=size, unit="degrees", refined=refined)
-
     parts = [motion.rows(motion.tilted()) for motion in reference.motions]
     yield Direction(
-        family="base", joints=(), logs=logs.every, columns=in_rows(parts, logs.every), alternative=alternative,
+        family="base", joints=(), logs=logs.every, columns=in_rows(parts, logs.every),
+        alternative=lambda value: tilted(logs, value),
         unit="degrees", scale=180.0 / np.pi, largest=LARGEST,
     )  # fmt: skip
+
+
+def tilted(logs: Logs, turn: Array) -> Alternative:
+    """The base turned about two axes across gravity.
+
+    Args:
+        logs: The logs.
+        turn: Angle about either axis [rad], shape (2,).
+    """
+    gravity = logs.structure.arm.gravity
+    axes, angle = across(logs.structure.arm), float(np.linalg.norm(turn))
+    axis = axes.T @ turn / angle if angle > 0.0 else axes[0]
+    about = ", ".join(f"{x:.2g}" for x in axis + 0.0)
+    words = f"the base is tilted by {np.rad2deg(angle):.2g} degrees about ({about})"
+
+    def refined(more: Array) -> Alternative:
+        return tilted(logs, turn + more)
+
+    standing = _standing(logs, _rotated(gravity, axis, angle), words)
+    return replace(standing, value=float(np.rad2deg(angle)), unit="degrees", refined=refined)
 
 
 def compensated(logs: Logs) -> Iterator[Alternative]:

@@ -164,10 +164,11 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
 def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
     """Joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
     data, torque = mujoco.MjData(model), np.empty_like(q)
+    position, speed, acceleration, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse  # views: to ask costs
     for k in range(len(q)):
-        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], dq[k], ddq[k]
+        position[:], speed[:], acceleration[:] = q[k], dq[k], ddq[k]
         mujoco.mj_inverse(model, data)
-        torque[k] = data.qfrc_inverse
+        torque[k] = needed
     return torque
 
 

@@ -25,7 +25,7 @@ from sim.experiment import Experiment
 from sim.faults import SATURATED_TOO_LONG, first_at_limit
 from sim.plant import PayloadBody, Plant
 from sim.rigid import Frictionless, frictionless, inertias, torque_along
-from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before
+from sim.sequence import after_warm_up, starts_warm, warming_motion, warmth_before
 from sim.trajectory import FourierTrajectory
 from sim.varying import Varied, acting
 
@@ -40,7 +40,7 @@ PLANTS_KEPT = 128
 NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """Stands for a payload that a motion does not carry, whatever it is: plants that differ in it alone are one."""
 TABLES_KEPT = 64
-"""Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
+"""Tables of torques kept, and of currents; one of 20 s at 250 Hz has a quarter of a megabyte."""
 RATE = 100.0
 """Samples a second; ten make the time that is too long at a limit [Hz]."""
 
@@ -113,27 +113,38 @@ def _warmed_up(experiment: Experiment, rate_hz: float) -> Array:
 
 
 def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feedforward:
-    plant, drives = experiment.plant, experiment.plant.drives
-    states = states_of(experiment.trajectory, rate_hz)
-    rubbing = _rubbing_of(experiment)
-    rigid = _rigid(rubbing.rigid, experiment.trajectory, rate_hz)
-    v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
-    steady = not any(effect.varies(plant.errors) for effect in EFFECTS.values())  # nothing then depends on the current
+    found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
+    if found is None:
+        raise NoCurrent(
+            f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
+        )
+    return found
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _settled(
+    rubbing: _Rubbing, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
+) -> _Feedforward | None:
+    """Currents of a plant along a motion, None if friction takes all that they give; plants alike share them."""
+    errors, drives = rubbing.acts.errors, rubbing.acts.build.drives
+    states = states_of(motion, rate_hz)
+    rigid = _rigid(rubbing.rigid, motion, rate_hz)
+    v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
+    steady = not any(effect.varies(errors) for effect in EFFECTS.values())  # nothing then depends on the current
 
     def warmed(v: Array) -> Array:
-        load = (v / drives.current_limit) ** 2 if is_carried(experiment) else np.zeros_like(v)
-        return warming(plant.errors, warmth, load, 1.0 / rate_hz)
+        load = (v / drives.current_limit) ** 2 if warmth_acts(errors) else np.zeros_like(v)
+        return warming(errors, cold, load, 1.0 / rate_hz)
 
     for _ in range(FEEDBACK_ITERATIONS):
-        warm = warmed(v)[:-1] if warmth_acts(plant.errors) else np.zeros_like(v)
+        warm = warmed(v)[:-1] if warmth_acts(errors) else np.zeros_like(v)
         tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
+            v.flags.writeable = False
             return _Feedforward(v, warmed(v)[-1])
         before = v
-    raise NoCurrent(
-        f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
-    )
+    return None
 
 
 @lru_cache(maxsize=MOTIONS_KEPT)

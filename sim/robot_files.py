@@ -21,7 +21,7 @@ Joint = Annotated[int, Field(ge=1)]
 class _Table(BaseModel):
     """A TOML table: unknown keys are errors, values are strictly typed."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True, defer_build=True)
 
 
 class FrictionTable(_Table):

@@ -22,7 +22,8 @@ from scenarios.design.model_facts import ModelFacts, check_stated_numbers, model
 from scenarios.design.rules_of_thumb import Stated, assumed, drives_by_rule, given_home, home_by_rule
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
-from scenarios.experiments.robot_models import check_same_payload, read_arm
+from scenarios.experiments.payload_frames import check_same_payload
+from scenarios.experiments.robot_models import read_arm
 from scenarios.prediction.deviations import drawn, prediction_of
 from sim.clearance import CLEARANCE, Clearance
 from sim.drives import DriveTruth

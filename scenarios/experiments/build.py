@@ -2,12 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-
-import numpy as np
+from functools import lru_cache
 
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
-from ident.support.arrays import Array
+from ident.support.arrays import Array, readonly
 from scenarios.experiments.files.mountings import BARE, by_mounting, motion_names, mountings
 from scenarios.experiments.files.resolved import believed_payloads
 from scenarios.experiments.files.schema import BodyTable, Scenario
@@ -22,6 +21,8 @@ from sim.plant import PayloadBody, Plant
 
 CHECK = "check-weight"
 """Name of the motion that identification does not see; with its hyphen it is that of no mounting."""
+DRIVES_KEPT = 16
+"""Drives kept, a kilobyte each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,11 +149,17 @@ def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
 def true_plants(scenario: Scenario) -> dict[str, Plant]:
     """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
     stated, arm = scenario.table.plant, robot_of(scenario)
-    drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
+    drives = _drives(**{field.name: getattr(stated, field.name) for field in fields(DriveTruth)})
     return {
         name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)
         for name, body in by_mounting(stated.payload, stated.payloads).items()
     }
+
+
+@lru_cache(maxsize=DRIVES_KEPT)
+def _drives(**stated: tuple[float, ...]) -> DriveTruth:
+    """The drives of given numbers, one object: scenarios that differ in something else have equal plants."""
+    return DriveTruth(**{name: readonly(values) for name, values in stated.items()})
 
 
 def _true_payload(body: str | BodyTable) -> PayloadBody:

@@ -13,28 +13,17 @@ import numpy as np
 
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
-from ident.model.parameters import INERTIAL, STANDARD
-from ident.model.regressor import regressor
-from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 from ident.support.naming import one_line
-from sim.compile import bare_arm
-from sim.controller import inverse_dynamics
 from sim.errors import ModelFileError
 from sim.frozen_joints import hold_all_but_arm
-from sim.plant import PayloadBody
-from sim.robot import Robot
 
 STATES = 4
 """Random positions of all joints that are compared; one would do, were no axis ever hit by chance."""
 TOLERANCE = 1e-6
 """Difference of an axis or of gravity, as a share of its size, and of an anchor in shares of the arm's reach."""
-ROUNDING = 1e-12
-"""Of torques that are subtracted, as a share of their size; an arm of a ton leaves more than a payload's millionth."""
-PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
-"""A payload without any symmetry."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
@@ -93,26 +82,6 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         for j in np.flatnonzero(np.maximum(*off) > TOLERANCE):
             what = "axis" if off[1][j] > TOLERANCE else "place"
             raise RobotModelError(f"{where}: the {what} of joint {arm.joint_names[j]}{advice}")
-
-
-def check_same_payload(arm: Arm, robot: Robot) -> None:
-    """Compare what a payload adds to the torques at random states, by the identification model and by MuJoCo.
-
-    Its frame, that of the last link, must be the same for both.
-
-    Raises:
-        RobotModelError: If they differ.
-    """
-    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
-    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
-    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
-    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
-    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
-    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
-        raise RobotModelError(
-            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
-            "different places; save it with MuJoCo (mj_saveLastXML) and use that file"
-        )
 
 
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:

@@ -18,7 +18,8 @@ from scenarios.experiments.files.motions import read_motion
 from scenarios.experiments.files.places import MOTION, ROBOT
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.tables import CATALOG
-from scenarios.experiments.robot_models import check_same_payload, read_arm
+from scenarios.experiments.payload_frames import check_same_payload
+from scenarios.experiments.robot_models import read_arm
 from scenarios.support.errors import UnknownName, UnreadableFile
 from sim.compile import bare_arm
 from sim.robot import Robot

@@ -12,7 +12,7 @@ class ResultModel(BaseModel):
     Its fields are the contract: JSON (`model_dump(mode="json")`), JSON Schema and reading back follow from them.
     """
 
-    model_config = ConfigDict(extra="allow")
+    model_config = ConfigDict(extra="allow", defer_build=True)  # a command uses few of those that it imports
 
 
 def to_json(document: Mapping[str, object]) -> str:

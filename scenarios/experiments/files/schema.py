@@ -46,7 +46,7 @@ TABLES_OF_TABLES = ("random", "sources", "payloads")
 class _Table(BaseModel):
     """A TOML table: unknown keys are errors, values are frozen and strictly typed."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 class InertiaTable(_Table):

@@ -1,10 +1,10 @@
 """What is said of logs and of an estimate, as results have it: joints from 1."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields
 from typing import Any, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, TypeAdapter, model_serializer
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 import ident.diagnosis.diagnosis as diagnosis
 from scenarios.support.result_model import ResultModel
@@ -59,12 +59,10 @@ class DiagnosedResult(ResultModel):
     @property
     def found(self) -> diagnosis.Diagnosed:
         """As it was said: joints from 0."""
-        values = self.model_dump(include=set(DiagnosedResult.model_fields))
-        said = _DIAGNOSED.validate_python(values | {"indistinguishable": values.pop("untold")})
         return diagnosis.Diagnosed(
-            diagnoses=tuple(map(_from_0, said.diagnoses)),
-            excluded=tuple(replace(each, joints=_all_from_0(each.joints)) for each in said.excluded),
-            indistinguishable=said.indistinguishable,
+            diagnoses=tuple(map(_diagnosis, self.diagnoses)),
+            excluded=tuple(map(_exclusion, self.excluded)),
+            indistinguishable=tuple(self.untold),
         )
 
     @model_serializer(mode="wrap")
@@ -72,9 +70,6 @@ class DiagnosedResult(ResultModel):
         values: dict[str, Any] = handler(self)
         last = {key: values.pop(key) for key in DiagnosedResult.model_fields if key in values}
         return values | last
-
-
-_DIAGNOSED = TypeAdapter(diagnosis.Diagnosed)
 
 
 def diagnosed_values(found: diagnosis.Diagnosed) -> dict[str, Any]:
@@ -97,10 +92,28 @@ def _diagnosis_values(each: diagnosis.Diagnosis) -> dict[str, Any]:
     return asdict(each) | own
 
 
-def _from_0(stored: diagnosis.Diagnosis) -> diagnosis.Diagnosis:
-    effects = tuple(replace(each, joint=each.joint - 1) for each in stored.effects)
-    return replace(stored, joints=_all_from_0(stored.joints), effects=effects)
+def _diagnosis(stored: ResultDiagnosis) -> diagnosis.Diagnosis:
+    values = _values(stored, diagnosis.Diagnosis)
+    values["severity"] = diagnosis.Severity(stored.severity)
+    values["joints"] = _from_0(stored.joints)
+    values["logs"], values["rivals"] = tuple(stored.logs), tuple(stored.rivals)
+    values["effects"] = tuple(
+        diagnosis.Effect(joint=each.joint - 1, percent=each.percent, deviations=each.deviations)
+        for each in stored.effects
+    )
+    return diagnosis.Diagnosis(**values)
 
 
-def _all_from_0(joints: Sequence[int]) -> tuple[int, ...]:
+def _exclusion(stored: ResultExclusion) -> diagnosis.Exclusion:
+    values = _values(stored, diagnosis.Exclusion)
+    values["joints"] = _from_0(stored.joints)
+    return diagnosis.Exclusion(**values)
+
+
+def _values(stored: ResultModel, kind: type[diagnosis.Diagnosis | diagnosis.Exclusion]) -> dict[str, Any]:
+    """What is stored of a dataclass, by the names of its fields."""
+    return {field.name: getattr(stored, field.name) for field in fields(kind)}
+
+
+def _from_0(joints: Sequence[int]) -> tuple[int, ...]:
     return tuple(joint - 1 for joint in joints)

@@ -16,7 +16,7 @@ from scenarios.cli import main
 from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import write_motion
-from scenarios.experiments.robot_models import check_same_payload
+from scenarios.experiments.payload_frames import check_same_payload
 from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import study_identity

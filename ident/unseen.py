@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, predicted with gains in use: what the currents of each joint are off by.
+"""A motion that was not used in any fit, predicted with gains in use: what the currents of each joint are off by.
 
 The torque that arm and payload take, over the gain, is the current (paper, eq. 7). The arm comes from bare motions with
 the same gains, or from a model file. Other gains are held against it on the same motion: time blocks of it say whether
@@ -37,7 +37,7 @@ BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnseenJoint:
-    """A joint's currents on a motion that no fit has seen; None where a joint has no gain.
+    """A joint's currents on a motion that was not used in any fit; None where a joint has no gain.
 
     Attributes:
         joint: The joint, from 0.
@@ -61,7 +61,7 @@ class UnseenJoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """A motion that no fit has seen, as gains predict it.
+    """A motion that was not used in any fit, as gains predict it.
 
     Attributes:
         name: Of its recording.
@@ -90,7 +90,7 @@ class Unseen:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnseenMotion:
-    """A motion that no fit has seen, ready to be predicted.
+    """A motion that was not used in any fit, ready to be predicted.
 
     Attributes:
         log: With what it carries.

@@ -63,7 +63,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
     for sensor, effect in SENSOR_EFFECTS.items():
         if sensor != "encoder" and effect.reader([experiment.sensors], [streams], n) is not None:
             raise ControllerError(
-                f'{name}: controller.law = "native" reads no sensor but the encoders, but {sensor} changes what the '
+                f'{name}: controller.law = "native" reads only the encoders, but {sensor} changes what the '
                 f"controller reads; {OTHERWISE}"
             )
 

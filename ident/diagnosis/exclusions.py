@@ -37,12 +37,12 @@ whether they are those of one log."""
 FARTHEST = 0.1
 """Largest error of a payload's centre that is tried [m]."""
 GROSS = {
-    "sign": "another sign of q{joints}",
-    "current sign": "another sign of v{joints} in one log",
+    "sign": "opposite sign of q{joints}",
+    "current sign": "opposite sign of v{joints} in one log",
     "joint reversed": "q and v of joint {joints} negated in one log",
     "order": "exchanged or reordered columns",
-    "base": "another orientation of the base",
-    "unit": "another unit of positions",
+    "base": "a different orientation of the base",
+    "unit": "a different unit of positions",
     "gravity compensation": "gravity-compensated currents",
 }
 """Families that are excluded as a whole or by joint, and how that is told."""

@@ -58,7 +58,7 @@ class Recording:
         return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
 
 
-NO_JOINT = "; leave out what is no joint of the arm, such as a gripper, by naming the others: q=NAME[{0..5}]"
+NO_JOINT = "; to leave out a gripper or another column that is not a joint of the arm, name the others: q=NAME[{0..5}]"
 """How columns of rows of numbers are read in part."""
 
 

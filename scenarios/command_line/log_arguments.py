@@ -41,7 +41,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
     add("--episode", type=arguments.whole, metavar="N", help="episode of a LeRobot dataset, counted from 0")
-    add("--joints", type=_names, metavar="J,J,..", help="the log's names of the joints, base to flange")
+    add("--joints", type=_names, metavar="J,J,..", help="names of the joints in the log, base to flange")
 
 
 def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:

@@ -1,4 +1,4 @@
-"""Arguments that name recordings: bare, loaded with a payload behind them, and a motion that no fit has seen."""
+"""Arguments that name recordings: bare, loaded with a payload, and a motion that was not used in any fit."""
 
 import argparse
 from collections.abc import Sequence
@@ -126,7 +126,7 @@ def _check_described(waiting: Given | None) -> None:
 
 def add_unseen_arguments(parser: argparse.ArgumentParser, said: str) -> None:
     """Declare the motion and its payload."""
-    group = parser.add_argument_group("a motion that no fit has seen", said)
+    group = parser.add_argument_group("a motion that was not used in any fit", said)
     group.add_argument("--unseen", type=arguments.file, metavar="LOG", help="its recording")
     said = "payload that it carries, with its centre of mass; without it a bare flange"
     group.add_argument("--unseen-payload", type=arguments.file, metavar="P", help=said)

@@ -121,7 +121,7 @@ def _sealed(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
-        raise ScenarioError("expected scenarios and -n N, to be sealed")
+        raise ScenarioError("expected scenarios and -n N")
     try_folder(options.seal, one_line(options.seal))
     loaded = [load_scenario(name) for name in options.subjects]
     if options.seal.exists() and any(options.seal.iterdir()):
@@ -131,7 +131,7 @@ def _sealed(options: argparse.Namespace) -> Status:
         sealed = seal(loaded, options.trials, seed, options.seal, stages=stages)
     said = (
         Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
-        Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers have arrived; then publish it."),
+        Paragraph(f"Keep {options.seal / TRUTH} secret until the answers have arrived; then publish it."),
     )
     show(Report(f"{sealed.problems} problems sealed", said, sealed.model_dump(mode="json")), options)
     return Status.PASSED
@@ -254,7 +254,7 @@ def _elsewhere(methods: "list[Method]") -> dict[str, str]:
         for method in methods
         if method.digests
     ]
-    return {"Methods from elsewhere": "; ".join(told)} if told else {}
+    return {"External methods": "; ".join(told)} if told else {}
 
 
 def _command(options: argparse.Namespace) -> str:

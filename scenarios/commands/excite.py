@@ -109,7 +109,7 @@ def main(options: argparse.Namespace) -> Status:
         comments = search_comments(command, deviations, tried=found.tried, wanted=wanted)
         write_motion(motion, options.out, comments)
     if interrupt is not None:
-        complain(f"stopped; the best so far is in {options.out}, repeat the command to continue")
+        complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
         return ending(interrupt)
     result = Searched(
         out=str(options.out),
@@ -182,7 +182,7 @@ def _beside(
 ) -> "FourierTrajectory":
     """The motion to write where the scenario's own is the better one: that one if it was to be improved."""
     said = (
-        "the scenario's own motion is better: its worst gain has a standard deviation of "
+        "the scenario's own motion is better: the largest standard deviation of its gains is "
         f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(found):.3g} %"
     )
     if options.improve:

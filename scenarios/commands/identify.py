@@ -38,13 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_log_arguments(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
-    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
     said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
     gains_file_arguments.add_compared_gains(parser, said)
-    said = "Predicted with the gains found; with --compare-with, status 1 unless the gains found predict it better."
+    said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
     add_unseen_arguments(parser, said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)

@@ -23,7 +23,7 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
     if bare and options.compare_with is not None:
         raise ScenarioError(
-            "--compare-with: bare recordings have no payload to weigh; add "
+            "--compare-with: bare recordings have no payload to estimate; add "
             "--loaded B --payload P.toml, or use --gains G"
         )
     if bare and options.unseen is not None:

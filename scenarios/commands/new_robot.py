@@ -30,17 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     add("--name", help="name of the robot (default: that of the model)")
-    what = "largest torque of each joint [N m, N] (default: the file's, or by a rule of thumb)"
+    what = "largest torque of each joint [N m, N] (default: from the file, or by a rule of thumb)"
     add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
     add(
         "--rated-load",
         type=MASS,
         metavar="KG",
-        help="largest mass that the arm may carry, an upper limit for the payload",
+        help="rated load of the arm, an upper limit for the payload",
     )
     what = "what is mounted: payload file, or mass [kg] of a steel bar (default: a bar that the arm can carry)"
     add("--payload", type=_payload, metavar="FILE|KG", help=what)
-    what = "start pose [rad, m], one number per joint (default: the file's, or the first one clear of obstacles)"
+    what = "start pose [rad, m], one number per joint (default: from the file, or a pose clear of floor and arm)"
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     add("--evaluations", type=EVALUATIONS, default=USUAL, help="motions to try (default %(default)d)")

@@ -11,10 +11,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from ident.estimation.estimators import ESTIMATORS
 
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with its error sources")
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with error sources")
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
-    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     add_form_arguments(parser)
 
 

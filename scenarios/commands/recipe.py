@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from ident.payload.payload import Payload
 
-KEPT = "kept, but it differs from the scenario's payload; unless it was measured, delete it and repeat the command"
+KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"
 """Of a payload's file that stood there before."""
 
 
@@ -54,7 +54,7 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing():
         write_markdown(report, options.out)
     written, other = _write_payloads(payloads, held)
-    parts = [Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written]
+    parts = [Paragraph(printable(f"{name}: the payload as stated in the scenario")) for name in written]
     parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
     result = Written.model_validate({"out": str(options.out), "payloads": written})
     title = printable(f"{options.out}: {report.title}")

@@ -85,11 +85,11 @@ def first_load(
         most, why = _allowed(rated, own, moving)
         can, weakest = _can_carry(arm, model, flange, drives, most, moving)
         stated = bar(can, com)
-        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the last joint's axis; {weakest or why}"
+        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the axis of the last joint; {weakest or why}"
     elif not isinstance(payload, Path):
         stated, source = bar(payload, com), "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
     else:
-        stated, source = read_payload(payload), f"as {payload.name} states it"
+        stated, source = read_payload(payload), f"as stated in {payload.name}"
         if stated.com is None or stated.inertia is None:
             raise PayloadError(f"{payload}: a simulation needs com and inertia of the payload; state both")
     return Load(stated, source, _warning(stated.mass, rated, own), rated)
@@ -122,7 +122,7 @@ def _can_carry(
         mass = min(most, float(masses.min()))
         if mass >= min(most, LEAST * moving):
             digits = 10.0 ** (np.floor(np.log10(mass)) - 1.0)
-            weakest = f"the most that the largest torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
+            weakest = f"the largest mass that the torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
             return float(f"{np.floor(mass / digits + 1e-9) * digits:.2g}"), weakest if mass < most else ""
     j = int(np.argmin(room / torque))
     raise RobotError(

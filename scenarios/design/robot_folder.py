@@ -44,8 +44,8 @@ def robot_text(new: NewRobot) -> str:
     lines = [
         schema_line("robot"),
         f"# Joints: {names}",
-        "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
-        "# word or one per joint. Units of a prismatic joint stand in brackets.",
+        "# A first version: replace assumed values by known ones. origin is published, measured or assumed, one",
+        "# word or one per joint. Units of a prismatic joint are in brackets.",
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are those of this file",
     ]
@@ -85,21 +85,21 @@ payload = {true}
 [experiment]
 motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite finds a better one
 
-[belief]                     # what controller and identification believe
+[belief]                     # what controller and identification assume
 controller_gain = {new.drives["gain"].value.tolist()!r}  # those of {ROBOT}
 payload = {believed}  # as it is
 
 [tolerance]
-gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
-identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)}; wanted up to {100.0 * SHOWN:g}
+gain = {list(found.tolerance)!r}  # relative; four predicted standard deviations, 2 % at least
+identifiable = [{truth}]  # predicted standard deviations [%]: {percents(found.predicted)}; limit: {100.0 * SHOWN:g}
 
-[sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
+[sources."joint elasticity"]  # assumed: rotor resonances on the transmissions at {SWING[0]:g} to {SWING[1]:g} Hz
 target = "plant.errors.joint_compliance"
 distribution = "uniform"
 parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
 shared = true
 
-[sources."zeros of joints"]  # assumed: 0.1 degrees of a calibrated arm, 0.1 mm of a prismatic joint
+[sources."zeros of joints"]  # assumed: 0.1 degrees, 0.1 mm for a prismatic joint: a calibrated arm
 target = "plant.errors.zero_error"
 distribution = "norm"
 parameters = {{ scale = {zeros!r} }}  # rad, m for a prismatic joint

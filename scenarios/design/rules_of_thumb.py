@@ -179,7 +179,7 @@ def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, mod
     value = np.array([stated.get(name, rule[j]) for j, name in enumerate(arm.joint_names)])
     value = np.array([float(f"{x:.4g}") for x in value])
     origin = tuple("published" if name in stated else "assumed" for name in arm.joint_names)
-    parts = [f"{model.name} states it" if "published" in origin else "", words if "assumed" in origin else ""]
+    parts = [f"stated in {model.name}" if "published" in origin else "", words if "assumed" in origin else ""]
     return Stated(value, origin, "; where it does not: ".join(part for part in parts if part))
 
 

@@ -23,7 +23,7 @@ class GainVerdict:
         joint: Joint number, from 1.
         true: Injected gain [N m / drive unit].
         estimate: Identified gain, None if refused.
-        std: Its standard deviation, all shares together, None if refused.
+        std: Its standard deviation, total, None if refused.
         rel_error: (estimate - true) / true, None if refused.
         z: (estimate - true) / std, None if refused.
         tolerance: Largest relative error that passes.
@@ -50,7 +50,7 @@ class Claim:
 
     Attributes:
         value: The gain [N m / drive unit], None if refused.
-        std: Its standard deviation, all shares together, None if refused or not stated.
+        std: Its standard deviation, total, None if refused or not stated.
         reason: Why it is refused, if that is said.
     """
 
@@ -106,7 +106,9 @@ def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refus
     within = error is not None and bool(np.abs(error / true) <= tolerance)
     reason = claim.reason
     if error is not None and refusal_in is not None:
-        reason = f"identified, but not identifiable from these data according to tolerance.identifiable in {refusal_in}"
+        reason = (
+            f"identified, although these data do not identify it according to tolerance.identifiable in {refusal_in}"
+        )
     elif error is not None:
         reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(

@@ -25,9 +25,9 @@ class Torques(ResultModel):
 
     out: str
     samples: int
-    joints: list[int] = Field(description="joints that have columns")
-    missing: list[dict[str, int | str]] = Field(description="joints that have none, with the reason")
-    notes: list[str] = Field(description="remarks on implausible gains")
+    joints: list[int] = Field(description="Joints that have columns")
+    missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
+    notes: list[str] = Field(description="Remarks on implausible gains")
 
 
 def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
@@ -60,7 +60,7 @@ class Patched(ResultModel):
         changes: Attributes of joints, those that are left alone too.
         notes: On gains that look odd.
         written: Whether it was written: a copy that predicts no better than the model is written with --force alone.
-        unseen: How well a motion that no fit has seen is predicted by copy and model, null where none is given.
+        unseen: How well a motion that was not used in any fit is predicted by copy and model, null where none is given.
     """
 
     out: str
@@ -87,7 +87,7 @@ def patched(
         gains: That they were made with.
         out: The model that was written.
         parameters: The parameter file that was written, None for none.
-        unseen: A motion that no fit has seen, None where there is none.
+        unseen: A motion that was not used in any fit, None where there is none.
         written: Whether it was.
     """
     return Patched(
@@ -112,12 +112,12 @@ class Moved(ResultModel):
     rel_change: float
     std: float
     rel_std: float
-    turned: bool = Field(description="whether its sign changed")
-    moved: bool = Field(description="whether it changed beyond its interval")
+    turned: bool = Field(description="Whether the sign of the gain changed")
+    moved: bool = Field(description="Whether the change is significant")
 
 
 class _Numbered(ResultModel):
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
 
 
 class MovedJoint(Moved, _Numbered):
@@ -162,7 +162,7 @@ class GainComparison(ResultModel):
     scale_joints: list[int]
     together: ChiSquare
     pattern: ChiSquare | None
-    missing: list[dict[str, int | str]] = Field(description="joints with a gain in one file only")
+    missing: list[dict[str, int | str]] = Field(description="Joints with a gain in one file only")
 
 
 def gain_comparison_result(found: gain_comparison.GainComparison) -> GainComparison:

@@ -38,8 +38,8 @@ class Deviations(ResultModel):
 
 
 class _Quantity(ResultModel):
-    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Of its numbers")
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Unit of the values")
 
 
 class Quantity(Deviations, _Quantity):
@@ -47,8 +47,8 @@ class Quantity(Deviations, _Quantity):
 
 
 class _Parameter(ResultModel):
-    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
-    unit: str = Field(description="Of its numbers")
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    unit: str = Field(description="Unit of the values")
 
 
 class PayloadParameter(Deviations, _Parameter):
@@ -124,13 +124,13 @@ class Verification(DiagnosedResult):
         payload: What was found of the payload: mass, centre and inertia, as many as the data show.
         common: Error on which joints agree against the scale, null where they do not agree.
         notes: Choices of the method, and remarks.
-        unseen: How well a motion that no fit has seen is predicted, null where none is given.
+        unseen: How well a motion that was not used in any fit is predicted, null where none is given.
     """
 
     passed: bool
-    mass: float = Field(description="on the scale [kg]")
-    mass_std: float = Field(description="standard deviation of the scale [kg]")
-    limit: float = Field(description="standard deviations beyond which a mass differs significantly")
+    mass: float = Field(description="Weighed mass [kg]")
+    mass_std: float = Field(description="Standard deviation of the weighed mass [kg]")
+    limit: float = Field(description="Number of standard deviations beyond which a mass differs significantly")
     together: Weighed
     joints: list[Weighed]
     payload: list[Quantity]
@@ -184,7 +184,7 @@ class CrossValidation(DiagnosedResult):
     Attributes:
         method: Name of the estimator.
         joints: Those that have rows.
-        unseen: How well a motion that no fit has seen is predicted, null where none is given.
+        unseen: How well a motion that was not used in any fit is predicted, null where none is given.
     """
 
     method: str
@@ -229,9 +229,9 @@ class FoundPayload(DiagnosedResult):
     parameters: list[PayloadParameter]
     covariance: list[list[float]]
     body: list[Quantity]
-    refused: dict[str, str] = Field(description="reasons why parameters or quantities have no value, by their names")
+    refused: dict[str, str] = Field(description="Reasons why parameters or quantities have no value, by name")
     possible: bool | None = Field(
-        description="whether the parameters are physically consistent, null if not all are known"
+        description="Whether the parameters are physically consistent, null if not all are known"
     )
     joints: list[Weighed]
     notes: list[str]

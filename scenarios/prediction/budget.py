@@ -24,29 +24,29 @@ OTHER = "noise that is no source"
 class Cost(ResultModel):
     """What an error source costs a gain, as shares of it."""
 
-    source: str = Field(description="Its name")
-    bias: float = Field(description="Mean of the error, as a share of the gain")
-    std: float = Field(description="Standard deviation of the error, as a share of the gain")
-    rms: float = Field(description="Root mean square of the error, as a share of the gain")
+    source: str = Field(description="Name of the source or scenario")
+    bias: float = Field(description="Mean of the relative error of the gain")
+    std: float = Field(description="Standard deviation of the relative error of the gain")
+    rms: float = Field(description="Root mean square of the relative error of the gain")
 
 
 class PredictedBudgetJoint(ResultModel):
     """A joint's budget."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
-    costs: list[Cost] = Field(description="One entry per source, the one with the largest rms on any joint first")
-    together: Cost = Field(description="All sources at once: biases added by sign, variances added")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    costs: list[Cost] = Field(description="One entry per source, sorted by the largest rms on any joint")
+    together: Cost = Field(description="All sources together: sums of the signed biases and of the variances")
     tolerance: float = Field(description="Largest relative error that passes")
-    within: float = Field(description="probability that the error is within the tolerance")
+    within: float = Field(description="Probability that the error is within the tolerance")
 
 
 class PredictedBudget(ResultModel):
     """What `rx90 predict --json` prints."""
 
-    scenario: str = Field(description="Its name")
+    scenario: str = Field(description="Name of the source or scenario")
     method: str = Field(description="Name of the estimator")
     remarks: list[str] = Field(description="Assumptions of the model")
-    joints: list[PredictedBudgetJoint] = Field(description="Those whose gain the scenario requires and that have one")
+    joints: list[PredictedBudgetJoint] = Field(description="Joints whose gain the scenario requires and that have one")
     refused: list[dict[str, int | str]] = Field(
         description="Joints whose gain the scenario requires and that have none, with the reason"
     )

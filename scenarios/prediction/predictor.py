@@ -109,7 +109,7 @@ class Predictor:
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         lost = np.setdiff1d(self.joints, now.joints)
         if lost.size:
-            raise StudyError(f"with this source joint {', '.join(map(str, lost + 1))} is not identifiable")
+            raise StudyError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
         at = np.searchsorted(now.joints, self.joints)
         truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0

@@ -63,8 +63,8 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
     parts.append(
         Paragraph(
             f"Ratio of each gain to that of joint {result.reference}, from link parameters that joints share. Without "
-            "a payload the gains are known up to a common factor: one gain, or a motion with a weighed payload, "
-            "determines it. Predicted: the currents of each fifth of the motions, from a fit of the rest."
+            "a payload the gains are known up to a common factor, which one known gain or a motion with a weighed "
+            "payload determines. Predicted: the currents of each fifth of the motions, from a fit of the rest."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}
@@ -172,11 +172,11 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
     title = "Physically consistent links, in SI, each in the frame of its joint"
     far = links.farthest_deviations
     words = (
-        "Data determine only base parameters. Of all physically consistent links with these base parameters, those "
-        f"nearest to the model are shown. {links.farthest_parameter} differs most from its estimate, by {far:.2g} "
+        "Data determine only base parameters. Shown are the physically consistent links nearest to the model that "
+        f"have these base parameters. {links.farthest_parameter} differs most from its estimate, by {far:.2g} "
         "standard deviations."
     )
-    doubt = "" if far <= FAR else (" This is too large: check the model, the gains and the data.")
+    doubt = "" if far <= FAR else " This is too large; check the model, the gains and the data."
     return [
         table(
             links.links,

@@ -48,7 +48,7 @@ def _changes(found: GainComparison, A: GainsFile, B: GainsFile) -> Table:
         column(f"B [{unit}]", gain(B)),
         column("Change [%]", lambda row: percent(row[1].rel, "+.2f")),
         column("2 sigma [%]", lambda row: two_sigma(row[1].rel_std)),
-        column("Relative to\ncommon scale [%]", lambda row: percent(row[2] and row[2].rel, "+.2f")),
+        column("Relative to\ncommon factor [%]", lambda row: percent(row[2] and row[2].rel, "+.2f")),
         column("2 sigma [%]", lambda row: two_sigma(row[2] and row[2].rel_std)),
         column("Verdict", lambda row: _verdict(row[1]), words=True),
     )
@@ -58,7 +58,7 @@ def _common(found: GainComparison) -> str:
     """The scale, and whose it is."""
     scale, alone = found.scale, np.setdiff1d(found.joints, found.sharing).tolist()
     if len(found.joints) == 1:
-        return f"Only joint {found.joints[0] + 1} has a gain in both files, so a scale common to all joints is unknown."
+        return f"Only joint {found.joints[0] + 1} has a gain in both files, so a common factor is unknown."
     if not len(found.sharing):
         return (
             "No change is common to more than half of the joints. Changes relative to the mean of all joints, "

@@ -64,7 +64,7 @@ def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
         for each in cost.arm
     ]
     shown, rest = SHOWN + len(cost.arm), "products of inertia: with --json and in the page"
-    title = "Results with a-priori gains" + (" and with those found" if judged else "")
+    title = "Results with a-priori gains" + (" and with identified gains" if judged else "")
     return Table(title=title, columns=columns, rows=tuple(rows), shown=shown, rest=rest)
 
 
@@ -117,8 +117,8 @@ def _said(cost: ResultCost) -> Paragraph:
         joint, worst, _ = max(shown, key=lambda each: each[2])
         said += f" from all joints, {_off(worst, weight)} from joint {joint} alone"
     if cost.passed is None:
-        return Paragraph(f"{said}. The gains found reproduce this mass, as they were identified with it.")
-    said += f"; with those found {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
+        return Paragraph(f"{said}. The identified gains reproduce this mass, as they were identified with it.")
+    said += f"; with identified gains {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
     verdict, mood = ("PASSED", Mood.GOOD) if cost.passed else ("FAILED", Mood.BAD)
     return Paragraph(f"{verdict}: {said[0].lower()}{said[1:]}", mood, strong=True)
 

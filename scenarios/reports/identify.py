@@ -91,5 +91,5 @@ def kept_paragraphs(result: Result) -> list[Paragraph]:
             if each.matters and result.gains[each.joint].identifiable:
                 largest[each.joint] = max(largest.get(each.joint, 0.0), each.percent, key=abs)
     moved = [f"joint {joint + 1} by {two_digits(largest[joint], sign='+')} %" for joint in sorted(largest)]
-    told = f"Gains kept although a fault moves them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
+    told = f"Gains kept although a fault changes them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []

@@ -49,7 +49,7 @@ def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plo
     of = "the range that the model states" if stated else "no range: the model states none"
     return Plot(
         title="Range of each joint",
-        caption=f"From the lowest to the highest position of each joint, in shares of {of}.",
+        caption=f"From the lowest to the highest position of each joint, as a share of {of}.",
         x=Axis(title="joint", categories=names),
         y=Axis(title="position", unit=unit, zero=stated),
         series=tuple(series),

@@ -14,7 +14,7 @@ CHART = "budget"
 WIDEST = 0.5
 """Width of an index's interval from which on it tells nothing: half of what an index can be."""
 MEANING = (
-    "Alone: the source at its declared size with all others off. Share: of the sum of mean squares. First and total "
+    "Alone: the source at its declared size, all others off. Share: of the sum of mean squares. First and total "
     "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
     "trials are too few for an interval narrower than 0.5."
 )

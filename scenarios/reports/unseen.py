@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, in words: how far off each joint's currents are predicted, beside other gains."""
+"""Report of the prediction of a motion that was not used in any fit."""
 
 from pathlib import PurePath
 
@@ -28,7 +28,7 @@ def unseen_verdict(
     if found is None:
         return []
     log = PurePath(found.log).name
-    said = f"of the currents of {log}, which no fit has seen"
+    said = f"of the currents of {log}, not used in any fit"
     fitted = [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]
     if fitted:
         said += f" (residual of the fit {_digits(float(np.sqrt(np.mean(np.square(fitted)))))} %)"
@@ -37,7 +37,7 @@ def unseen_verdict(
         errors += f" with {this}, {_digits(found.other_rel_error)} % with {other},"
     why = ": the difference is not significant" if found.verdict == "no different" else ""
     if why and not found.loaded and found.fitted:
-        why += "; a bare motion hardly distinguishes gains, one with a weighed payload does"
+        why += "; a motion with a weighed payload distinguishes gains better than a bare one"
     beyond = [each for each in found.joints if each.exceeds]
     if beyond:
         listed = ", ".join(f"joint {each.joint} ({_digits(each.rel_error)} %)" for each in beyond)
@@ -45,7 +45,7 @@ def unseen_verdict(
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
         why += (
             f". {log} is not predicted on {listed}, where at most {less} % is expected: its payload, unit or sign is "
-            "not as stated, or gains, arm or friction do not hold there"
+            f"not as stated, or gains, arm model or friction are wrong for it"
         )
     if found.passed and found.verdict is None:
         return [Paragraph(f"Prediction error {errors} {said}.", strong=True)]
@@ -72,7 +72,7 @@ def unseen_parts(found: ResultUnseen | None, *, other: str = "others") -> list[P
         row += [percent(each.fitted_rel_error, ".1f")] if found.fitted else []
         rows.append([*row, percent(each.largest_rel_error, ".1f")])
     table = Table(
-        title=f"Currents of {PurePath(found.log).name}, which no fit has seen",
+        title=f"Currents of {PurePath(found.log).name}, not used in any fit",
         columns=tuple(columns),
         rows=tuple(cells(*row) for row in rows),
     )

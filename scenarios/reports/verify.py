@@ -42,11 +42,11 @@ def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unsee
     parts: list[Part] = [
         _conclusion(found),
         *unseen_verdict(result.unseen, this="these gains"),
-        Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
+        Paragraph(f"Weighed mass: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         _masses(found),
         Paragraph(
             "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
-            f"gains and model; 2 sigma [%]: from the scale as well. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
+            f"gains and model; 2 sigma [%]: also from the scale. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
             "standard deviations (5 % false alarms for all verdicts together). Correlation through a bare motion "
             "that was also used for identification is neglected."
         ),
@@ -56,7 +56,7 @@ def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unsee
     parts += unseen_parts(result.unseen)
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
-    return Report("Gains against the scale", tuple(parts), result.model_dump(mode="json"))
+    return Report("Gains verified with the weighed mass", tuple(parts), result.model_dump(mode="json"))
 
 
 def _masses(found: Verification) -> Table:
@@ -92,7 +92,7 @@ def _conclusion(found: Verification) -> Paragraph:
         agreed = f"error {_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}"
         return Paragraph(f"PASSED: {_weighed(found)}, {agreed}.", Mood.GOOD, strong=True)
     if off:
-        more = "; the most certain one is listed first and may bias the others" if len(off) > 1 else ""
+        more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
         return Paragraph(f"FAILED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
         words = (
@@ -108,7 +108,7 @@ def _weighed(found: Verification) -> str:
     """The mass from all joints beside that on the scale."""
     mass = found.together.mass
     assert mass is not None, "a mass that agrees or differs is there"
-    return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg on the scale"
+    return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg weighed"
 
 
 def _common_words(common: CommonError, found: Verification) -> str:
@@ -119,8 +119,8 @@ def _common_words(common: CommonError, found: Verification) -> str:
         for each in common.apart
     )
     return (
-        f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the mass on "
-        f"the scale, here and where the gains were identified{apart}"
+        f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the weighed masses, "
+        f"here and of the identification{apart}"
     )
 
 
@@ -137,8 +137,8 @@ def prediction_report(
     words = (
         f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict "
         "the currents "
-        "of the block left out. An error common to all blocks, such as a wrong mass or model, stays undetected; "
-        "to detect it, record another weight: --gains G.toml --loaded B --payload P.toml."
+        "of the block left out. An error common to all blocks, such as a wrong mass or model, is not detected; to "
+        "detect it, record a motion with another weight: --gains G.toml --loaded B --payload P.toml."
     )
     parts = (
         _predicted(found),

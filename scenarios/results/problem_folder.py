@@ -52,7 +52,7 @@ class _Table(BaseModel):
 class RobotTable(_Table):
     """The arm."""
 
-    model: Name = Field(description="File beside this one")
+    model: Name = Field(description="File in the same folder")
     couplings: tuple[tuple[Number, Number], ...] = Field(
         (), description="Pairs of joints, from 1, whose second motor turns with the sum of both"
     )
@@ -61,8 +61,8 @@ class RobotTable(_Table):
 class MotionTable(_Table):
     """One motion, and what was mounted; motions of one payload file are one mounting."""
 
-    recording: Name = Field(description="File beside this one")
-    payload: Name | None = Field(None, description="Payload file beside this one; left out for a bare flange")
+    recording: Name = Field(description="File in the same folder")
+    payload: Name | None = Field(None, description="Payload file in the same folder; omitted for a bare flange")
 
 
 class ProblemFile(_Table):
@@ -71,13 +71,13 @@ class ProblemFile(_Table):
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
     """
 
-    format: Literal[1] = Field(description="Of this file")
+    format: Literal[1] = Field(description="Version of the file format")
     robot: RobotTable = Field(description="The arm")
-    motions: tuple[MotionTable, ...] = Field(min_length=1, description="In order of time within a mounting")
+    motions: tuple[MotionTable, ...] = Field(min_length=1, description="Recordings, in order of time within a mounting")
     observe: dict[str, float | str] = Field(
-        {}, description="Options of `rx90 identify`: how recordings become a linear system"
+        {}, description="Options of `rx90 identify`: filters and rows of the linear system"
     )
-    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: how estimates are judged")
+    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: limits for accepting a gain")
 
 
 Stated = TypeVar("Stated", bound=ProblemFile)

@@ -13,7 +13,7 @@ from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, shown
 
 NAME_IT = (
-    "if it is no part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
+    "if it is not part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
     "chain to it are locked"
 )
 """What to do about a joint that a serial arm has not."""

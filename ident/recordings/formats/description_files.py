@@ -88,7 +88,7 @@ class _Table:
         if value is None:
             return None
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LAST_LINE:
-            raise self.wrong(key, f"the number of a line, 1 to {LAST_LINE}")
+            raise self.wrong(key, f"a line number, 1 to {LAST_LINE}")
         return value
 
 

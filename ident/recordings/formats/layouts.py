@@ -221,7 +221,7 @@ def _currents(path: Path, info: DatasetInfo) -> Entries:
         )
     if len(kinds) > 1:
         raise RecordingError(
-            f"{one_line(path)}: several kinds of currents: {listed(list(kinds))}; choose one, --columns "
+            f"{one_line(path)}: several kinds of current: {listed(list(kinds))}; choose one, --columns "
             f"'v={next(iter(kinds))}', and name the joints (--joints, or --model)"
         )
     return next(iter(kinds.values()))

@@ -68,7 +68,7 @@ MEANINGS: dict[str, Meaning] = {
         units=CURRENT | TORQUE | SHARE,
         unit="",
         refused=(
-            "the weight of the payload, from which gains are identified, is missing in it; log the "
+            "it lacks the weight of the payload, from which gains are identified; log the "
             "motor current or the whole commanded torque, before or with the compensation"
         ),
     ),

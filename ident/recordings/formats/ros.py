@@ -153,7 +153,7 @@ def _connections(path: Path, there: "Sequence[Connection]", request: Request) ->
     topics = sorted({each.topic for each in states})
     if not topics:
         kinds = sorted({f"{each.topic} ({each.msgtype})" for each in there})
-        raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none at all'}")
+        raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none'}")
     topic = request.topic or topics[0]
     if request.topic is None and len(topics) > 1:
         raise RecordingError(f"{one_line(path)}: several topics of {TYPE}: {listed(topics)}; choose one (--topic)")

@@ -47,15 +47,15 @@ MOVED = 2
 class KeptPromise(ResultModel):
     """A property that every method should have."""
 
-    promise: str = Field(description="In words")
-    broken: str | None = Field(description="how it is violated, null if it holds")
+    promise: str = Field(description="The property")
+    broken: str | None = Field(description="How the property is violated, null if it holds")
     kept: bool = Field(description="Whether the property holds")
 
 
 class Contract(ResultModel):
     """What `rx90 compare --check M --json` prints."""
 
-    method: str = Field(description="As it was given")
+    method: str = Field(description="The method as given to --check")
     passed: bool = Field(description="Whether all properties hold")
     checks: list[KeptPromise] = Field(description="One entry per property")
 

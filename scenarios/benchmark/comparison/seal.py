@@ -67,8 +67,8 @@ class SealFile(BaseModel):
 class SealedProblems(ResultModel):
     """What `rx90 compare --seal DIR --json` prints."""
 
-    problems: int = Field(description="How many were sealed")
-    folder: str = Field(description="Folder of the problems, their seal and, until they are published, the true gains")
+    problems: int = Field(description="Number of sealed problems")
+    folder: str = Field(description="Folder of the problems, of the seal file and, until published, of the true gains")
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +143,7 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
     Raises:
         ScenarioError: If a truth is missing, or is not the one that was sealed.
     """
-    stated = read_model(SealFile, seal_file, "a seal of problems")
+    stated = read_model(SealFile, seal_file, "the seal file of a set of problems")
     found = {
         name: read_model(TruthFile, truths / f"{name}.json", "the true gains of a problem", digest=each.truth)
         for name, each in stated.problems.items()

@@ -104,19 +104,19 @@ class MethodSummary:
 class ComparedScenario(ResultModel):
     """How methods did on a scenario."""
 
-    name: str = Field(description="Of the scenario, or of the sealed problems made from it")
-    trials: int = Field(description="How many each method was given")
-    unposed: int = Field(description="Of these, trials that failed before any method was asked")
-    methods: list[MethodSummary] = Field(description="The best first")
+    name: str = Field(description="Name of the scenario, or of the scenario of sealed problems")
+    trials: int = Field(description="Number of trials given to each method")
+    unposed: int = Field(description="Number of these trials that failed before any method was called")
+    methods: list[MethodSummary] = Field(description="One entry per method, the best score first")
 
 
 class Comparison(ResultModel):
     """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems."""
 
     about: dict[str, str] = Field(
-        description="What it takes to repeat it: command, date, versions, methods from elsewhere"
+        description="What is needed to repeat the comparison: command, date, versions, external methods"
     )
-    scenarios: list[ComparedScenario] = Field(description="One entry each")
+    scenarios: list[ComparedScenario] = Field(description="One entry per scenario")
 
 
 def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> tuple[MethodSummary, ...]:

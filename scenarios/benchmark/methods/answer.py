@@ -15,9 +15,11 @@ class AnswerGain(BaseModel):
     """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither."""
 
     model_config = ConfigDict(extra="allow")
-    joint: int = Field(ge=1, description="Its number, from 1")
-    estimate: float | None = Field(description="[N m / drive unit], null if refused")
-    std: float | None = Field(description="[N m / drive unit], null if refused or not stated")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
+    std: float | None = Field(
+        description="Standard deviation of the gain [N m / drive unit], null if refused or not stated"
+    )
     identifiable: bool = Field(description="Whether there is a gain")
     reason: str | None = Field(None, description="Why there is no gain")
 
@@ -26,7 +28,7 @@ class AnswerFile(BaseModel):
     """What a method prints: one gain a joint, in their order; other keys are free."""
 
     model_config = ConfigDict(extra="allow")
-    gains: list[AnswerGain] = Field(description="One per joint, in their order")
+    gains: list[AnswerGain] = Field(description="One entry per joint, in order")
 
 
 def read_answer(text: str, joints: int) -> tuple[Claim, ...]:

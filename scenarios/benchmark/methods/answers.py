@@ -26,16 +26,16 @@ class AnswerRow(BaseModel):
     """One call: gains, one a joint, or the kind of failure with its reason."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    problem: str = Field(description="Name of its folder")
+    problem: str = Field(description="Name of the problem's folder")
     digest: str = Field(description="SHA-256 of the names and contents of the problem's files")
-    method: str = Field(description="As it was given")
+    method: str = Field(description="The method as given to --method")
     files: dict[str, str] = Field(
-        description="Digest of each file of the method's own that is known, and version of each package that it imports"
+        description="Digest of each known file of the method, and version of each package that it imports"
     )
     seconds: float = Field(description="Wall time of the call [s]")
-    failure: str | None = Field(None, description="Kind of what went wrong, null if there are gains")
-    reason: str | None = Field(None, description="What went wrong, in words")
-    gains: list[AnswerGain] = Field([], description="One per joint, in their order; none of a call that failed")
+    failure: str | None = Field(None, description="Kind of the failure, null if there are gains")
+    reason: str | None = Field(None, description="Description of the failure")
+    gains: list[AnswerGain] = Field([], description="One entry per joint, in order; empty if the call failed")
 
     @property
     def claims(self) -> tuple[Claim, ...]:
@@ -54,7 +54,7 @@ class AnswersFile(BaseModel):
 class Answers(ResultModel):
     """What `rx90 compare --json` prints of problem folders."""
 
-    answers: list[AnswerRow] = Field(description="One per problem and method")
+    answers: list[AnswerRow] = Field(description="One entry per problem and method")
 
 
 def answered(

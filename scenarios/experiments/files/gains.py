@@ -36,67 +36,71 @@ class _Table(BaseModel):
 class GainEntry(_Table):
     """One joint: `estimate` and `std`, or `identifiable = false` and the reason."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
-    name: str | None = Field(None, description="of the joint in the robot's model")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str | None = Field(None, description="Name of the joint in the robot's model")
     unit: Literal["N m / drive unit", "N / drive unit"] = Field(
-        TURNING, description="Of the gain; the second for a prismatic joint"
+        TURNING, description="Unit of the gain; the second one for a prismatic joint"
     )
     identifiable: bool = Field(True, description="Whether there is a gain")
     estimate: float | None = Field(
-        None, description="joint torque or force per drive unit, in `unit`; left out if refused"
+        None, description="Joint torque or force per drive unit, in `unit`; omitted if refused"
     )
-    std: Deviation | None = Field(
-        None, description="standard deviation, all shares together, in `unit`; 0 for a gain taken as exact"
+    std: Deviation | None = Field(None, description="Total standard deviation, in `unit`; 0 for a gain taken as exact")
+    residual_std: Deviation | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")
+    payload_std: Deviation | None = Field(
+        None, description="Contribution of the payloads' stated uncertainty, in `unit`"
     )
-    residual_std: Deviation | None = Field(None, description="share of the residuals, in `unit`")
-    payload_std: Deviation | None = Field(None, description="share of the payloads' stated uncertainty, in `unit`")
-    model_std: Deviation | None = Field(None, description="share of the model's assumptions, in `unit`")
-    reason: str | None = Field(None, description="why a joint is refused")
+    model_std: Deviation | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
+    reason: str | None = Field(None, description="Why the joint is refused")
 
 
 class ModelEntry(_Table):
     """The robot's model file."""
 
-    name: str = Field(description="Of the file")
-    sha256: Digest = Field(description="Digest of its bytes")
+    name: str = Field(description="Name of the file")
+    sha256: Digest = Field(description="SHA-256 of the file")
 
 
 class RecordingEntry(_Table):
     """A recording that gains were found from."""
 
-    name: str = Field(description="Of the file")
-    sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
-    payload: int | None = Field(None, ge=1, description="which of payloads it carries; left out for a bare flange")
+    name: str = Field(description="Name of the file")
+    sha256: Digest = Field(
+        description="SHA-256 of the samples t, q, v as little-endian doubles, whatever the file format"
+    )
+    payload: int | None = Field(
+        None, ge=1, description="Number of the mounted payload in `payloads`, from 1; omitted for a bare flange"
+    )
     marks: tuple[Mark, ...] = Field(
-        (), description="hashes of some of its rows q, v, by which a part of it is recognised"
+        (), description="Hashes of some rows q, v, by which a part of the recording is recognised"
     )
 
 
 class OptionsEntry(_Table):
     """Options of the identification."""
 
-    method: dict[str, JsonValue] = Field(default={}, description="The method's own")
-    observe: dict[str, JsonValue] = Field(default={}, description="How recordings became a linear system")
-    gains: dict[str, JsonValue] = Field(default={}, description="How estimates were judged")
+    method: dict[str, JsonValue] = Field(default={}, description="Options of the method")
+    observe: dict[str, JsonValue] = Field(default={}, description="Filters and rows of the linear system")
+    gains: dict[str, JsonValue] = Field(default={}, description="Limits for accepting a gain")
 
 
 class GainsFile(_Table):
     """Drive gains of one robot."""
 
-    format: Literal[1] = Field(1, description="Of this file")
-    created: str | None = Field(None, description="when, ISO 8601")
-    robot: str | None = Field(None, description="Its name")
-    method: str | None = Field(None, description="estimator, or where the gains are from")
-    gains: tuple[GainEntry, ...] = Field(min_length=1, description="one per joint, in their order")
+    format: Literal[1] = Field(1, description="Version of the file format")
+    created: str | None = Field(None, description="Time of the identification, ISO 8601")
+    robot: str | None = Field(None, description="Name of the robot")
+    method: str | None = Field(None, description="Estimator, or the source of the gains")
+    gains: tuple[GainEntry, ...] = Field(min_length=1, description="One entry per joint, in order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
         None,
-        description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
+        description="Total covariance of the identifiable joints' gains, in order; in products of `unit`",
     )
     options: OptionsEntry = Field(OptionsEntry(), description="Options of the identification")
-    model: ModelEntry | None = Field(None, description="Robot's model")
-    recordings: tuple[RecordingEntry, ...] = Field((), description="What gains were found from")
-    payloads: tuple[dict[str, JsonValue], ...] = Field((), description="As payload files have them")
-    versions: dict[str, str] = Field({}, description="Of packages")
+    model: ModelEntry | None = Field(None, description="Model of the robot")
+    recordings: tuple[RecordingEntry, ...] = Field((), description="Recordings from which the gains were identified")
+    payloads: tuple[dict[str, JsonValue], ...] = Field((), description="Payloads, with the keys of payload files")
+    versions: dict[str, str] = Field({}, description="Versions of packages")
 
     @property
     def known(self) -> KnownGains:

@@ -72,16 +72,20 @@ class PlantTable(_Table):
     """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's."""
 
     payload: str | BodyTable | None = Field(
-        None, description="What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table"
+        None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
     )
-    payloads: dict[str, str | BodyTable] = Field({}, description="Others, by the names that the protocol calls them")
-    gain: Vector | None = Field(None, description="Drive gains [N m / drive unit], N for a prismatic joint")
-    amplifier_offset: Vector | None = Field(None, description="Current references that give no torque [drive units]")
-    rotor_inertia: Vector | None = Field(None, description="Of the rotors, joint side [kg m^2]")
-    viscous_friction: Vector | None = Field(None, description="Friction by speed [N m s/rad]")
-    coulomb_friction: Vector | None = Field(None, description="Dry friction [N m]")
-    coulomb_asymmetry: Vector | None = Field(None, description="Constant part of friction [N m]")
-    current_limit: Vector | None = Field(None, description="Where the current reference saturates [drive units]")
+    payloads: dict[str, str | BodyTable] = Field({}, description="Further payloads, by their names in the protocol")
+    gain: Vector | None = Field(
+        None, description="Drive gains [N m / drive unit], [N / drive unit] for prismatic joints"
+    )
+    amplifier_offset: Vector | None = Field(None, description="Current references at zero torque [drive units]")
+    rotor_inertia: Vector | None = Field(None, description="Inertias of the rotors, joint side [kg m^2]")
+    viscous_friction: Vector | None = Field(None, description="Viscous friction [N m s/rad]")
+    coulomb_friction: Vector | None = Field(None, description="Coulomb friction [N m]")
+    coulomb_asymmetry: Vector | None = Field(
+        None, description="Asymmetry of Coulomb friction between the directions [N m]"
+    )
+    current_limit: Vector | None = Field(None, description="Saturation of the current reference [drive units]")
     errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
 
 
@@ -92,13 +96,13 @@ class ExperimentTable(_Table):
     noise of its own, and friction may drift from each to the next. Drives that warm up stay warm.
     """
 
-    motion: str = Field(description="A built-in motion's name, or a motion file beside the scenario")
-    protocol: tuple[str, ...] = Field(PAIR, description="What is mounted in each motion")
+    motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
+    protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
     warm_up: Seconds = Field(
-        0.0, description="For how long the robot repeats its motion with a bare flange before the first one [s]"
+        0.0, description="Duration for which the robot repeats its motion with a bare flange before the first one [s]"
     )
     pause: Seconds = Field(0.0, description="Rest before every other motion, brakes on [s]")
-    step: Positive = Field(description="Of the physics [s]")
+    step: Positive = Field(description="Step of the physics [s]")
     controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
     sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
 
@@ -129,9 +133,9 @@ class IdentificationTable(_Table):
     """How gains are identified; `options` are the method's own."""
 
     method: str = Field(default=DEFAULT, description="Name of the estimator")
-    options: dict[str, bool | float | str] = Field(default={}, description="The method's own")
-    observe: ObserveOptions = Field(default=ObserveOptions(), description="How recordings become a linear system")
-    gains: GainOptions = Field(default=GainOptions(), description="How estimates are judged")
+    options: dict[str, bool | float | str] = Field(default={}, description="Options of the method")
+    observe: ObserveOptions = Field(default=ObserveOptions(), description="Filters and rows of the linear system")
+    gains: GainOptions = Field(default=GainOptions(), description="Limits for accepting a gain")
 
     @property
     def method_options(self) -> object:
@@ -143,10 +147,8 @@ class ToleranceTable(_Table):
     """What counts as passed."""
 
     gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
-    identifiable: tuple[bool, ...] = Field(description="Which joints' gains the data should give")
-    pass_rate: Share = Field(
-        0.95, description="Share of the runs in which each joint must pass when a study repeats the scenario"
-    )
+    identifiable: tuple[bool, ...] = Field(description="Joints whose gains should be identifiable")
+    pass_rate: Share = Field(0.95, description="Share of the trials of a study in which each joint must pass")
 
 
 class CostTable(_Table):
@@ -159,7 +161,7 @@ class CostTable(_Table):
         )
     )
     mass_error: Positive = Field(
-        0.02, description="Largest relative error of its mass that passes, with the gains found"
+        0.02, description="Largest relative error of the payload's mass that passes, with the identified gains"
     )
 
 
@@ -191,9 +193,11 @@ class DrawTable(_Table):
 class SourceTable(DrawTable):
     """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise."""
 
-    stream: Stream | None = Field(None, description="Noise that is this source, with random numbers of its own")
-    size: float | None = Field(None, description="Size of the noise, the scenario's own value if left out")
-    off: float | None = Field(None, description="Value with this source off, the scenario's own if left out")
+    stream: Stream | None = Field(
+        None, description="The noise that this source switches on, with its own random numbers"
+    )
+    size: float | None = Field(None, description="Size of the noise (default: the scenario's value)")
+    off: float | None = Field(None, description="Value with this source off (default: the scenario's)")
 
 
 class ScenarioTable(_Table):
@@ -201,18 +205,20 @@ class ScenarioTable(_Table):
 
     description: str = Field(description="One line for `rx90 list`")
     robot: str = Field(
-        ROBOT, description="A built-in robot's name, or the place of a robot file relative to the scenario's folder"
+        ROBOT, description="Name of a built-in robot, or path of a robot file relative to the scenario's folder"
     )
     plant: PlantTable = Field(description="The true robot")
     experiment: ExperimentTable = Field(description="The motions, controller and sensors")
-    belief: BeliefTable = Field(description="What controller and identification assume")
+    belief: BeliefTable = Field(description="Values that controller and identification assume")
     identification: IdentificationTable = Field(IdentificationTable(), description="How gains are identified")
-    tolerance: ToleranceTable = Field(description="What counts as passed")
+    tolerance: ToleranceTable = Field(description="Criteria for passing")
     cost: CostTable | None = Field(
         None,
         description="If stated, single runs (not studies) also estimate the effect of the controller's gains",
     )
-    random: dict[str, DrawTable] = Field({}, description="What every trial of a study draws, by names of your choice")
+    random: dict[str, DrawTable] = Field(
+        {}, description="Random values of every trial of a study, by names of your choice"
+    )
     sources: dict[str, SourceTable] = Field(
         {}, description="Error sources of the error budget, by names of your choice"
     )

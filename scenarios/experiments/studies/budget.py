@@ -66,28 +66,28 @@ class SourceCost:
 class BudgetJoint(ResultModel):
     """What a joint's gain errs by, as shares of it."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     costs: list[SourceCost] = Field(
-        description="One entry per source whose trials alone gave a gain, the largest first"
+        description="One entry per source that gave a gain when alone, the largest error first"
     )
     floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
     together: float | None = Field(
         description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
     )
-    samples: int = Field(description="Rows of the Sobol design that its indices come from")
-    lost: int = Field(description="Trials that gave no gain for the joint")
+    samples: int = Field(description="Number of rows of the Sobol design from which the indices are computed")
+    lost: int = Field(description="Number of trials without a gain for the joint")
     summed: float = Field(
         description="Relative error expected for `together` if the sources are independent and their effects add up"
     )
-    silent: list[str] = Field(description="sources whose trials alone never gave this joint a gain")
+    silent: list[str] = Field(description="Sources that, when alone, never gave a gain for this joint")
 
 
 class Budget(ResultModel):
     """What `rx90 sensitivity --json` prints."""
 
-    scenario: str = Field(description="Its name")
-    trials: int = Field(description="Carried out")
-    joints: list[BudgetJoint] = Field(description="Those that should have a gain")
+    scenario: str = Field(description="Name of the scenario")
+    trials: int = Field(description="Number of trials")
+    joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
 
 
 def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> Budget:
@@ -100,7 +100,7 @@ def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int
     found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)
     silent = ", ".join(str(each.joint) for each in found if not each.costs)
     if silent:
-        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows")
     return Budget(scenario=scenario.name, trials=trials, joints=list(found))
 
 

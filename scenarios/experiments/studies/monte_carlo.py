@@ -30,7 +30,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
     """
     if count > MOST_TRIALS:
-        raise StudyError(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
+        raise StudyError(f"a study has {MOST_TRIALS} trials at most; request fewer")
     if seed + count > SEEDS:
         raise StudyError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
     check_draws(scenario, setup_of)

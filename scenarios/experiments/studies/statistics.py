@@ -65,12 +65,12 @@ class JointStatistics:
 class StudyResult(ResultModel):
     """What `rx90 monte-carlo --json` prints."""
 
-    scenario: str = Field(description="Its name")
-    seed: int = Field(description="Of the first trial")
-    trials: int = Field(description="Carried out; the folder may hold more than were asked for")
-    passed: bool = Field(description="Whether no joint contradicts the pass rate that the scenario asks for")
-    joints: list[JointStatistics] = Field(description="One entry per joint, in their order")
-    failures: dict[str, int] = Field(description="trials without any estimate, by kind")
+    scenario: str = Field(description="Name of the scenario")
+    seed: int = Field(description="Seed of the first trial")
+    trials: int = Field(description="Number of trials in the folder, which may exceed the number requested")
+    passed: bool = Field(description="Whether every joint is compatible with the pass rate that the scenario requires")
+    joints: list[JointStatistics] = Field(description="One entry per joint, in order")
+    failures: dict[str, int] = Field(description="Number of trials without any estimate, by kind of failure")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

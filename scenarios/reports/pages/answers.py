@@ -61,10 +61,10 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
     ]
     more = f" {left} more in the table only." if left else ""
     plot = Plot(
-        title="Gains about the median of all methods",
+        title="Gains relative to the median of all methods",
         caption=f"Bars: two stated deviations; without a bar, the method states no standard deviation.{more}",
         x=Axis(title="joint", categories=names),
-        y=Axis(title="gain", unit="% from the median", zero=True),
+        y=Axis(title="difference from the median", unit="%", zero=True),
         series=tuple(series),
     )
     return [plot]

@@ -18,8 +18,8 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
     return Plot(
         title="Error of each gain, with its interval",
         caption=(
-            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all "
-            "shares together. A 95 % interval should contain zero in 19 of 20 cases. Wide band: the tolerance."
+            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
+            "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance."
         ),
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
@@ -41,7 +41,7 @@ def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None 
         middle = nominal[joint] if nominal else estimate
         ends.append(about(100.0 * (estimate / middle - 1.0), 200.0 * std / abs(middle)))
     return Plot(
-        title=f"Interval of each gain, about {about_what}",
+        title=f"Interval of each gain, relative to {about_what}",
         caption=(
             "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number."
         ),
@@ -62,7 +62,8 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
     tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
     return Plot(
         title="Contributions to the intervals",
-        caption="Two standard deviations of each contribution; the interval is the root of the sum of their squares.",
+        caption="Two standard deviations of each contribution; the half-width of the interval is the root of the sum "
+        "of their squares.",
         x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="2 sigma", unit="%", zero=True),
         series=tuple(
@@ -95,7 +96,7 @@ def _advice(predicted: float | None, allowed: float) -> str:
         return "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
     factor = predicted / allowed
     if factor <= 1.0:
-        return "it is not refused for its standard deviation; see the reason above"
+        return "the reason is not its standard deviation; see above"
     return (
         f"to identify it, use a payload with {_times(factor)} times the torque on it (farther from its "
         f"axis, or heavier; `rx90 payload` designs one), or record {_times(factor**2)} times as many rows "

@@ -36,7 +36,7 @@ def page(folder: Path) -> Report:
     parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), _facts(result, record, given)]
     parts += _gains(result, fit, given.arm.revolute)
     if result.unseen is not None:
-        parts += [Heading("A motion that no fit has seen"), *unseen_parts(result.unseen)]
+        parts += [Heading("A motion that was not used in any fit"), *unseen_parts(result.unseen)]
     if result.cost is not None:
         parts += [Heading("Effect of a-priori gains"), *cost_parts(result.cost, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)
@@ -112,7 +112,7 @@ def _refusals(result: Result, allowed: float) -> list[Part]:
         reason_paragraph(each.joint, each.reason) for each in result.gains if each.reason is not None
     ]
     shown = what_would_show(result.gains, allowed)
-    return [Heading("Refused or failed, and what would identify them"), *reasons, *shown] if reasons else []
+    return [Heading("Refused or failed joints, and how to identify them"), *reasons, *shown] if reasons else []
 
 
 def _motion(fit: Fit, names: tuple[str, ...], arm: Arm) -> list[Part]:

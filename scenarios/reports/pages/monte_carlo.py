@@ -148,7 +148,7 @@ def _worst(study: StoredStudy) -> list[Part]:
         f"Errors in claimed standard deviations; the largest of {many} normal ones would be about "
         f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
-    return [Heading("The worst trials"), rows, Paragraph(said), Line(command)]
+    return [Heading("Trials with the largest errors"), rows, Paragraph(said), Line(command)]
 
 
 def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:

@@ -14,7 +14,7 @@ POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
 SPECTRUM = (
     "White residuals have a spectrum of 1, with 95 % of points between the dashed lines. Larger values at low "
-    "frequency are slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
+    "frequency indicate slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
     "lag 1."
 )
 AGAINST = (
@@ -117,6 +117,6 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
         column("Time in motion [s]", lambda row: f"{row[1].stamp[row[2]]:.2f}"),
         column("Deviations", lambda row: f"{row[1].residual[row[2]] / row[1].sigma:+.1f}"),
         column("Off by", lambda row: f"{row[1].scale * row[1].residual[row[2]]:+.3g} {row[1].unit}", words=True),
-        title="Outliers" if len(found) <= LISTED else f"The {LISTED} farthest outliers",
+        title="Outliers" if len(found) <= LISTED else f"The {LISTED} largest outliers",
     )
     return [Paragraph(said), *([listed] if found else [])]

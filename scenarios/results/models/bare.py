@@ -12,11 +12,11 @@ class BareParameter(ResultModel):
     """A parameter that bare motions show."""
 
     parameter: str = Field(
-        description="Its name as in the literature, numbered by joint; several if only their sum is identifiable"
+        description="Name of the parameter, numbered by joint; several names if only their sum is identifiable"
     )
-    unit: str = Field(description="Of its numbers")
-    estimate: float = Field(description="What was found, in `unit`")
-    std: float = Field(description="One standard deviation, that of the gains included where they are given, in `unit`")
+    unit: str = Field(description="Unit of the values")
+    estimate: float = Field(description="Estimate, in `unit`")
+    std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
 
     @classmethod
     def of(cls, found: Parameter) -> "BareParameter":
@@ -47,7 +47,7 @@ class BareJoint(ResultModel):
     rel_std: float | None
     predicted_rel_std: float
     reason: str | None
-    off: float | None = Field(description="relative difference of this ratio from that of the given gains")
+    off: float | None = Field(description="Relative difference between this ratio and that of the given gains")
     off_std: float | None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None
@@ -57,36 +57,38 @@ class BareJoint(ResultModel):
 class ExpectedJoint(ResultModel):
     """What a payload would make of a joint's gain."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     rel_std: float | None = Field(
         description="Predicted relative standard deviation of the gain, null if it would be refused"
     )
-    reason: str | None = Field(description="Why there is none, null if there is one")
+    reason: str | None = Field(description="Why the gain would be refused, null if it would not")
 
 
 class ExpectedGains(ResultModel):
     """What to expect of the gains if the same motions were repeated with a payload."""
 
-    mass: float = Field(description="Of the payload [kg]")
-    joints: list[ExpectedJoint] = Field(description="One entry per joint, in their order")
+    mass: float = Field(description="Mass of the payload [kg]")
+    joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
 
 
 class BareResult(DiagnosedResult):
     """What `rx90 identify --json` prints of bare recordings alone."""
 
     reference: int = Field(
-        ge=1, description="Number, from 1, of the joint relative to which the other gains are most certain"
+        ge=1, description="Number of the reference joint, from 1: the one that gives the most accurate ratios"
     )
-    joints: list[BareJoint] = Field(description="One entry per joint, in their order")
-    base_parameters: list[BareParameter] = Field(description="Of the arm, divided by the gain of the reference joint")
+    joints: list[BareJoint] = Field(description="One entry per joint, in order")
+    base_parameters: list[BareParameter] = Field(
+        description="Base parameters of the arm, divided by the gain of the reference joint"
+    )
     base_parameters_si: list[BareParameter] | None = Field(
-        description="The same in SI units, with the gains that are given; null without any"
+        description="Base parameters in SI units, with the given gains; null without gains"
     )
-    if_loaded: ExpectedGains | None = Field(description="Gains to expect with a payload, null without `--if-loaded`")
+    if_loaded: ExpectedGains | None = Field(description="Expected gains with a payload, null without `--if-loaded`")
     consistent: Links | None = Field(
         description=(
-            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has none"
+            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has no masses"
         )
     )
-    consistent_reason: str | None = Field(description="Why there are none, null if there are")
-    notes: list[str] = Field(description="Choices of the method, and remarks")
+    consistent_reason: str | None = Field(description="Why there are no such links, null if there are")
+    notes: list[str] = Field(description="What the method selected, and remarks")

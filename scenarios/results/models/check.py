@@ -22,10 +22,10 @@ class CheckLine(ResultModel):
 
     log: str | None = Field(description="Name of the log")
     what: str = Field(description="What was checked")
-    joint: int | None = Field(ge=1, description="Its number, from 1")
+    joint: int | None = Field(ge=1, description="Number of the joint, from 1")
     verdict: Literal["good", "weak", "wrong"] = Field(description="Verdict of this line")
-    seen: str = Field(description="What was found, in words")
-    advice: str | None = Field(description="What to do")
+    seen: str = Field(description="The finding")
+    advice: str | None = Field(description="Recommended action")
 
     @classmethod
     def of(cls, found: Diagnosis) -> "CheckLine":
@@ -43,21 +43,21 @@ class CheckLine(ResultModel):
 class CheckJoint(ResultModel):
     """How a joint moved in a log."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
-    low: float = Field(description="[rad or m]")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    low: float = Field(description="Smallest position [rad or m]")
     high: float = Field(description="Largest position [rad or m]")
-    covered: float | None = Field(description="share of the joint's range, null where no limits are stated")
-    speed: float = Field(ge=0.0, description="largest [rad/s or m/s]")
+    covered: float | None = Field(description="Share of the joint's range, null where no limits are stated")
+    speed: float = Field(ge=0.0, description="Largest speed [rad/s or m/s]")
     speed_rms: float = Field(ge=0.0, description="Rms of the speed [rad/s or m/s]")
     acceleration_rms: float = Field(ge=0.0, description="Rms of the acceleration [rad/s^2 or m/s^2]")
-    slow: float = Field(ge=0.0, le=1.0, description="share of the time near reversals or at rest")
-    current_rms: float = Field(ge=0.0, description="[drive units]")
+    slow: float = Field(ge=0.0, le=1.0, description="Share of the time near reversals or at rest")
+    current_rms: float = Field(ge=0.0, description="Rms of the current [drive units]")
 
 
 class CheckLog(ResultModel):
     """A log; without joints if it cannot be filtered."""
 
-    log: str = Field(description="Its name")
+    log: str = Field(description="Name of the log")
     joints: list[CheckJoint] = Field(description="One entry per joint")
 
     @classmethod
@@ -70,12 +70,10 @@ class CheckLog(ResultModel):
 class CheckReadings(ResultModel):
     """Other explanations of all logs together."""
 
-    better: list[str] = Field(
-        description="faults whose correction predicts the currents better than the logs as they are"
-    )
-    same: list[str] = Field(description="faults that these logs cannot distinguish from the logs as they are")
-    out_of_reach: list[int] = Field(description="joints beyond their limits")
-    driven_by_friction: list[int] = Field(description="joints whose positions or currents have the wrong sign")
+    better: list[str] = Field(description="Faults whose correction improves the prediction of the currents")
+    same: list[str] = Field(description="Faults that these logs can neither confirm nor exclude")
+    out_of_reach: list[int] = Field(description="Joints beyond their limits")
+    driven_by_friction: list[int] = Field(description="Joints whose positions or currents have the wrong sign")
 
     @classmethod
     def of(cls, found: Diagnosed) -> "CheckReadings":
@@ -96,11 +94,11 @@ def _joints(found: Diagnosed, name: str) -> list[int]:
 class Check(DiagnosedResult):
     """What `rx90 check --json` prints."""
 
-    robot: str = Field(description="Its name")
-    verdict: Literal["good", "weak", "wrong"] = Field(description="The worst of all lines")
+    robot: str = Field(description="Name of the robot")
+    verdict: Literal["good", "weak", "wrong"] = Field(description="Worst verdict of all lines")
     lines: list[CheckLine] = Field(description="What was checked")
-    logs: list[CheckLog] = Field(description="How joints moved")
-    readings: CheckReadings = Field(description="Other explanations of all logs together")
+    logs: list[CheckLog] = Field(description="Motion of the joints")
+    readings: CheckReadings = Field(description="Faults of all logs together")
 
     @classmethod
     def of(cls, checked: Checked, arm: Arm) -> "Check":

@@ -18,66 +18,74 @@ if TYPE_CHECKING:  # a process that only identifies has nothing to judge
 class CostQuantity(ResultModel):
     """Mass, a coordinate of the centre, or an inertia about it, of the weight; null where the data do not show it."""
 
-    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Of its numbers")
-    true: float | None = Field(description="Of what was mounted, null where that is not known, in `unit`")
-    stated: float | None = Field(description="As weighed and drawn, null where it is not stated, in `unit`")
-    a_priori: float | None = Field(description="With the a-priori gains, in `unit`")
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Unit of the values")
+    true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
+    stated: float | None = Field(description="Stated value, null if not stated, in `unit`")
+    a_priori: float | None = Field(description="Estimate with the a-priori gains, in `unit`")
     a_priori_std: float | None = Field(
-        description="One standard deviation of that, in `unit`; errors of the a-priori gains are not in it"
+        description="Standard deviation of that estimate, in `unit`, without errors of the a-priori gains"
     )
     found: float | None = Field(
-        description="With the gains found, in `unit`; null where these come from the same recordings"
+        description="Estimate with the identified gains, in `unit`; null where these come from the same recordings"
     )
-    found_std: float | None = Field(description="One standard deviation of that, in `unit`, that of the gains included")
+    found_std: float | None = Field(
+        description="Standard deviation of that estimate, in `unit`, including that of the gains"
+    )
 
 
 class CostJoint(ResultModel):
     """A joint alone: its gains, the mass that it gives, the torque that is predicted for it."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is stated")
-    gain: float | None = Field(description="Found [N m / drive unit], null if refused")
+    gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
     rel_difference: float | None = Field(
-        description="Relative difference: a-priori gain over the gain found, minus one; null without both"
+        description="Relative difference: ratio of a-priori to identified gain, minus one; null unless both exist"
     )
     a_priori_mass: float | None = Field(
-        description="Of the payload, from this joint alone with its a-priori gain, null where not identifiable [kg]"
+        description="Mass of the payload from this joint alone, with its a-priori gain; null if not identifiable [kg]"
     )
-    a_priori_mass_std: float | None = Field(description="One standard deviation of that [kg]")
-    found_mass: float | None = Field(description="The same with the gain found [kg]")
-    found_mass_std: float | None = Field(description="One standard deviation of that [kg]")
+    a_priori_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    found_mass: float | None = Field(
+        description="Mass of the payload from this joint alone, with the identified gain [kg]"
+    )
+    found_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
     a_priori_torque_error: float | None = Field(
         description=(
-            "Relative error of the torque that arm and payload take on another motion, predicted with the a-priori "
-            "gains; null where the torque is not known"
+            "Relative error of the torque of arm and payload on another motion, predicted with the a-priori gains; "
+            "null if the torque is unknown"
         )
     )
-    found_torque_error: float | None = Field(description="The same with the gains found, relative as well")
+    found_torque_error: float | None = Field(
+        description="Relative error of that torque, predicted with the identified gains"
+    )
 
 
 class CostArm(ResultModel):
     """Identifiable parameters of the arm, all of one kind."""
 
-    quantity: str = Field(description="Kind of the parameters: first moments, which include the masses, or inertias")
+    quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
     a_priori: float = Field(
-        description="Relative error with the a-priori gains: norm of the error over that of the truth"
+        description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(
-        description="Its root mean square expected from the standard deviations of the parameters, relative as well"
+        description="Root mean square of this error that the standard deviations of the parameters imply"
     )
-    found: float | None = Field(description="Relative error with the gains found")
-    found_std: float | None = Field(description="As `a_priori_std`, relative as well")
+    found: float | None = Field(description="Relative error with the identified gains")
+    found_std: float | None = Field(
+        description="Root mean square of this error that the standard deviations of the parameters imply"
+    )
 
 
 class ResultCost(ResultModel):
     """What comes out with a-priori gains and with those found."""
 
     payload: list[CostQuantity] = Field(description="The payload, from all joints together")
-    joints: list[CostJoint] = Field(description="One per joint, in their order")
-    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty where the truth is not known")
+    joints: list[CostJoint] = Field(description="One entry per joint, in order")
+    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
     tolerance: float | None = Field(
-        description="Largest relative error of the mass that passes with the gains found, null where none is stated"
+        description="Largest relative error of the mass that passes with the identified gains, null if not stated"
     )
     passed: bool | None = Field(description="Whether the mass passes")
 

@@ -26,12 +26,12 @@ class _Open(BaseModel):
 class LinkInertia(_Open):
     """Inertia about the centre of mass, along the axes of the link."""
 
-    ixx: float = Field(description="About the first axis [kg m^2]")
-    iyy: float = Field(description="About the second axis [kg m^2]")
-    izz: float = Field(description="About the third axis [kg m^2]")
-    ixy: float = Field(description="Product of the first two [kg m^2]")
-    ixz: float = Field(description="Product of the first and third [kg m^2]")
-    iyz: float = Field(description="Product of the last two [kg m^2]")
+    ixx: float = Field(description="Moment about the first axis [kg m^2]")
+    iyy: float = Field(description="Moment about the second axis [kg m^2]")
+    izz: float = Field(description="Moment about the third axis [kg m^2]")
+    ixy: float = Field(description="Product of the first and second axis [kg m^2]")
+    ixz: float = Field(description="Product of the first and third axis [kg m^2]")
+    iyz: float = Field(description="Product of the second and third axis [kg m^2]")
 
     @property
     def six(self) -> tuple[float, float, float, float, float, float]:
@@ -42,27 +42,29 @@ class LinkInertia(_Open):
 class Link(_Open):
     """A link of the physically consistent set, without what is fixed to it."""
 
-    joint: int = Field(ge=1, description="its number, from 1")
-    name: str = Field(description="of the joint that moves it")
-    mass: float = Field(gt=0.0, description="[kg]")
-    com: Vector = Field(description="from the joint [m]")
-    inertia: LinkInertia = Field(description="about the centre of mass [kg m^2]")
-    motor_inertia: float = Field(ge=0.0, description="joint side [kg m^2 or kg]")
-    motor_found: bool = Field(description="whether data determine it; false: as in the model")
-    carried: Ten = Field(description="of what is fixed to the link, as the model has it [kg m^2, kg m, kg]")
-    place: Vector = Field(description="of the joint, in the frame of the one before [m]")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint that moves the link")
+    mass: float = Field(gt=0.0, description="Mass [kg]")
+    com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
+    inertia: LinkInertia = Field(description="Inertia about the centre of mass [kg m^2]")
+    motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
+    motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
+    carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
+    place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
     orientation: tuple[Vector, Vector, Vector] = Field(
-        description="of the frame, in the one before, row by row; no unit"
+        description="Rotation matrix of the frame in the preceding one, row by row"
     )
-    axis: Vector = Field(description="of the joint, a direction without unit")
+    axis: Vector = Field(description="Axis of the joint, a unit vector")
 
 
 class Links(_Open):
     """The physically consistent set nearest to the model's."""
 
-    links: tuple[Link, ...] = Field(min_length=1, description="one entry per joint, in their order")
-    farthest_parameter: str = Field(description="base parameter that differs most from its estimate from data alone")
-    farthest_deviations: float = Field(ge=0.0, description="its difference, in standard deviations of that estimate")
+    links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
+    farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
+    farthest_deviations: float = Field(
+        ge=0.0, description="Difference of that parameter, in standard deviations of the estimate"
+    )
 
 
 def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:

@@ -40,21 +40,21 @@ class UnseenJoint(ResultModel):
 class ResultUnseen(DiagnosedResult):
     """How well a motion that no fit has seen is predicted."""
 
-    log: str = Field(description="Its recording")
-    loaded: bool = Field(description="Whether it carries a payload")
+    log: str = Field(description="Recording of the motion")
+    loaded: bool = Field(description="Whether the motion carries a payload")
     verdict: Literal["better", "worse", "no different"] | None = Field(
         description=(
-            "Whether it is predicted better than with the other gains or model, by Student's test of time blocks at 5 "
-            "%; null where there are none"
+            "Whether the motion is predicted better than with the other gains or model, by Student's t-test of time "
+            "blocks at 5 %; null if there are no others"
         )
     )
     rel_error: float = Field(
         description=(
-            "Root mean square of the joints' relative errors; of those that both predict, where two are compared"
+            "Root mean square of the joints' relative errors; in a comparison, of the joints that both predict"
         )
     )
-    other_rel_error: float | None = Field(description="The same with the other gains, relative as well")
-    joints: list[UnseenJoint] = Field(description="One per joint, in their order")
+    other_rel_error: float | None = Field(description="Relative error with the other gains or model")
+    joints: list[UnseenJoint] = Field(description="One entry per joint, in order")
 
     @property
     def passed(self) -> bool:

@@ -71,7 +71,7 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     assert read_result(tmp_path / "saved", Result).unseen.model_dump(mode="json") == unseen
     page = tmp_path / "page.html"
     assert main(["report", str(tmp_path / "saved"), "--out", str(page)]) == 0
-    assert "A motion that no fit has seen" in page.read_text(encoding="utf-8")
+    assert "A motion that was not used in any fit" in page.read_text(encoding="utf-8")
     capsys.readouterr()
     assert main(words) == 0
     out = " ".join(capsys.readouterr().out.split())
@@ -91,7 +91,7 @@ def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(wei
     assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)
     assert main([*words[:-1], *wrong]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, which no fit has seen", out)
+    assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, not used in any fit", out)
     assert f"light.parquet is not predicted on joint {beyond[0]['joint']} (" in out
 
 

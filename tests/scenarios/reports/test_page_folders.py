@@ -140,7 +140,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     headings = [part.text for part in report.parts if isinstance(part, Heading)]
     assert headings == [
         "Gains",
-        "Refused or failed, and what would identify them",
+        "Refused or failed joints, and how to identify them",
         "Diagnoses",
         "Torques, measured and reconstructed",
         "Residual: spectrum",

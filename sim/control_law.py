@@ -1,11 +1,11 @@
-"""The control law of a digital joint controller, one control period of it.
+"""The control law of a digital joint controller in one control period.
 
     dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
-    s    <- s + Ki T (q_ref - q)                       integral, where there is one
-    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all over g_believed
+    s    <- s + Ki T (q_ref - q)                       integral action, if any
+    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all divided by g_assumed
 
-of which the drive takes |v| <= v_max (`sim.compile`). q is what the encoders read: their noise travels round the loop
-into v. What does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_believed`, is tabulated with the
+limited by the drive to |v| <= v_max (`sim.compile`). q is the encoder reading, so encoder noise enters v through the
+loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
 motion (`sim.controller`) and called reference.
 """
 
@@ -19,13 +19,13 @@ from ident.support.arrays import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ControlLaw:
-    """The constants of B controllers with n joints; whole arrays, since broadcasting costs in the loop.
+    """The constants of B controllers with n joints, as full arrays, because broadcasting is slow in the loop.
 
     Attributes:
-        feedback: Kp [drive units / rad] and Kd [drive units s / rad] over believed gain, shape (2, B, n).
-        estimate: 1 - b, what the speed estimate keeps of itself, and b / T, what it takes of a difference [1/s], shape
+        feedback: Kp [drive units / rad] and Kd [drive units s / rad] over assumed gain, shape (2, B, n).
+        estimate: Coefficients of the speed estimate: 1 - b of its previous value, b / T of the difference [1/s], shape
             (2, B, n).
-        ki: Ki over believed gain, times the period [drive units / rad], shape (B, n); None if no controller integrates.
+        ki: Ki over assumed gain, times the period [drive units / rad], shape (B, n); None without integral action.
     """
 
     feedback: Array
@@ -38,9 +38,9 @@ class _Period(NamedTuple):
 
     Attributes:
         reading: Readings [rad].
-        before: Those of the period before [rad].
-        difference: The first less the second [rad].
-        known: Speed estimate of the period before [rad/s], and the difference.
+        before: Readings of the preceding period [rad].
+        difference: `reading` minus `before` [rad].
+        known: Speed estimate of the preceding period [rad/s], and the difference [rad].
         dq: Speed estimate [rad/s].
         state: Readings and speed estimate.
         reference: Tabulated part of the current [drive units].
@@ -60,24 +60,25 @@ class _Period(NamedTuple):
 
 
 class ControlPeriods:
-    """B controllers in a run of control periods, with what they read and command.
+    """B controllers in a sequence of control periods, with their readings and commands.
 
-    For a few simulations the cost of the law is the number of NumPy calls: what is multiplied alike stands side by side
-    in memory, and all views of it are made once.
+    With few simulations, the number of NumPy calls determines the computing time. Values with the same operation are
+    therefore adjacent in memory, and all views are created once.
 
     Attributes:
-        reference: Tabulated part of the current, to be written before [drive units], shape (length, B, n).
-        q_ref: Reference positions, likewise, for the integral alone [rad], shape (length, B, n).
-        reading: What the encoders read, to be written period by period [rad], shape (length, B, n).
-        v: Current references before the drives limit them [drive units], shape (length, B, n).
+        reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).
+        q_ref: Reference positions, written before the run, used only by the integral action [rad], shape (length, B,
+            n).
+        reading: Encoder readings, written in every period [rad], shape (length, B, n).
+        v: Current references before saturation [drive units], shape (length, B, n).
     """
 
     def __init__(self, law: ControlLaw, length: int) -> None:
-        """Give controllers their memory.
+        """Allocate the memory.
 
         Args:
             law: Their constants.
-            length: Control periods of a run.
+            length: Number of control periods of a run.
         """
         _, B, n = law.feedback.shape
         self._law = law
@@ -98,11 +99,11 @@ class ControlPeriods:
         self._memory[0, 0] = reading
 
     def go_on(self) -> None:
-        """Let the first period follow the last one."""
+        """Continue from the last period."""
         self._memory[0] = self._memory[-1]
 
     def command(self, k: int) -> Array:
-        """Currents of period k, whose reading is written and whose predecessor is commanded: a row of `v`, (B, n)."""
+        """Compute the currents of period k from its reading and the preceding period: a row of `v`, shape (B, n)."""
         reading, before, difference, known, dq, state, reference, q_ref, v = self._periods[k]
         law, products, first, second = self._law, self._products, self._first, self._second
         np.subtract(reading, before, difference)

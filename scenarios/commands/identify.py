@@ -31,7 +31,7 @@ from scenarios.commands import identify_bare
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments; those of the options classes come with the classes' own descriptions."""
+    """Declare the arguments; help of options is from the docstrings of their classes."""
     add = parser.add_argument
     add_model_arguments(parser)
     add_motion_arguments(parser)
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, identify, tell."""
+    """Read, identify, report."""
     from threadpoolctl import threadpool_limits
 
     from ident.estimation.known_gains import check_signs, estimated_gains
@@ -82,7 +82,7 @@ def main(options: argparse.Namespace) -> Status:
     given = options.compare_with
     other = None if given is None else gains_file_arguments.known_gains(given, structure.arm)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
-    # small matrices gain nothing from a threaded BLAS, and stall now and then
+    # threads of a BLAS do not speed up small matrices, and sometimes block
     with under_way(options, "identifying"), threadpool_limits(1):
         started = time.perf_counter()
         found = identify(
@@ -136,7 +136,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:
-    """The motions of one mounting; how a foreign log was read is told at once."""
+    """Return the motions of one mounting; the interpretation of a foreign log is reported immediately."""
     from ident.payload.files import read_payload
 
     recordings = read_unrepaired(files.recordings, said)

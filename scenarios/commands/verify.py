@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Weigh a known mass with the gains, or cross-validate; 1 if a mass differs."""
+    """Estimate a known mass with the gains, or cross-validate; status 1 if a mass differs."""
     if options.compare_with is not None and options.unseen is None:
         raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
     files = mounted_files(options.given)
@@ -76,7 +76,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 
 
 def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
-    """A motion that neither these gains nor the arm of the bare motions has seen, None where none is given."""
+    """Return the prediction of a motion that was not used in any fit, None if none is given."""
     from ident.unseen import predict_with
     from scenarios.gains_in_use.known_gains_problem import check_unseen
 

@@ -1,4 +1,4 @@
-"""What commands that design print: a robot begun from its model, a weight made for a scenario, a motion."""
+"""Results of design commands: robot from a model, payload for a scenario, motion."""
 
 import math
 
@@ -29,7 +29,7 @@ class NewRobot(ResultModel):
 
 
 class DesignedJoint(ResultModel):
-    """What a joint sees of a payload."""
+    """Effect of a payload on a joint."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     wanted: bool = Field(description="Whether the payload is designed to identify its gain")
@@ -42,7 +42,7 @@ class DesignedJoint(ResultModel):
 
 
 class DesignedPayload(ResultModel):
-    """A payload and what the joints see of it."""
+    """A payload and its effect on the joints."""
 
     payload: dict[str, object] = Field(description="The payload, with the keys of a payload file")
     joints: list[DesignedJoint] = Field(description="One entry per joint, in order")
@@ -57,7 +57,7 @@ class _Shape(ResultModel):
 
 
 class DesignedWeight(DesignedPayload, _Shape):
-    """A weight that could be made, and what the joints see of it."""
+    """A designed payload and its effect on the joints."""
 
 
 class PayloadDesign(ResultModel):
@@ -80,7 +80,7 @@ class PayloadDesign(ResultModel):
 
 
 class Sampled(ResultModel):
-    """What `rx90 trajectory --json` prints; a number a joint."""
+    """What `rx90 trajectory --json` prints; arrays have one number per joint."""
 
     out: str = Field(description="The file that was written")
     format: str = Field(description="Format of the file, a value of --as")
@@ -112,5 +112,5 @@ class Searched(ResultModel):
 
 
 def finite(value: float) -> float | None:
-    """The value, None where there is none."""
+    """Return the value, None if not finite."""
     return float(value) if math.isfinite(value) else None

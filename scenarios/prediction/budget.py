@@ -1,4 +1,4 @@
-"""The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
+"""The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
 import numpy as np
 from pydantic import Field
@@ -22,7 +22,7 @@ OTHER = "noise that is no source"
 
 
 class Cost(ResultModel):
-    """What an error source costs a gain, as shares of it."""
+    """Relative error of a gain from one source."""
 
     source: str = Field(description="Name of the source or scenario")
     bias: float = Field(description="Mean of the relative error of the gain")
@@ -31,7 +31,7 @@ class Cost(ResultModel):
 
 
 class PredictedBudgetJoint(ResultModel):
-    """A joint's budget."""
+    """Budget of one joint."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     costs: list[Cost] = Field(description="One entry per source, sorted by the largest rms on any joint")
@@ -56,10 +56,10 @@ class PredictedBudget(ResultModel):
 
 
 def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
-    """Predict the error budget of a scenario, and what logs of its motions will exclude.
+    """Predict the error budget of a scenario, and the faults that logs of its motions will exclude.
 
     Raises:
-        Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
+        Saturated: If a drive cannot follow the motion; otherwise as `predictor_of`.
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = predictor_of(scenario)
@@ -97,7 +97,7 @@ def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
 
 
 def _joint(joint: int, k: int, costs: dict[str, Moments], both: Moments, tolerance: float) -> PredictedBudgetJoint:
-    """The budget of a joint, k-th of those that costs are of: biases add by sign, variances add."""
+    """Return the budget of the k-th joint: signed biases and variances are added."""
     std = max(float(both.std[k]), 1e-300)
     bias = float(both.bias[k])
     return PredictedBudgetJoint(

@@ -1,4 +1,4 @@
-"""What comparisons of methods say: who solved how much, how often intervals held, what went wrong, what one keeps."""
+"""Report of comparisons of methods: scores, coverage of intervals, failures, properties."""
 
 from collections.abc import Callable, Sequence
 
@@ -47,7 +47,7 @@ MEANING = (
 
 
 def comparison_report(found: Comparison) -> Report:
-    """Who solves most, tables of methods and of joints for each scenario, the rule of the order, how to repeat it."""
+    """Return the report: best method, tables of methods and joints for each scenario, scoring rule, provenance."""
     compared = found.scenarios
     parts: list[Part] = [_verdict(compared)]
     for each in compared:
@@ -63,7 +63,7 @@ def comparison_report(found: Comparison) -> Report:
 
 
 def _verdict(compared: Sequence[ComparedScenario]) -> Paragraph:
-    """Who solves most of each scenario, in a sentence."""
+    """Return the best method of each scenario, in a sentence."""
     said = [
         f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
         + (f", {each.methods[1].method} {100.0 * each.methods[1].score:.1f} %" if len(each.methods) > 1 else "")
@@ -132,7 +132,7 @@ def _failures(compared: ComparedScenario) -> list[Paragraph]:
 
 
 def contract_report(found: Contract) -> Report:
-    """The verdict, a row a promise, a sentence on each that is broken."""
+    """Return the report of a contract: verdict, one row per property, a sentence for each violation."""
     rows = table(
         found.checks,
         column("Property", lambda check: check.promise, words=True),

@@ -1,4 +1,4 @@
-"""What `rx90 new-robot` says: joints in order, what is assumed, what to do next."""
+"""Report of `rx90 new-robot`: joints in order, assumed values, next commands."""
 
 import shlex
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from sim.clearance import CLEARANCE
 
 
 def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
-    """The joints in their order, limits with what is assumed of them, and the command that comes next."""
+    """Return the report: joints in order, limits with marks of assumed ones, next command."""
     torque, speed = new.drives["current_limit"], new.drives["max_velocity"]
     arm = new.arm
     joints = table(
@@ -62,7 +62,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
 
 
 def _warnings(new: NewRobot) -> Iterator[str]:
-    """What is odd about the arm, its home and its file."""
+    """Yield remarks on the arm, its home pose and its file."""
     if new.load.warning:
         yield f"Warning: payload: {new.load.warning}."
     if new.end.held:

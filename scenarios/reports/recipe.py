@@ -1,4 +1,4 @@
-"""What `rx90 recipe` writes: a page for those who record, every number from the scenario."""
+"""The page of `rx90 recipe`: instructions for recording, with numbers from the scenario."""
 
 import shlex
 from collections.abc import Collection, Mapping, Sequence
@@ -17,12 +17,12 @@ from scenarios.reports.trajectory import motion_table
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 
 SHOWN_HZ = 1000.0
-"""Rate at which speeds of the motion are looked at."""
+"""Sampling rate for the speeds of the motion."""
 SETTINGS = (
     "State the mounted payload in the controller, as its manual requires: motor currents, measured or commanded, stay "
     "valid whatever is fed forward. Never log a payload-compensated current."
 )
-"""What the robot's own settings of a payload are to be: u = K i holds for the current that the motor gets."""
+"""Advice on payload settings of the robot: u = K i holds for the motor current in any case."""
 BEFORE = (
     "Weigh every payload and write mass and standard deviation into its file: a relative error of the mass is the "
     "same error of the gains.",
@@ -49,7 +49,7 @@ SAFETY = (
 def recipe_report(
     setup: Setup, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
 ) -> Report:
-    """The page."""
+    """Return the page."""
     source, table = scenario_source(setup), setup.scenario.table
     robot = setup.experiments[0].plant.robot
     load = robot.rated_load
@@ -144,7 +144,7 @@ def _log(observe: ObserveOptions) -> list[Part]:
 
 
 def _checked(setup: Setup, files: Sequence[str]) -> list[list[str]]:
-    """Recordings of a check each: the bare ones with those of one mounting."""
+    """Return the recordings of each check: bare ones with those of one mounting."""
     bare = [file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE]
     loaded = dict[str, list[str]]()
     for file, carried in zip(files, setup.protocol, strict=True):

@@ -1,4 +1,4 @@
-"""Methods on public recordings, in words: what ran, gains, agreement, predictions, refusals, what is missing."""
+"""Report of methods on public recordings: runs, gains, agreement, predictions, refusals, missing recordings."""
 
 from collections.abc import Sequence
 
@@ -97,7 +97,7 @@ SENSORS = (
 
 
 def scoreboard_report(found: Scoreboard) -> Report:
-    """The board: its verdict, a row an entry and a method, then every entry that ran, then how to get the others."""
+    """Return the scoreboard: verdict, a row per entry and method, details, how to get missing recordings."""
     ran = [each for each in found.entries if each.status == "run"]
     parts: list[Part] = [_verdict(found), Table(columns=ENTRIES, rows=tuple(map(_entry_row, found.entries)))]
     if any(each.refusals for each in ran):

@@ -24,7 +24,7 @@ TOLD = (
 def unseen_verdict(
     found: ResultUnseen | None, *, this: str = "the gains found", other: str = "the others"
 ) -> list[Part]:
-    """How far off the motion is predicted, in a sentence; nothing where there is none."""
+    """Return a sentence on the prediction error; nothing without such a motion."""
     if found is None:
         return []
     log = PurePath(found.log).name
@@ -58,7 +58,7 @@ def _digits(share: float | None) -> str:
 
 
 def unseen_parts(found: ResultUnseen | None, *, other: str = "others") -> list[Part]:
-    """The motion joint by joint; nothing where there is none."""
+    """Return the table of prediction errors by joint; nothing without such a motion."""
     if found is None:
         return []
     columns = [Column(title="Joint"), Column(title="Prediction\nerror", unit="%"), Column(title="Explained", unit="%")]

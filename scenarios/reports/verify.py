@@ -1,4 +1,4 @@
-"""What `rx90 verify` says: masses against the scale, or currents against their prediction."""
+"""Report of `rx90 verify`: estimated and weighed mass, or predicted currents."""
 
 from collections.abc import Callable, Sequence
 
@@ -36,7 +36,7 @@ MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
 
 def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> Report:
-    """The mass from all joints and from each alone, and what that says of the gains."""
+    """Return the report: mass from all joints and from each alone, and the verdict on the gains."""
     result = verification_result(found, diagnosed, unseen)
     payload = found.payload
     parts: list[Part] = [
@@ -105,7 +105,7 @@ def _conclusion(found: Verification) -> Paragraph:
 
 
 def _weighed(found: Verification) -> str:
-    """The mass from all joints beside that on the scale."""
+    """Return a sentence with the mass from all joints and the weighed one."""
     mass = found.together.mass
     assert mass is not None, "a mass that agrees or differs is there"
     return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg weighed"
@@ -131,7 +131,7 @@ def _off(rel_error: float, rel_std: float) -> str:
 def prediction_report(
     identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
 ) -> Report:
-    """How well each part of the motions follows from the others."""
+    """Return the report of the cross-validation."""
     result = cross_validation_result(identified, found, unseen)
     estimate = identified.estimate
     words = (
@@ -160,7 +160,7 @@ def prediction_report(
 
 
 def _predicted(found: Sequence[JointPrediction]) -> Paragraph:
-    """How large errors of prediction are, and how far a gain moves."""
+    """Return a sentence on prediction errors and changes of gains."""
     shares = [each.share for each in found]
     text = f"Currents of time blocks left out are predicted within {percent(min(shares), '.2f')} to "
     text += f"{percent(max(shares), '.2f')} % of rms"

@@ -1,4 +1,4 @@
-"""What commands print of files: those that they wrote, and the built-in scenarios."""
+"""Results on files: written files, and built-in scenarios."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,7 +32,7 @@ class Converted(ResultModel):
 
 
 def converted(log: Log, out: Path) -> Converted:
-    """A log that was written as a recording."""
+    """Return the result of a converted log."""
     said, recording = log.read.description, log.recording
     return Converted(
         out=str(out),
@@ -62,5 +62,5 @@ class ListedScenarios(ResultModel):
 
 
 def listed(described: Mapping[str, str]) -> ListedScenarios:
-    """Scenarios by their names, with their descriptions."""
+    """Return scenarios by name, with descriptions."""
     return ListedScenarios(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])

@@ -1,4 +1,4 @@
-"""The result of `rx90 paper`: what it prints, and what is read back for its page."""
+"""The model of the result of `rx90 paper`."""
 
 from typing import Annotated
 
@@ -46,7 +46,7 @@ class PaperParameter(_Finite):
 
 
 class PaperFit(_Finite):
-    """How well a case explains its rows (table 4)."""
+    """Quality of the fit of a case (table 4)."""
 
     method: str = Field(description="`ols` or `wls`: whether each joint's rows are weighted by its own residual")
     rows: int = Field(description="Number of rows of all joints and both motions")
@@ -71,7 +71,7 @@ class PaperPayload(_Finite):
     published: dict[str, object] = Field(description="The values that the paper prints; the gains only with case 2")
 
     def __getitem__(self, name: str) -> PaperParameter:
-        """The parameter of that name."""
+        """Return the parameter of that name."""
         return self.payload[INERTIAL.index(name)]
 
 
@@ -84,7 +84,7 @@ class PaperCase(PaperPayload, _Numbered):
 
 
 class WrongGains(_Finite):
-    """What the payload and the fit become with gains that are 20 % off, over what they are with those of case 2."""
+    """Payload and fit with gain errors of 20 %, relative to case 2."""
 
     signs: str = Field(description="Signs of the gain errors of joints 1 to 4")
     M: float = Field(description="Ratio of the estimated masses")

@@ -1,7 +1,7 @@
 """The gains file: drive gains with covariance and origin, TOML or JSON by the file's ending, read strictly.
 
-What is needed is `gains`, one entry per joint in their order, so that a file can be written by hand from data sheets;
-all else is where gains came from. Without `covariance` deviations are independent of each other.
+Only `gains` is required, one entry per joint in order, so that a file can be written by hand from data sheets. The
+other keys state the origin of the gains. Without `covariance` the errors of the gains are independent.
 """
 
 import json
@@ -26,7 +26,7 @@ Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Mark = Annotated[str, Field(pattern="^[0-9a-f]{12}$")]
 Deviation = Annotated[float, Field(ge=0.0)]
 SAME = 1e-6
-"""Relative difference of a deviation from its variance that digits left out explain."""
+"""Largest relative difference between a standard deviation and its variance, as due to rounding in the file."""
 
 
 class _Table(BaseModel):
@@ -62,7 +62,7 @@ class ModelEntry(_Table):
 
 
 class RecordingEntry(_Table):
-    """A recording that gains were found from."""
+    """A recording from which the gains were identified."""
 
     name: str = Field(description="Name of the file")
     sha256: Digest = Field(
@@ -104,10 +104,10 @@ class GainsFile(_Table):
 
     @property
     def known(self) -> KnownGains:
-        """The gains for use.
+        """The gains as `KnownGains`.
 
         Raises:
-            GainsError: If they cannot be.
+            GainsError: If they are not usable.
         """
         given = [entry for entry in self.gains if entry.identifiable]
         std = np.array([entry.std or 0.0 for entry in given])
@@ -119,10 +119,10 @@ class GainsFile(_Table):
         )
 
     def of(self, arm: Arm) -> KnownGains:
-        """The gains for use with an arm.
+        """Return the gains for an arm.
 
         Raises:
-            GainsError: If they are of another robot or of other joints, or cannot be used.
+            GainsError: If they belong to another robot or to other joints, or are not usable.
         """
         if self.robot not in (None, arm.name):
             raise GainsError(
@@ -135,7 +135,7 @@ class GainsFile(_Table):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What looks odd of the gains and is no mistake by itself: negative ones."""
+        """Return remarks on unusual but valid gains: negative ones."""
         gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
         return tuple(f"{each.sentence}; {each.advice}" for each in negative(gains))
 
@@ -144,7 +144,7 @@ def read_gains(path: Path) -> GainsFile:
     """Read a gains file.
 
     Raises:
-        ScenarioError: If it is missing, is no TOML or JSON, has an unknown key or what no gains can be; one line.
+        ScenarioError: If it is missing, not TOML or JSON, or has an unknown key or impossible gains; one line.
     """
     where = one_line(path)
     table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
@@ -157,10 +157,10 @@ def read_gains(path: Path) -> GainsFile:
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
-    """Check that each joint's gains have one unit in both.
+    """Check that each joint's gains have the same unit in both files.
 
     Raises:
-        ScenarioError: If a joint turns in one and slides in the other.
+        ScenarioError: If a joint is revolute in one and prismatic in the other.
     """
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:
@@ -184,7 +184,7 @@ def _read_json(path: Path) -> object:
 
 
 def _complaint(error: ValidationError) -> str:
-    """What pydantic found first, in one line; keys that begin with a digit are places in a list, counted from 1."""
+    """Return the first error of pydantic in one line; keys beginning with a digit are list positions, from 1."""
     first = error.errors()[0]
     place = ".".join(str(part + 1) if isinstance(part, int) else part for part in first["loc"])
     if first["type"] == "extra_forbidden":
@@ -202,7 +202,7 @@ TABLES: Mapping[str, type[BaseModel]] = {
 
 
 def _check(file: GainsFile, where: str) -> None:
-    """Joints are numbered 1 to n, each has a gain or is refused, and the covariance is that of the deviations."""
+    """Check that joints are numbered 1 to n with gain or reason, and that covariance and deviations agree."""
     numbers = [entry.joint for entry in file.gains]
     if numbers != list(range(1, len(numbers) + 1)):
         raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")

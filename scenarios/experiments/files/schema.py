@@ -1,4 +1,4 @@
-"""A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
+"""The schema of a scenario: true plant, experiment, assumed values, tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,9 +38,9 @@ Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={
 
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
-"""Beginnings of the places that a run or a source may change."""
+"""Tables whose values a run or a source may change."""
 TABLES_OF_TABLES = ("random", "sources", "payloads")
-"""Keys whose tables have names of the user's choice."""
+"""Tables whose keys the user chooses."""
 
 
 class _Table(BaseModel):
@@ -61,7 +61,7 @@ class InertiaTable(_Table):
 
 
 class BodyTable(_Table):
-    """The payload that is really mounted, in the frame of the last link."""
+    """The true payload, in the frame of the last link."""
 
     mass: Positive = Field(description="Its mass [kg]")
     com: Triple = Field(description="Its centre of mass [m]")
@@ -69,7 +69,7 @@ class BodyTable(_Table):
 
 
 class PlantTable(_Table):
-    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's."""
+    """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
 
     payload: str | BodyTable | None = Field(
         None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
@@ -90,10 +90,10 @@ class PlantTable(_Table):
 
 
 class ExperimentTable(_Table):
-    """What is done with the plant: the motion, once for each entry of `protocol`, which says what is mounted.
+    """The experiment: the motion is repeated for each entry of `protocol`, which states the payload.
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
-    noise of its own, and friction may drift from each to the next. Drives that warm up stay warm.
+    independent noise, and friction may drift between motions. Drives that warm up stay warm.
     """
 
     motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
@@ -108,17 +108,17 @@ class ExperimentTable(_Table):
 
 
 class BeliefTable(_Table):
-    """What the controller and the identification believe.
+    """Values that controller and identification assume.
 
     Attributes:
         controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
-            identification is told of none unless it is said here, whatever the robot has.
+            the identification model has only these, whatever the robot has.
         payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
-        payloads: The same of others, by the names that the protocol calls them.
-        known: Overrides what payloads say themselves, for all or by name, as `{ light = "mass" }`.
-        exact: Take the deviations of payloads as zero, as befits a scenario that draws no error of a payload; for all
-            or by name, as `{ light = true }`. Deviations that a file states count over an `exact` that it inherits.
+        payloads: Further payloads, by their names in the protocol, as weighed and drawn.
+        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
+        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
+            name, as `{ light = true }`. Standard deviations that a file states have priority over an inherited `exact`.
     """
 
     controller_gain: Vector
@@ -130,7 +130,7 @@ class BeliefTable(_Table):
 
 
 class IdentificationTable(_Table):
-    """How gains are identified; `options` are the method's own."""
+    """Method of identification and its options."""
 
     method: str = Field(default=DEFAULT, description="Name of the estimator")
     options: dict[str, bool | float | str] = Field(default={}, description="Options of the method")
@@ -139,12 +139,12 @@ class IdentificationTable(_Table):
 
     @property
     def method_options(self) -> object:
-        """The method's own options, of its own class."""
+        """Options of the method, an instance of its options class."""
         return options_from_table(ESTIMATORS[self.method].options, self.options)
 
 
 class ToleranceTable(_Table):
-    """What counts as passed."""
+    """Criteria for passing."""
 
     gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
     identifiable: tuple[bool, ...] = Field(description="Joints whose gains should be identifiable")
@@ -152,7 +152,7 @@ class ToleranceTable(_Table):
 
 
 class CostTable(_Table):
-    """What a run says beside its gains: results with the controller's gains, with those found, and what is true."""
+    """The effect of the controller's gains: results with these, with the identified gains, and true values."""
 
     payload: str | BodyTable = Field(
         description=(
@@ -169,12 +169,13 @@ class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
     Attributes:
-        target: The numbers, by their place in the scenario (`plant.gain`, `plant.payload.mass`); one place or several.
-        distribution: Name of a distribution of `scipy.stats` that has a quantile function of its own.
-        parameters: Of the distribution; an array has one value a number of the target, or of all targets in order.
-        apply: What is done with the numbers drawn.
-        shared: One number for all of the target, instead of one each.
-        choice: A set that one value is drawn from, instead of a distribution.
+        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
+        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
+        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
+            in order.
+        apply: Use of the drawn numbers.
+        shared: Whether one number is drawn for the whole target, instead of one per number.
+        choice: A set from which one value is drawn, instead of a distribution.
     """
 
     target: Target
@@ -186,12 +187,12 @@ class DrawTable(_Table):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Places in the scenario that it changes."""
+        """Key paths in the scenario that it changes."""
         return (self.target,) if isinstance(self.target, str) else self.target
 
 
 class SourceTable(DrawTable):
-    """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise."""
+    """An error source of the error budget: a drawn value as in `DrawTable`, or a noise."""
 
     stream: Stream | None = Field(
         None, description="The noise that this source switches on, with its own random numbers"
@@ -229,11 +230,11 @@ class Scenario:
     """A named scenario.
 
     Attributes:
-        name: Name of the built-in scenario, or the file's; of a `scenario.toml` its folder's.
-        folder: Where its file lies; motions are looked up there too.
-        table: Its content, every number of drives and payloads stated.
-        expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
-        asking: Path of the file, its own or one it extends, that names a robot or motion, by key.
+        name: Name of the built-in scenario or of the file; for `scenario.toml`, of its folder.
+        folder: Folder of its file and of its motions.
+        table: Its content, with all numbers of drives and payloads stated.
+        expectation: Name of the file (its own or an extended one) that states which gains should be identifiable.
+        asking: Path of the file (its own or an extended one) that names robot or motion, by key.
     """
 
     name: str

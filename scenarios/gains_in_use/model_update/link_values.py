@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of links as a model file is to state them, in the frames of that file."""
+"""Mass, centre and inertia of links for a model file, in the frames of that file."""
 
 from dataclasses import dataclass
 
@@ -12,28 +12,28 @@ from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import ScenarioError
 
 SAME = 1e-6
-"""Difference of frames, in metres or of unit vectors, that the digits of a file may make."""
+"""Largest difference of frames, in metres or of unit vectors, due to rounding in a file."""
 FAR = 4.0
-"""Deviations of a base parameter from which on links that bodies can have are not those of the data."""
+"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 COMMENT = (
     "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine "
     "only the base parameters, combinations of these; of all links with the same base parameters those "
     "nearest to the original model are given. Parameters of single links are not identifiable; joint "
     "torques are. The inertia of motors is in armature{elsewhere}."
 )
-"""What a patched file says of its links."""
+"""Comment on links in a patched file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkValues:
-    """A link without what is fixed to it.
+    """A link without the bodies fixed to it.
 
     Attributes:
         joint: Name of the joint that moves it.
         mass: Mass [kg].
         com: Centre of mass in the frame of the link [m].
-        inertia: ixx, iyy, izz, ixy, ixz, iyz about it, axes of the link [kg m^2].
-        motor: Inertia of the motor, joint side [kg m^2 or kg]; None where data do not show it.
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes of the link [kg m^2].
+        motor: Inertia of the motor, joint side [kg m^2 or kg]; None if not identifiable.
     """
 
     joint: str
@@ -44,15 +44,15 @@ class LinkValues:
 
 
 def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
-    """Links for a model file.
+    """Return links for a model file.
 
     Args:
-        bare: What was found from bare motions.
-        arm: Of the file.
-        nominal: Its links as they are.
+        bare: Results of bare motions.
+        arm: The arm of the file.
+        nominal: Links of the file.
 
     Raises:
-        ScenarioError: If there is no physically consistent set, one of another model, or one that the data contradict.
+        ScenarioError: If there are no physically consistent links, or they are of another model or contradict the data.
     """
     if bare is None:
         raise ScenarioError("--links: no identification of bare motions is given; add --arm A")

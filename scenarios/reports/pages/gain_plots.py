@@ -1,4 +1,4 @@
-"""Plots of gains: how sure each is, what that is made of, how far it is off where the truth is known."""
+"""Plots of gains: intervals, their contributions, and errors if the true gains are known."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,7 +10,7 @@ JOINT = "joint"
 
 
 def error_plot(gains: Sequence[ResultGain]) -> Plot:
-    """Errors with their intervals beside the tolerance; a joint without a gain has neither."""
+    """Return the plot of errors with their intervals and the tolerance; joints without a gain are empty."""
     names = tuple(str(gain.joint) for gain in gains)
     found = [gain for gain in gains if gain.rel_error is not None]
     there = [str(gain.joint) for gain in found]
@@ -31,7 +31,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
-    """Gains with their intervals in percent, about nominal ones where there are any."""
+    """Return the plot of gains with intervals in percent, relative to nominal gains if there are any."""
     found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     if nominal:
         found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]
@@ -52,7 +52,7 @@ def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None 
 
 
 def share_plot(gains: Sequence[ResultGain]) -> Plot:
-    """What each interval is made of."""
+    """Return the plot of the contributions to each interval."""
     found = [(gain, abs(gain.estimate)) for gain in gains if gain.estimate is not None]
     shares = {
         "Residual": [(gain.residual_std or 0.0) / size for gain, size in found],
@@ -80,7 +80,7 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
-    """For each refused joint, what data would show its gain.
+    """Return for each refused joint what data would identify its gain.
 
     `allowed` is the largest predicted relative deviation of a gain that is not refused.
     """
@@ -105,5 +105,5 @@ def _advice(predicted: float | None, allowed: float) -> str:
 
 
 def _times(factor: float) -> str:
-    """A factor above 1, so that one that hardly is does not read as 1."""
+    """Return a factor above 1, rounded up so that it never reads as 1."""
     return f"{factor:.0f}" if factor >= 10.0 else f"{factor:.3g}"

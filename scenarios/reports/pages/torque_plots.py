@@ -1,4 +1,4 @@
-"""Torques of each joint, measured and reconstructed, with what is left."""
+"""Plots of measured and reconstructed torques of each joint, with residuals."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +10,7 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 from scenarios.results.fit_rows import FitRows
 
 MOST = 1600
-"""Rows of a line; more than that are as wide as a screen."""
+"""Largest number of points of a line, more than the pixels of a screen."""
 TOLD = (
     "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model, motions "
     "in sequence. Below: the residual, on a separate scale. Drag to pan; zoom with Ctrl and the wheel, or with the "
@@ -19,9 +19,9 @@ TOLD = (
 
 
 def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
-    """Measured and reconstructed torque of a joint, and their difference.
+    """Return the plot of measured and reconstructed torque of a joint, and of the residual.
 
-    Motions begin, and the last one ends, at times `begins` [s] on the axis.
+    `begins` has the start times of the motions and the end of the last one [s].
     """
     step = one_in(len(rows.t), MOST)
     measured, predicted = rows.scale * rows.V, rows.scale * (rows.V - rows.residual)

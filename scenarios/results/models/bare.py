@@ -1,4 +1,4 @@
-"""What bare motions alone say of gains."""
+"""Results of bare motions."""
 
 from pydantic import Field
 
@@ -9,7 +9,7 @@ from scenarios.support.result_model import ResultModel
 
 
 class BareParameter(ResultModel):
-    """A parameter that bare motions show."""
+    """A parameter identified from bare motions."""
 
     parameter: str = Field(
         description="Name of the parameter, numbered by joint; several names if only their sum is identifiable"
@@ -20,7 +20,7 @@ class BareParameter(ResultModel):
 
     @classmethod
     def of(cls, found: Parameter) -> "BareParameter":
-        """A parameter as it was found."""
+        """Return an identified parameter."""
         return cls(parameter=found.name, unit=found.unit, estimate=found.value, std=found.std)
 
 
@@ -28,16 +28,16 @@ class BareJoint(ResultModel):
     """A joint's gain over that of the reference joint, and its friction in drive units.
 
     Attributes:
-        joint: Its number, from 1.
-        name: Of the joint in the robot's model.
-        ratio: Ratio of its gain to that of the reference joint, null where the motions do not show it.
+        joint: Number of the joint, from 1.
+        name: Name of the joint in the robot's model.
+        ratio: Ratio of its gain to that of the reference joint, null if not identifiable.
         rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
-        predicted_rel_std: The same, of a refused ratio too.
+        predicted_rel_std: Predicted relative standard deviation, also for a refused ratio.
         reason: Why there is no ratio, null if there is one.
-        off_std: Standard deviation of `off`, a share too, that of the given gains included.
-        predicted_rel_error: Norm of the error of its currents' prediction, each part of the motions from the others,
-            relative to that of the currents; null where it has no row.
-        fitted_rel_error: The same of the residual, relative too, where all parts are fitted to.
+        off_std: Standard deviation of `off`, including that of the given gains; relative.
+        predicted_rel_error: Norm of the prediction error of its currents, each part of the motions predicted from the
+            others, relative to that of the currents; null without rows.
+        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
         friction: Friction and offset of the joint.
     """
 
@@ -55,7 +55,7 @@ class BareJoint(ResultModel):
 
 
 class ExpectedJoint(ResultModel):
-    """What a payload would make of a joint's gain."""
+    """Expected accuracy of a joint's gain with a payload."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     rel_std: float | None = Field(
@@ -65,14 +65,14 @@ class ExpectedJoint(ResultModel):
 
 
 class ExpectedGains(ResultModel):
-    """What to expect of the gains if the same motions were repeated with a payload."""
+    """Expected gains if the same motions were repeated with a payload."""
 
     mass: float = Field(description="Mass of the payload [kg]")
     joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
 
 
 class BareResult(DiagnosedResult):
-    """What `rx90 identify --json` prints of bare recordings alone."""
+    """What `rx90 identify --json` prints for bare recordings alone."""
 
     reference: int = Field(
         ge=1, description="Number of the reference joint, from 1: the one that gives the most accurate ratios"

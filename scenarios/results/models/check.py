@@ -14,11 +14,11 @@ from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
 from scenarios.support.result_model import ResultModel
 
 LIMITS, FRICTION = "joint limits", "friction sign"
-"""Names of diagnoses of joints that are where they cannot be, and of friction that drives."""
+"""Names of the diagnoses of joints beyond their limits, and of friction with the sign of a driving torque."""
 
 
 class CheckLine(ResultModel):
-    """A line of a check; `log` and `joint` are null where it is about all of them."""
+    """A line of a check; `log` and `joint` are null if it concerns all of them."""
 
     log: str | None = Field(description="Name of the log")
     what: str = Field(description="What was checked")
@@ -29,7 +29,7 @@ class CheckLine(ResultModel):
 
     @classmethod
     def of(cls, found: Diagnosis) -> "CheckLine":
-        """A diagnosis as a line."""
+        """Return a diagnosis as a line."""
         return cls(
             log=found.logs[0] if len(found.logs) == 1 else None,
             what=found.name,
@@ -41,7 +41,7 @@ class CheckLine(ResultModel):
 
 
 class CheckJoint(ResultModel):
-    """How a joint moved in a log."""
+    """Motion of a joint in a log."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     low: float = Field(description="Smallest position [rad or m]")
@@ -62,13 +62,13 @@ class CheckLog(ResultModel):
 
     @classmethod
     def of(cls, log: str, motions: Sequence[JointMotion]) -> "CheckLog":
-        """A log by its name and the motion of each joint, none if it cannot be filtered."""
+        """Return a log by name with the motion of each joint, none if it cannot be filtered."""
         joints = [CheckJoint(joint=number, **asdict(each)) for number, each in enumerate(motions, 1)]
         return cls(log=log, joints=joints)
 
 
 class CheckReadings(ResultModel):
-    """Other explanations of all logs together."""
+    """Faults of all logs together."""
 
     better: list[str] = Field(description="Faults whose correction improves the prediction of the currents")
     same: list[str] = Field(description="Faults that these logs can neither confirm nor exclude")
@@ -77,7 +77,7 @@ class CheckReadings(ResultModel):
 
     @classmethod
     def of(cls, found: Diagnosed) -> "CheckReadings":
-        """What is said of all logs together."""
+        """Return the faults of all logs together."""
         wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
         return cls(
             better=[each.sentence for each in wrong if each.z is not None],
@@ -102,7 +102,7 @@ class Check(DiagnosedResult):
 
     @classmethod
     def of(cls, checked: Checked, arm: Arm) -> "Check":
-        """What a check found."""
+        """Return the result of a check."""
         found = checked.found
         return cls(
             robot=arm.name,

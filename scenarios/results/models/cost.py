@@ -1,4 +1,4 @@
-"""What believing a-priori gains costs: what comes out with them, with those found, and what is true or weighed."""
+"""Effect of a-priori gains: results with these, with the identified gains, and true or weighed values."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -11,12 +11,12 @@ from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.payload_identification.payload_body import UNITS
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies has nothing to judge
+if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import CostVerdict
 
 
 class CostQuantity(ResultModel):
-    """Mass, a coordinate of the centre, or an inertia about it, of the weight; null where the data do not show it."""
+    """Mass, a coordinate of the centre, or an inertia of the payload; null if not identifiable."""
 
     quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
     unit: str = Field(description="Unit of the values")
@@ -35,7 +35,7 @@ class CostQuantity(ResultModel):
 
 
 class CostJoint(ResultModel):
-    """A joint alone: its gains, the mass that it gives, the torque that is predicted for it."""
+    """A single joint: its gains, its estimate of the mass, its predicted torque."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is stated")
@@ -79,7 +79,7 @@ class CostArm(ResultModel):
 
 
 class ResultCost(ResultModel):
-    """What comes out with a-priori gains and with those found."""
+    """Results with a-priori and with identified gains."""
 
     payload: list[CostQuantity] = Field(description="The payload, from all joints together")
     joints: list[CostJoint] = Field(description="One entry per joint, in order")
@@ -91,7 +91,7 @@ class ResultCost(ResultModel):
 
     @classmethod
     def of_verdict(cls, verdict: "CostVerdict", joints: Sequence[JointResult]) -> "ResultCost":
-        """What a run found beside the truth; `joints` are its gains."""
+        """Return the results of a run with true values; `joints` are its gains."""
         one, two = verdict.torque_a_priori, verdict.torque_found
         rows = _joints(verdict.a_priori, verdict.found, joints)
         return cls(
@@ -110,7 +110,7 @@ class ResultCost(ResultModel):
 
     @classmethod
     def of_outcome(cls, a_priori: GainsOutcome, joints: Sequence[JointResult]) -> "ResultCost":
-        """What a-priori gains make of the weight that the gains of `joints` were found with."""
+        """Return estimates with a-priori gains of the payload that was used to identify the gains of `joints`."""
         rows = _joints(a_priori, None, joints)
         return cls(payload=_payload(a_priori, None), joints=rows, arm=[], tolerance=None, passed=None)
 
@@ -136,7 +136,7 @@ def _payload(a_priori: GainsOutcome, found: GainsOutcome | None) -> list[CostQua
 
 
 def _stated(payload: Payload) -> dict[str, float]:
-    """What is known of a weight, by name."""
+    """Return the known values of a payload, by name."""
     shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
     return dict(zip(UNITS, (payload.mass, *shape), strict=False))
 

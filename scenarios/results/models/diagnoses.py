@@ -1,4 +1,4 @@
-"""What is said of logs and of an estimate, as results have it: joints from 1."""
+"""Diagnoses of logs and of an estimate, with joints from 1."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -11,7 +11,7 @@ from scenarios.support.result_model import ResultModel
 
 
 class DiagnosisEffect(ResultModel):
-    """What a fault does to a gain; to the joint's current where `deviations` is null."""
+    """Effect of a fault on a gain; on the joint's current if `deviations` is null."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     percent: float = Field(description="Error of the gain, or share of the joint's rms current")
@@ -19,7 +19,7 @@ class DiagnosisEffect(ResultModel):
 
 
 class ResultDiagnosis(ResultModel):
-    """One thing that was looked at, and what was found."""
+    """One check and its finding."""
 
     name: str = Field(description="What was checked")
     severity: Literal["good", "weak", "wrong"] = Field(description="`good`, `weak` (a warning) or `wrong`")
@@ -52,7 +52,7 @@ class ResultExclusion(ResultModel):
 
 
 class DiagnosedResult(ResultModel):
-    """What is said of logs and of an estimate; it stands behind all else that a result has."""
+    """Diagnoses of logs and of an estimate, the last part of a result."""
 
     diagnoses: list[ResultDiagnosis] = Field(description="One entry per check, the worst first")
     excluded: list[ResultExclusion] = Field(description="Faults that the logs exclude")
@@ -60,7 +60,7 @@ class DiagnosedResult(ResultModel):
 
     @property
     def found(self) -> diagnosis.Diagnosed:
-        """As it was said: joints from 0."""
+        """Return the original diagnoses, with joints from 0."""
         values = self.model_dump(include=set(DiagnosedResult.model_fields))
         said = _DIAGNOSED.validate_python(values | {"indistinguishable": values.pop("untold")})
         return diagnosis.Diagnosed(
@@ -80,7 +80,7 @@ _DIAGNOSED = TypeAdapter(diagnosis.Diagnosed)
 
 
 def diagnosed_values(found: diagnosis.Diagnosed) -> dict[str, Any]:
-    """The values of a `DiagnosedResult`."""
+    """Return the values of a `DiagnosedResult`."""
     return {
         "diagnoses": [_diagnosis_values(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],

@@ -1,4 +1,4 @@
-"""A joint's gain and a payload's parameter, as results have them."""
+"""A joint's gain and a payload's parameter in results."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -8,12 +8,12 @@ from pydantic import Field
 from ident.estimation.estimate import FoundParameter, IdentifiedGain, JointResult, RefusedGain
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies has nothing to judge
+if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import GainVerdict
 
 
 class ResultGain(ResultModel):
-    """One joint's gain; what needs a truth is null where there is none."""
+    """One joint's gain; fields that need a true value are null if it is unknown."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     true: float | None = Field(description="Injected gain [N m / drive unit]")
@@ -38,7 +38,7 @@ class ResultGain(ResultModel):
 
     @classmethod
     def of(cls, joint: int, found: JointResult, verdict: "GainVerdict | None" = None) -> "ResultGain":
-        """What was found of a joint, from 1, and how it was judged if there was a truth."""
+        """Return the result of a joint, from 1, with its verdict if the true gain is known."""
         gain = found if isinstance(found, IdentifiedGain) else None
         values: dict[str, object] = {
             "joint": joint,
@@ -66,7 +66,7 @@ class ResultGain(ResultModel):
 
 
 class ResultParameter(ResultModel):
-    """A parameter of the payload that the method found on its way; `tolerance` and `passed` are null."""
+    """A parameter of the payload that the method also estimates; `tolerance` and `passed` are null."""
 
     parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
     true: float | None = Field(
@@ -83,5 +83,5 @@ class ResultParameter(ResultModel):
 
     @classmethod
     def of(cls, found: FoundParameter, true: float | None) -> "ResultParameter":
-        """What was found, beside the truth."""
+        """Return an estimated parameter with its true value."""
         return cls(parameter=found.name, true=true, estimate=found.value, std=found.std)

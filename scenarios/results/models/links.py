@@ -1,7 +1,7 @@
-"""Links that bodies can have, as `rx90 identify --json` prints them and `rx90 patch` reads them.
+"""Physically consistent links, printed by `rx90 identify --json` and read by `rx90 patch`.
 
-Every link is stated in the frame of its joint: axes of the link in the model file, origin on the joint. The frames and
-what is fixed to the link stand beside it, so that a model of other frames is noticed.
+Every link is in the frame of its joint: axes of the link in the model file, origin on the joint. Frames and bodies
+fixed to the link are included, so that a model with other frames is detected.
 """
 
 import numpy as np
@@ -35,12 +35,12 @@ class LinkInertia(_Open):
 
     @property
     def six(self) -> tuple[float, float, float, float, float, float]:
-        """In the order of `INERTIA_KEYS`."""
+        """Values in the order of `INERTIA_KEYS`."""
         return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
 
 
 class Link(_Open):
-    """A link of the physically consistent set, without what is fixed to it."""
+    """A physically consistent link, without bodies fixed to it."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     name: str = Field(description="Name of the joint that moves the link")
@@ -58,7 +58,7 @@ class Link(_Open):
 
 
 class Links(_Open):
-    """The physically consistent set nearest to the model's."""
+    """Physically consistent links nearest to the model's."""
 
     links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
     farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
@@ -68,7 +68,7 @@ class Links(_Open):
 
 
 def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
-    """What is printed of a set."""
+    """Return the result of consistent links."""
     far = int(np.argmax(np.abs(found.moved)))
     links = [_link(found, nominal, arm, j) for j in range(arm.n)]
     return Links(
@@ -96,7 +96,7 @@ def _link(found: FoundLinks, nominal: ModelLinks, arm: Arm, j: int) -> Link:
 
 
 def same_frames(link: Link, arm: Arm, carried: Array, *, tolerance: float) -> bool:
-    """Whether a link is stated in a frame of an arm, with the same things fixed to it."""
+    """Return whether a link has the frame of an arm's link, with the same bodies fixed to it."""
     j = link.joint - 1
     pairs = (
         (link.place, arm.translation[j]),

@@ -19,12 +19,12 @@ from scenarios.results.models.gains import ResultGain, ResultParameter
 from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies needs no simulator
+if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.run import Run
 
 
 class ResultFit(ResultModel):
-    """How well the data are explained."""
+    """Quality of the fit."""
 
     method: str = Field(description="Name of the estimator")
     rows: int = Field(description="Number of rows of the linear systems of all joints")
@@ -34,7 +34,7 @@ class ResultFit(ResultModel):
 
     @classmethod
     def of(cls, estimate: GainEstimate) -> "ResultFit":
-        """How well an estimate explains its rows."""
+        """Return the quality of the fit of an estimate."""
         return cls.model_validate(estimate, from_attributes=True)
 
 
@@ -46,7 +46,7 @@ class ResultTiming(ResultModel):
 
 
 class ResultFinding(ResultModel):
-    """A diagnosis that was compared by its predictions of the currents, in short."""
+    """Summary of a fault that was tested by predictions of the currents."""
 
     check: str = Field(description="Name of the diagnosis")
     joint: int = Field(ge=1, description="The joint that is affected most")
@@ -59,7 +59,7 @@ class ResultFinding(ResultModel):
 
     @classmethod
     def of(cls, found: Diagnosis) -> "ResultFinding":
-        """A diagnosis in short, one that has a z."""
+        """Return the summary of a diagnosis that has a z."""
         assert found.z is not None, "asked of what was compared"
         worst, matters = found.worst, found.severity is not Severity.GOOD
         return cls(
@@ -98,9 +98,9 @@ class Result(DiagnosedResult):
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
-        """What a run found, beside the truth."""
+        """Return the result of a run, with true values."""
         bodies = list(run.setup.true_payloads.values())
-        true = {}  # of several, a name does not say whose it is
+        true = {}  # with several payloads, a name is ambiguous
         if len(bodies) == 1:
             values = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
             true = dict(zip(map(str, INERTIAL), values, strict=True))
@@ -124,7 +124,7 @@ class Result(DiagnosedResult):
         a_priori: GainsOutcome | None = None,
         unseen: Unseen | None = None,
     ) -> "Result":
-        """What was identified; what needs a truth is null. `identify_s` is a wall time [s]."""
+        """Return the result of an identification, without true values. `identify_s` is a wall time [s]."""
         return cls(
             scenario=None,
             seed=None,
@@ -139,7 +139,7 @@ class Result(DiagnosedResult):
 
     @property
     def judged(self) -> bool:
-        """Whether there was a truth."""
+        """Whether true gains are known."""
         return all(gain.true is not None for gain in self.gains)
 
 
@@ -148,7 +148,7 @@ def _payload(found: tuple[FoundParameter, ...], true: Mapping[str, float]) -> li
 
 
 def _common(estimate: GainEstimate, notes: tuple[str, ...], found: Diagnosed) -> dict[str, Any]:
-    """What both have alike."""
+    """Return the common values of both."""
     return {
         "fit": ResultFit.of(estimate),
         "notes": list(notes),

@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, as gains predict it."""
+"""Prediction of a motion that was not used in any fit."""
 
 from typing import Literal
 
@@ -10,17 +10,17 @@ from scenarios.support.result_model import ResultModel
 
 
 class UnseenJoint(ResultModel):
-    """A joint's currents on a motion that no fit has seen; null where the joint has no gain.
+    """A joint's currents on a motion that was not used in any fit; null if the joint has no gain.
 
     Attributes:
-        joint: Its number, from 1.
+        joint: Number of the joint, from 1.
         rel_error: Norm of the prediction's error relative to that of the currents.
-        explained: Share of the squared currents that is predicted, one less the square of `rel_error`.
-        other_rel_error: As `rel_error`, relative as well, with the other gains or the model as it is.
-        fitted_rel_error: Norm of the residual relative to that of the currents, of the motions that the arm was fitted
-            to; null of a model file.
-        largest_rel_error: Largest `rel_error` of a motion that is predicted: three times what the fit is off by where
-            it has not seen its own motions, with the deviations of arm, gain and payload, and 15 % at most.
+        explained: Share of the squared currents that is predicted, one minus the square of `rel_error`.
+        other_rel_error: As `rel_error`, relative, with the other gains or the unchanged model.
+        fitted_rel_error: Norm of the residual relative to that of the currents, of the fitted motions; null for a model
+            file.
+        largest_rel_error: Largest `rel_error` of a predicted motion: three times the cross-validation error of the fit
+            with the standard deviations of arm, gain and payload, at most 15 %; relative.
     """
 
     joint: int = Field(ge=1)
@@ -32,13 +32,13 @@ class UnseenJoint(ResultModel):
 
     @property
     def exceeds(self) -> bool:
-        """Whether the motion is not predicted."""
+        """Whether the error exceeds its limit."""
         largest = self.largest_rel_error
         return self.rel_error is not None and largest is not None and self.rel_error > largest
 
 
 class ResultUnseen(DiagnosedResult):
-    """How well a motion that no fit has seen is predicted."""
+    """Prediction of a motion that was not used in any fit."""
 
     log: str = Field(description="Recording of the motion")
     loaded: bool = Field(description="Whether the motion carries a payload")
@@ -58,17 +58,17 @@ class ResultUnseen(DiagnosedResult):
 
     @property
     def passed(self) -> bool:
-        """Whether every joint's currents are predicted, and what was to be beaten is."""
+        """Whether every joint's currents are predicted, and better than by the others, if any."""
         return self.verdict in (None, "better") and not any(each.exceeds for each in self.joints)
 
     @property
     def fitted(self) -> bool:
-        """Whether the arm was fitted to motions, or is that of a file."""
+        """Whether the arm was fitted to motions, not read from a file."""
         return any(each.fitted_rel_error is not None for each in self.joints)
 
     @classmethod
     def of(cls, found: Unseen) -> "ResultUnseen":
-        """What was predicted."""
+        """Return the result of a prediction."""
         return cls(
             log=found.name,
             loaded=found.loaded,

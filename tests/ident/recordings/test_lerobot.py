@@ -217,7 +217,7 @@ WRONG = {
     ),
     "two kinds of currents": (
         two_kinds, of(CURRENT, 1),
-        r"several kinds of currents: observation\.state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ",
+        r"several kinds of current: observation\.state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ",
     ),
     "NaN": (nan, of(CURRENT, 1), r"v2 is not a finite number at row 8 \(1 such values\)"),
     "truncated JSON": (lambda p: broken(so101(p), "meta/info.json", b'{"fps": 50, "fea'), of(CURRENT, 1), "not JSON"),

@@ -94,7 +94,7 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(played):
         expected = 1.1 if gains == "published" else 1.0
         assert abs(each["found"] / each["mass"] - expected) < 4.0 * each["std"] / each["mass"]
     page = (out / "scoreboard.html").read_text(encoding="utf-8")
-    assert "Payloads weighed with gains identified without them" in page
+    assert "Payloads estimated with gains that were identified without them" in page
     assert "untried" in page
 
 
@@ -130,7 +130,7 @@ def test_what_is_missing_is_told_with_how_to_get_it(tmp_path, capsys):
     said = " ".join(capsys.readouterr().out.split())
     assert "0 of 6 recordings run" in said
     assert "ur10/exciting.db3. Clone the repository" in said
-    assert "EMPS, an electro-mechanical slide (untried: no file of this format has been seen by this project)" in said
+    assert "EMPS, an electro-mechanical slide (untried: this project has not read any file of this format)" in said
 
 
 def test_no_data_are_in_the_catalogue():

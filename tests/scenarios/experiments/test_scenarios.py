@@ -46,7 +46,7 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     assert verdict.gains[3].reason == "too little load"
     assert (
         verdict.gains[4].reason
-        == "identified, but not identifiable from these data according to tolerance.identifiable in mine.toml"
+        == "identified, although these data do not identify it according to tolerance.identifiable in mine.toml"
     )
 
 

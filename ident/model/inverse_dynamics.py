@@ -1,7 +1,7 @@
-"""Joint torques of known standard parameters, without the regressor: Newton and Euler out to the flange and back.
+"""Joint torques of known standard parameters by the recursive Newton-Euler algorithm, without the regressor.
 
-Outward, each link's motion gives the force and the moment about its origin that it asks for; inward, a joint carries
-those of its own link and of all links beyond it. Every operation is on all samples at once, in frames of the links.
+The outward recursion gives the required force of each link and the moment about its origin; the inward recursion sums
+those of a joint's link and of all following links. Operations are vectorised over samples, in frames of the links.
 """
 
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ from ident.model.parameters import INERTIAL, STANDARD
 from ident.support.arrays import Array
 
 BLOCK = 4096
-"""Samples handled at once: enough to hide the cost of a NumPy call, few enough for the processor's cache."""
+"""Number of samples per block: limits the overhead of NumPy calls, and fits the processor's cache."""
 
 
 def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
+    """Return the torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
 
     Args:
         arm: The arm, n joints, c couplings.
@@ -49,7 +49,7 @@ def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> A
 
 
 def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of rotors, friction and offsets: what `inverse_dynamics` adds to that of links.
+    """Return the torque of rotors, friction and offsets, a part of `inverse_dynamics`.
 
     Args:
         arm: The arm, n joints, c couplings.
@@ -73,11 +73,11 @@ def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
 
 @dataclass(slots=True)
 class _Link:
-    """A link's pose in the frame before, and what it asks for in its own; samples last.
+    """A link's pose in the preceding frame, and its required wrench in its own frame; samples last.
 
     Attributes:
-        E: Rotation from the frame before to its own, (3, 3, samples).
-        arrow: Its origin in the frame before.
+        E: Rotation from the preceding frame to its own, (3, 3, samples).
+        arrow: Its origin in the preceding frame.
         wrench: Moment about its origin, then force, (2, 3, samples).
     """
 
@@ -87,21 +87,21 @@ class _Link:
 
 
 def _link_torques(arm: Arm, turns: list[list[Term]], chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of links and what they carry; motion and result are (n, samples)."""
+    """Return the torque of the links; motion and result have shape (n, samples)."""
     torque = np.empty_like(q)
     carried = np.zeros((2, 3, q.shape[1]))
     for j, link in reversed(list(enumerate(_links(arm, turns, chi, q, dq, ddq)))):
         carried += link.wrench
         torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
         carried = np.einsum("kas,abs->kbs", carried, link.E)
-        add_cross(carried[0], -carried[1], link.arrow)  # the lever times the force
+        add_cross(carried[0], -carried[1], link.arrow)  # lever arm times force
     return torque
 
 
 def _links(arm: Arm, turns: list[list[Term]], chi: Array, q: Array, dq: Array, ddq: Array) -> list[_Link]:
-    """Every link, from the base on."""
+    """Yield the links, from the base on."""
     samples, links = q.shape[1], list[_Link]()
-    motion = np.zeros((3, 3, samples))  # w, dw, and a, the acceleration of the origin less gravity
+    motion = np.zeros((3, 3, samples))  # w, dw, and a, the acceleration of the origin minus gravity
     motion[2] = -arm.gravity[:, None]
     L = np.zeros((3, 3, samples))
     for j in range(arm.n):
@@ -116,7 +116,7 @@ def _links(arm: Arm, turns: list[list[Term]], chi: Array, q: Array, dq: Array, d
 
 
 def _wrench(inertial: Array, motion: Array, L: Array) -> Array:
-    """Moment J dw + w x J w + MS x a about the origin of a link, then force M a + L MS, shape (2, 3, samples)."""
+    """Return moment J dw + w x J w + MS x a about a link's origin, then force M a + L MS, (2, 3, samples)."""
     XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = inertial
     J, MS = np.array([[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]]), np.array([MX, MY, MZ])
     w, dw, a = motion

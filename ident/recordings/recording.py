@@ -1,4 +1,4 @@
-"""A recording: what a robot's controller logs of one motion, and nothing else."""
+"""Recordings: the log of a robot's controller for one motion."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,22 +10,22 @@ from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import RecordingError
 
 LARGEST_GAP = 10.0
-"""Sampling interval, in medians, above which samples count as missing instead of late."""
+"""Sampling interval relative to the median above which samples are missing instead of late."""
 LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
-"""Sizes that no position [rad or m] and no current in whatever drive unit has; squares of them stay finite."""
+"""Largest plausible position [rad or m] and current [any drive unit]; their squares are finite."""
 JITTER_TOL = 1e-3
-"""Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
+"""Relative deviation of a sampling interval from the mean above which a clock has jitter."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """One motion as the robot's controller logs it. Checked when built; the arrays are read-only.
+    """The log of one motion by the robot's controller. Checked at creation; the arrays are read-only.
 
     Attributes:
         t: Sample times [s], shape (N,), strictly increasing.
         q: Joint positions [rad or m], shape (N, n).
         v: Current references [drive units], shape (N, n).
-        name: Where it came from, for messages.
+        name: Name of its source, for messages.
 
     Raises:
         RecordingError: If shapes disagree, a value is not finite, time does not increase, or it is too short.

@@ -55,7 +55,7 @@ class Limits:
         return np.maximum(np.stack(used) - np.array([*SHARES.values()])[:, None, None], 0.0)
 
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
-        """Return the largest factor on each joint's motion about its centre within range, speed and acceleration, (n,)."""
+        """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
         q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
         center = trajectory.center
         room = SHARES["range"] * np.minimum(self.upper - center, center - self.lower)

@@ -12,7 +12,7 @@ from opening import write_page
 
 HEAD = """# Methods side by side
 
-Written by `make methods` from the folders that `rx90 compare` left. No number here is typed by hand.
+Written by `make methods` from the folders of `rx90 compare`. No number is typed by hand.
 """
 ELSEWHERE = """## Methods from elsewhere
 

@@ -30,7 +30,7 @@ class Interval:
 
     Attributes:
         value: A share of the gain, or of the variance of its error.
-        low, high: Ends of the interval, in the unit of the value.
+        low, high: Ends of the interval, relative as the value.
     """
 
     value: float

@@ -38,7 +38,7 @@ class JointStatistics:
         cover_2: Share of gains with an error below 2 stated standard deviations (normal: 0.954).
         pass_rate: Share of trials that passed; a failed trial did not pass.
         pass_low, pass_high: Ends of the 95 % interval of that share (Clopper and Pearson).
-        wanted: Pass rate that the scenario requires.
+        wanted: Share of passes that the scenario requires.
         allowed: Largest number of misses that is compatible with it.
         held: Whether the trials are compatible with that pass rate; for too few trials to test it, whether all passed.
     """

@@ -32,9 +32,7 @@ class ResultGain(ResultModel):
     )
     model_std: float | None = Field(None, description="Contribution of the model's assumptions [N m / drive unit]")
     total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")
-    predicted_rel_std: float | None = Field(
-        None, description="Relative standard deviation predicted from motion, payload and noise"
-    )
+    predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
 
     @classmethod
     def of(cls, joint: int, found: JointResult, verdict: "GainVerdict | None" = None) -> "ResultGain":

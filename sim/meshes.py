@@ -45,7 +45,7 @@ def drop_unusable_meshes(
         if counts and (arm is None or any(link is each for each in arm)):
             fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
             raise ModelFileError(
-                f"link {link.name!r} takes its inertia from the mesh {unusable[shape.meshname]!r}, {fault} the "
+                f"link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, {fault} the "
                 "file, or state an inertial"
             )
         spec.delete(shape)

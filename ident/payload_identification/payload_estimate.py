@@ -102,7 +102,9 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
             )
             refused[name] = alone
     if not place:
-        raise NotIdentifiable("no payload parameter is identifiable from these motions; move it more, or further")
+        raise NotIdentifiable(
+            "no payload parameter is identifiable from these motions; use larger or more varied motions"
+        )
     belief = final.fit.theta_belief[at]
     rivals = [
         each.share * (each.other.fit.found.theta[at] - each.final.fit.found.theta[at]) for each in selected.rivals

@@ -58,7 +58,9 @@ def write_dataset(
     others = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
     foreign = [path for path in others if path not in (folder / DATA, folder / EPISODES)]
     if foreign:
-        raise RecordingError(f"{one_line(folder)}: holds another dataset, {one_line(foreign[0])}; give another folder")
+        raise RecordingError(
+            f"{one_line(folder)}: contains another dataset, {one_line(foreign[0])}; give another folder"
+        )
     for name in FILES:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
     unit = MEANINGS[signal].unit if signal else ""

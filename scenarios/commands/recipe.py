@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives robot, motions, payloads and options")
-    said = "page to write, Markdown; a file of each payload is written beside it unless it exists"
+    said = "page to write, Markdown; a file of each payload is written to the same folder unless it exists"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)

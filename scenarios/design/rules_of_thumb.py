@@ -91,7 +91,7 @@ def drives_by_rule(
     viscous = VISCOUS * rotor
     coulomb = COULOMB * viscous
     rules = {
-        "gain": (np.ones(arm.n), "a log of torques computed with the maker's own constants: 1 unit is 1 N m or 1 N"),
+        "gain": (np.ones(arm.n), "a log of torques computed with the manufacturer's constants: 1 unit is 1 N m or 1 N"),
         "rotor_inertia": (rotor, f"{ROTOR:g} times the largest torque; the RX-90's has 0.005 to 0.0075"),
         "viscous_friction": (viscous, f"{VISCOUS:g} 1/s times the rotor inertia; an identified TX-40 has 15 to 60"),
         "coulomb_friction": (

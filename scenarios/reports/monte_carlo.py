@@ -21,7 +21,7 @@ MEANING = (
 
 def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> Report:
     """Return the report: verdict, one row per joint, meaning of the columns, failures by kind, figures."""
-    more = f" (the folder holds more than the {asked} requested)" if result.trials > asked else ""
+    more = f" (the folder contains more than the {asked} requested)" if result.trials > asked else ""
     parts: list[Part] = [_verdict(result.joints), _table(result.joints), Paragraph(MEANING)]
     parts += [
         Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")

@@ -22,7 +22,7 @@ TOLD = (
 
 
 def unseen_verdict(
-    found: ResultUnseen | None, *, this: str = "the gains found", other: str = "the others"
+    found: ResultUnseen | None, *, this: str = "the identified gains", other: str = "the others"
 ) -> list[Part]:
     """Return a sentence on the prediction error; nothing without such a motion."""
     if found is None:

@@ -197,7 +197,9 @@ def _body(body: Element, inherited: str, reading: _Reading) -> str:
     inherited = _known_class(body, "childclass", inherited, reading)
     joints = body.all("joint", "freejoint")
     if len(joints) > 1:
-        raise RobotModelError(f"{joints[1].title}: a second joint in one body; give it a body of its own around it")
+        raise RobotModelError(
+            f"{joints[1].title}: a second joint in one body; put it in a separate body around this one"
+        )
     place = {key: value for key, value in body.attributes.items() if key == "pos"} | turned
     inside = [_joint(joint, inherited, reading) for joint in joints]
     inside += [_body(inner, inherited, reading) for inner in _bodies(body)]

@@ -131,7 +131,7 @@ def _header(path: Path, text: bytes, request: Request) -> _Layout:
         elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
             raise RecordingError(
                 f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
-                'v1,.., or say header = "none" in a log description'
+                'v1,.., or set header = "none" in a log description'
             )
     separator = stated.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
     return _Layout(_split(words, separator), separator, ".", number, position)

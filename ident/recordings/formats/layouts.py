@@ -78,7 +78,7 @@ def _likely_time(names: Sequence[str]) -> str:
     """Return advice on the time column."""
     likely = next((name for name in names if _TIME.match(name)), None)
     if likely is None:
-        return "; say which one it is: --columns t=NAME[unit]"
+        return "; declare it: --columns t=NAME[unit]"
     ending = re.split(r"[^a-z]+", likely.lower().rstrip("])"))[-1]
     unit = f"[{ending}]" if ending in TIME else "[unit]"
     return f"; is it {shown(likely)}? --columns 't={one_line(likely)}{unit}'"
@@ -112,8 +112,8 @@ def used_columns(path: Path, header: Sequence[str]) -> list[str]:
             )
     if not used:
         raise RecordingError(
-            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
-            "they are (--columns, --log-description)"
+            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; declare the columns "
+            f"(--columns, --log-description)"
         )
     return used
 
@@ -180,7 +180,7 @@ def lerobot(path: Path, names: Sequence[str], description: LogDescription) -> Lo
     positions = info.positions()
     if not positions and not description.q.columns:
         raise RecordingError(
-            f"{one_line(path)}: entries of {STATE} have no names of joints; say which of them are positions and "
+            f"{one_line(path)}: entries of {STATE} have no names of joints; declare which of them are positions and "
             f"currents: --columns 'q=NAME[{{0..5}}][unit]' 'v=..'; {_features(info)}"
         )
     joints = description.joints or tuple(positions)

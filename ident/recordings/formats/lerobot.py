@@ -79,7 +79,7 @@ def _rows(path: Path, episode: int, columns: Mapping[str, None]) -> dict[str, Ar
     """Return the columns of an episode from all files with its rows."""
     files = [file for file in _parquets(path, "data") if _may_hold(file, episode)]
     if not files:
-        raise RecordingError(f"{one_line(path)}: no file of data/ holds episode {episode}; copy the dataset again")
+        raise RecordingError(f"{one_line(path)}: no file of data/ contains episode {episode}; copy the dataset again")
     table = _together(files, tuple(columns))
     kept = table[EPISODE] == episode
     return {name: values[kept] for name, values in table.items()}

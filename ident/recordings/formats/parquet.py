@@ -156,7 +156,7 @@ def _check_type(path: Path, name: str, kind: object, *, dated: bool) -> None:
             "us or ns"
         )
     if not dated and not (pa.types.is_integer(value) or pa.types.is_floating(value) or pa.types.is_decimal(value)):
-        advice = '; t is in seconds; say unit = "iso" for dates' if pa.types.is_timestamp(value) else ""
+        advice = '; t is in seconds; set unit = "iso" for dates' if pa.types.is_timestamp(value) else ""
         raise RecordingError(
             f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, expected numbers{advice}"
         )

@@ -15,7 +15,7 @@ from ident.support.naming import nearest, one_line, shown
 MOST_JOINTS = 64
 """Largest number of joints of a recording."""
 TAKEN = {
-    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} takes target_current",
+    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} selects target_current",
     UR_TARGET: "v is target_current_0 .. [A], as commanded by the controller",
 }
 """Notes on choices of a layout."""

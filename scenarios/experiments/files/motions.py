@@ -63,7 +63,7 @@ def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int)
     except (ValueError, OverflowError):  # rows of unequal length, or an integer too large for a float
         raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
     if not (np.abs(values) <= LARGEST).all():
-        raise ScenarioError(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+        raise ScenarioError(f"{path}: {key} contains a number that is not finite or beyond {LARGEST:g}")
     return values
 
 

@@ -154,7 +154,7 @@ def study_folder(
         _refuse_foreign(path)
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
+        raise StudyError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)
@@ -186,7 +186,7 @@ def _refuse_foreign(path: Path) -> None:
         strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
         if strange or any((path / TRIALS).glob("*")):
             named = strange[0] if strange else TRIALS
-            raise StudyError(f"{path}: holds {named!r} but no {STUDY}, so it is not a study; use another --out")
+            raise StudyError(f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out")
 
 
 def _read_record(path: Path) -> dict[str, object] | None:

@@ -68,7 +68,7 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
     except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
         raise StudyError(f"{path}: not part of a study; move it away") from error
     if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
-        raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        raise StudyError(f"{path}: contains trials {held.start} to {held.stop - 1}; move it away")
     if found.num_rows != len(part.trials) * rows_per_trial:
         first, last = held.start, held.stop - 1
         raise StudyError(f"{path}: its {found.num_rows} rows are not those of trials {first} to {last}; move it away")

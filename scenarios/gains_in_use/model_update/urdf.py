@@ -58,7 +58,7 @@ def urdf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patc
     for each in links:
         child = joints[each.joint].all("child")[0]
         found += _link(file, named[child.attributes["link"]], each)
-    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere=', of which URDF has none')} -->")
+    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere=', which URDF does not support')} -->")
     found[0] = Patched(found[0].change, (*found[0].edits, comment))
     return found
 

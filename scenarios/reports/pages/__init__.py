@@ -43,7 +43,7 @@ def kind_of(folder: Path) -> str:
         ScenarioError: If it holds no result.
     """
     if not folder.is_dir():
-        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one that {LEAVERS} left")
+        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
@@ -52,13 +52,13 @@ def kind_of(folder: Path) -> str:
             return kind
     if (folder / RESULT).is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
+            f"{one_line(folder)}: contains {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
         )
     if (folder / "paper.md").is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds paper.md but no {PAPER}: incomplete or from an older version; write it again"
+            f"{one_line(folder)}: contains paper.md but no {PAPER}: incomplete or from an older version; write it again"
         )
-    raise ScenarioError(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
+    raise ScenarioError(f"{one_line(folder)}: contains no result; expected a folder written by {LEAVERS}")
 
 
 def _stated(path: Path, key: str) -> str:

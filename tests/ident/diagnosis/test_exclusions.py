@@ -223,7 +223,7 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 1e-3 * axis))).estimate
         gains = ([joint.value for joint in each.joints] for each in (sound.estimate, off))
         moved = max(moved, *(100.0 * abs(b / a - 1.0) for a, b in zip(*gains, strict=True)))
-    told = f"errors of the payload's centre beyond {excluded.limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
+    told = f"errors of the payload's centre beyond {excluded.limit:g} mm (1 mm changes a gain by {moved:.1g} %)"
     assert excluded.sentence == told
     for axis in np.eye(3):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))

@@ -75,7 +75,7 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     pq.write_table(pa.table(columns | {"time": pa.array(ms, pa.timestamp("ms", zone))}), path)
     found = read_recording(path, channels("t", unit=("iso",)))
     np.testing.assert_allclose(found.t, ms / 1000, rtol=0.0, atol=3e-7)  # float64 has 2.4e-7 s in 2024
-    with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; say unit = "iso"'):
+    with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; set unit = "iso"'):
         read_recording(path, DESCRIPTION)
     pq.write_table(pa.table(columns), path)
     with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):

@@ -76,7 +76,8 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     assert main(words) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert re.search(
-        r"PASSED: prediction error [\d.]+ % with the gains found, [\d.]+ % with the others, of the currents of", out
+        r"PASSED: prediction error [\d.]+ % with the identified gains, [\d.]+ % with the others, of the currents of",
+        out,
     )
 
 
@@ -286,7 +287,7 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
     write_recording(replace(heavy, t=heavy.t[kept] - 1.5, q=heavy.q[kept], v=heavy.v[kept]), part)
     unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
-    assert "part.parquet hold the same motion, whole or in part" in only_line(capsys)
+    assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
     assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
     assert "part.parquet: the gains were identified from this recording or a part of it (heavy.parquet)" in only_line(
         capsys

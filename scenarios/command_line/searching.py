@@ -45,7 +45,7 @@ def check_harmonics(options: argparse.Namespace) -> None:
     """
     if options.harmonics > FASTEST * options.duration:
         raise ScenarioError(
-            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest is at "
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the highest harmonic is at "
             f"{options.harmonics / options.duration:.3g} Hz; the search resolves up to {FASTEST:g} Hz"
         )
 

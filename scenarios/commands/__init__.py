@@ -12,7 +12,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "your robot": {
         "new-robot": "create a robot and scenario from a model file",
-        "excite": "search for the motion with the least gain uncertainty",
+        "excite": "search for the motion with the smallest gain uncertainty",
         "payload": "design a payload that identifies every gain",
     },
     "record": {
@@ -23,7 +23,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "identify": {"identify": "identify the gains of a robot from recordings"},
     "validate": {
-        "verify": "test gains on a known payload, or cross-validate",
+        "verify": "test gains with a known payload, or cross-validate",
         "compare-gains": "test two sets of gains for significant changes",
     },
     "use": {

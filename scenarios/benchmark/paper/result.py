@@ -100,8 +100,8 @@ class PaperResult(_Finite):
     )
     cases: Annotated[tuple[PaperCase, ...], Field(min_length=3, max_length=3)] = Field(
         description=(
-            "Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and what the "
-            "paper prints of it"
+            "Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and published "
+            "values"
         )
     )
     patterns: Annotated[tuple[WrongGains, ...], Field(min_length=16, max_length=16)] = Field(

@@ -118,7 +118,7 @@ def read_recipe(path: Path) -> Recipe:
         place = ".".join(map(str, first["loc"]))
         raise ScenarioError(f"{one_line(path)}: key {place} of the recipe: {one_line(first['msg'])}") from error
     if found.set and found.model is None:
-        raise ScenarioError(f"{one_line(path)}: model is missing; recordings are identified with one")
+        raise ScenarioError(f"{one_line(path)}: model is missing; it is needed for identification")
     for each in found.set:
         if bool(each.loaded) != (each.payload is not None):
             raise ScenarioError(f"{one_line(path)}: set {each.name}: loaded and payload go together; give both or none")

@@ -47,7 +47,9 @@ def disagreements(found: Sequence[SensorGain]) -> list[str]:
             continue
         if abs(A.slope - B.slope) > 2.0 * np.hypot(A.std, B.std):
             off = two_digits(100.0 * (B.slope / A.slope - 1.0), sign="+")
-            said.append(f"joint {A.joint}: {B.sensor} differs from {A.sensor} by {off} %; not both can be its torque")
+            said.append(
+                f"joint {A.joint}: {B.sensor} differs from {A.sensor} by {off} %; at most one can be its torque"
+            )
     return said
 
 

@@ -178,8 +178,8 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
         made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
         return [each.sentence for each in exclusions(replace(seen, gross=made)) if each.limit is None]
 
-    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q2, 4"]
-    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q4"]
+    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q2, 4"]
+    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q4"]
     assert said(0.99 * SURELY_WORSE, 0.98 * SURELY_WORSE) == []
 
 

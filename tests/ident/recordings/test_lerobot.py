@@ -241,7 +241,7 @@ WRONG = {
     ),
     "no data": (lambda p: broken(broken(so101(p), DATA, None), "data/chunk-000/file-001.parquet", None), of(CURRENT, 1),
                 "data has no Parquet file"),
-    "no file of the episode": (lambda p: broken(so101(p), DATA, None), of(CURRENT, 1), "of data/ holds episode 1"),
+    "no file of the episode": (lambda p: broken(so101(p), DATA, None), of(CURRENT, 1), "of data/ contains episode 1"),
     "truncated data": (lambda p: broken(so101(p), DATA, b"PAR1 half a file"), of(CURRENT, 1), "not a readable Parquet"),
     "no list of episodes": (lambda p: broken(so101(p), LIST, None), of(CURRENT, 1), "episodes has no Parquet file"),
     "a truncated list": (lambda p: broken(so101(p), LIST, b"PAR1"), of(CURRENT, 1), "not a readable Parquet file"),

@@ -144,7 +144,7 @@ def test_one_array_is_rows_or_named_fields(tmp_path):
     np.save(path, np.column_stack((T, Q, V)))
     description = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
     assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; say which columns"):
+    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; declare the columns"):
         read_recording(path)
     fields = np.zeros(len(T), dtype=[("t", "f4"), ("q1", "f8"), ("v1", "i4"), ("stamp", "M8[ms]"), ("word", "U3")])
     fields["t"], fields["q1"], fields["v1"] = np.arange(len(T)) / 64.0, Q[:, 0], np.round(100.0 * V[:, 0])

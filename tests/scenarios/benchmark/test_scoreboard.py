@@ -213,7 +213,9 @@ def test_torque_sensors_are_held_against_motors(tmp_path, capsys):
     columns["torque_sensor_b_3"] *= 1.3
     pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
     notes = board(capsys, tmp_path, tmp_path / "out", "--force")["voraus-AD"]["notes"]
-    assert notes == ["joint 3: torque_sensor_b_3 differs from torque_sensor_a_3 by +30 %; not both can be its torque"]
+    assert notes == [
+        "joint 3: torque_sensor_b_3 differs from torque_sensor_a_3 by +30 %; at most one can be its torque"
+    ]
     del columns["joint_velocity_4"]
     pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
     found = board(capsys, tmp_path, tmp_path / "out", "--force", status=1)["voraus-AD"]

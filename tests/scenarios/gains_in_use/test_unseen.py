@@ -251,7 +251,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     recording = ident.read(run / "light.parquet").recording
     write_recording(replace(recording, v=1000.0 * recording.v), tmp_path / "scaled.parquet")
     cases = {
-        ("--unseen", str(run / "unloaded.parquet")): "hold the same motion",
+        ("--unseen", str(run / "unloaded.parquet")): "contain the same motion",
         ("--unseen", str(tmp_path / "scaled.parquet")): "if it carries a payload, state it",
         (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "state mass and centre of mass",
         ("--unseen-payload", str(tmp_path / "mass.toml")): "add --unseen LOG",

@@ -91,7 +91,7 @@ def main(options: argparse.Namespace) -> Status:
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
         raise interrupt or AssertionError("a search that is not stopped finds a motion")
-    complain(f"cost of the start {first.cost:.4f}, of the new motion {found.cost:.4f}")
+    complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
     try:
         motion, reason = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
@@ -183,7 +183,7 @@ def _beside(
     """Return the motion to write if the scenario's own is better: its own if it was to be improved."""
     said = (
         "the scenario's own motion is better: the largest standard deviation of its gains is "
-        f"{100.0 * design.worst(own):.3g} %, that of the new motion {100.0 * design.worst(found):.3g} %"
+        f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(found):.3g} %"
     )
     if options.improve:
         complain(f"{said}; no better motion was found, so it is written")

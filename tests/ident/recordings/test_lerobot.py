@@ -105,7 +105,7 @@ def test_currents_may_be_a_feature_of_their_own(tmp_path, kind, names):
 
 def test_entries_without_names_are_said_by_their_numbers(tmp_path):
     folder = apart(tmp_path / "set", None)
-    with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; say which"):
+    with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; declare which"):
         read_recording(folder, of(CURRENT, 0))
     q, v = (tuple(f"observation.{name}[{k}]" for k in (1, 0)) for name in ("state", "effort"))
     said = LogDescription(

@@ -106,8 +106,7 @@ def identify(
         observing: Filters and thresholds.
         gains: Limits for accepting a gain, and the method for its uncertainty.
         policy: Policy for checks and repairs of the logs.
-        links: Standard parameters of every link as its model draws it, shape (n, 10), to hold the gains against; None
-            where nobody knows them.
+        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
 
     Raises:
         IdentificationError: If the data contradict their description; one class per cause, and the message states the

@@ -73,7 +73,7 @@ class Examined:
     """One log.
 
     Attributes:
-        recording: As logged.
+        recording: The original recording.
         repaired: Its parts, with unambiguous repairs.
         repairs: Diagnoses of the repairs.
         diagnoses: Results of the checks of its samples, by name of the check.
@@ -150,8 +150,8 @@ def prepare(
         motions: Motions, in order of time if known.
         robot: The arm, or its structure, whose computation takes a while for many joints.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
-        policy: How far the logs are trusted.
+        gains: Limits for accepting a gain.
+        policy: Policy for checks and repairs of the logs.
 
     Raises:
         RecordingError: If a log is not of this arm; the message states the probable fault.

@@ -173,7 +173,7 @@ def unseen_motion(
     Args:
         log: The motion.
         seen: Motions used in the fit; the bare ones help to test this one.
-        structure: Of the arm.
+        structure: Identifiable structure of the arm.
         observing: Filters, with the delay that was undone.
         gains: Options of the identification.
         policy: Policy for checks and repairs of the log.

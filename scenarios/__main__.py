@@ -9,7 +9,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
-    """Run the command line as a process of its own."""
+    """Run the command line in a separate process."""
     own_packages_first()
     import warnings  # after the import path is settled
 
@@ -18,7 +18,7 @@ def main() -> int:
     for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then
         os.environ.setdefault(name, "1")
     if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # a warning is for whoever reads code; what a user must know is said in words
+        warnings.simplefilter("ignore")  # warnings are for developers; messages inform the user
     return command_line()
 
 

@@ -113,7 +113,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 
 def _described(file: type[BaseModel]) -> dict[str, Any]:
-    """The schema of a file, each key with what the docstring of its class, or of one it inherits from, says of it."""
+    """Return the schema of a file, with descriptions of keys from the docstrings of their classes."""
     schema = file.model_json_schema()
     kinds = {kind.__name__: kind for kind in _classes(file)}
     for title, table in [(schema["title"], schema), *schema.get("$defs", {}).items()]:

@@ -28,7 +28,7 @@ SLENDER = 4.0 / 3.0, 7.0 / 3.0
 TIMES = 40
 """Number of times of the motions for the layout of a scene, unless times are given."""
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-"""Of a box, in shares of its half edges, shape (8, 3)."""
+"""Corners of a box, relative to its half edges, shape (8, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +39,7 @@ class Scene:
         model: All of them.
         places: Indices of each arm's joint positions in the state, one array (n,) per experiment.
         motions: Reference motion of each.
-        duration: Of the longest motion [s].
+        duration: Duration of the longest motion [s].
         times: Times for which the scene is laid out [s].
         azimuth: Direction in which the camera looks, about the vertical from x [deg].
     """

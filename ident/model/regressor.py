@@ -7,7 +7,7 @@ origin for unit speed of joint j, the torque of joint j is (d'Alembert's princip
 
     tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
 
-The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` holds them as matrices.
+The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` has them as matrices.
 """
 
 from collections.abc import Iterator

@@ -152,7 +152,7 @@ class Decimator:
         """Return the weights of samples in a weighted sum of rows: the transpose of `applied`.
 
         Args:
-            weights: Of each row, shape (rows,).
+            weights: Weight of each row, shape (rows,).
 
         Returns:
             Weights, shape ((rows - 1) factor + 2 h + 1,): later samples have no effect.

@@ -47,7 +47,7 @@ def write_dataset(
         recordings: At least one, with the same joints and rate.
         folder: The folder, created if missing.
         joints: Names of the joints, base to flange; `joint_1` .. if None.
-        signal: What v is, a name of `MEANINGS`; None for drive units.
+        signal: Quantity of v, a name of `MEANINGS`; None for drive units.
 
     Raises:
         RecordingError: If recordings differ in joints or rates, or the folder has other data.

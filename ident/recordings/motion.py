@@ -37,7 +37,7 @@ def read(
         path: The log, of any format of `formats.LOGS`.
         payload: Payload file, or result of `read_payload`; None for a bare flange. Use one `Payload` object for all
             motions of one mounting.
-        description: What the log's columns are, where they are not ours or of a layout that is known.
+        description: Description of the log's columns, unless they have standard names or a known layout.
 
     Raises:
         RecordingError: If the log is missing, unreadable or not valid.

@@ -59,17 +59,17 @@ class Recording:
 
 
 NO_JOINT = "; to leave out a gripper or another column that is not a joint of the arm, name the others: q=NAME[{0..5}]"
-"""How columns of rows of numbers are read in part."""
+"""Partial reading of columns of arrays."""
 
 
-@lru_cache(maxsize=4)  # checks and the observation of one recording ask for it
+@lru_cache(maxsize=4)  # cached for the checks and the observation of a recording
 def resampled(recording: Recording) -> Recording:
-    """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
+    """Return the recording on a uniform clock of the same mean rate: q by cubic spline, v by linear interpolation.
 
-    A recording whose clock is uniform within `JITTER_TOL` comes back unchanged.
+    A recording whose clock is uniform within `JITTER_TOL` is returned unchanged.
 
     Raises:
-        RecordingError: If samples are missing: nothing may be invented for a hole.
+        RecordingError: If samples are missing, as gaps are not interpolated.
     """
     if recording.jitter <= JITTER_TOL:
         return recording
@@ -130,7 +130,7 @@ def _check(recording: Recording) -> None:
 
 
 def _why_not_rising(recording: Recording, back: Indices) -> str:
-    """What rows whose time is not after that of the row before look like."""
+    """Advice for rows whose time does not increase."""
     t, q, v = recording.t, recording.q, recording.v
     if (t[back + 1] < t[back]).all():
         return (

@@ -51,7 +51,7 @@ class NewRobot:
     """A robot from its model file and rules of thumb.
 
     Attributes:
-        name: Of the robot.
+        name: Name of the robot.
         path: Model file.
         model: Path of the model file in the robot file.
         end: Last body of the arm, and joints recognised as those of a gripper.

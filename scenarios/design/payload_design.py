@@ -58,7 +58,7 @@ class Candidate(Mounted):
     """A designed payload.
 
     Attributes:
-        weight: Its drawing.
+        weight: The nominal payload.
         cost: Objective.
         refusal: Why it must not be mounted, or an empty text.
     """

@@ -143,7 +143,7 @@ class Weight:
     """A nominal payload.
 
     Attributes:
-        shape: Of `SHAPES`.
+        shape: Name of the shape, a key of `SHAPES`.
         dimensions: Dimensions [mm], in the shape's order.
         quarter: Number of quarter turns about z from the flange's x to the payload's, as four screws allow.
         density: [kg/m^3].

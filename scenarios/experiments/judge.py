@@ -23,7 +23,7 @@ class GainVerdict:
         joint: Joint number, from 1.
         true: Injected gain [N m / drive unit].
         estimate: Identified gain, None if refused.
-        std: Its standard deviation, total, None if refused.
+        std: Its total standard deviation, None if refused.
         rel_error: (estimate - true) / true, None if refused.
         z: (estimate - true) / std, None if refused.
         tolerance: Largest relative error that passes.
@@ -50,7 +50,7 @@ class Claim:
 
     Attributes:
         value: The gain [N m / drive unit], None if refused.
-        std: Its standard deviation, total, None if refused or not stated.
+        std: Its total standard deviation, None if refused or not stated.
         reason: Why it is refused, if stated.
     """
 

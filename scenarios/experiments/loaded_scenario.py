@@ -46,7 +46,7 @@ class LoadedScenario:
         return simulate(self.setup, seed)
 
     def run(self, seed: int = 0) -> Run:
-        """Simulate, identify as the scenario says, and judge.
+        """Simulate, identify with the scenario's method, and judge.
 
         Args:
             seed: Seed of every random number.
@@ -88,7 +88,7 @@ class LoadedScenario:
             values: Values by key path, as `{"plant.payload.mass": [6.0, 7.0]}`; the end of a path is enough if it is
                 unique.
             seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
-            workers: As of `monte_carlo`.
+            workers: As in `monte_carlo`.
 
         Raises:
             ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws

@@ -5,9 +5,9 @@ ur-rtde         Universal Robots' real-time data exchange, as its clients write 
                 currents are those that were measured, `actual_current_0`, ..
 ur-rtde-target  the same with commanded currents, selected by name or if measured ones are missing
 joint-states    `sensor_msgs/JointState`: `stamp`, and `NAME.position`, `NAME.effort` of each joint, taken by name, as
-                joints stand in a message in whatever order its publisher has
+                joints may be in any order in a message
 lerobot         a dataset of LeRobot: `timestamp`, a position and a current of each joint by the names of features, in
-                the order of the dataset or of the joints that are said
+                the order of the dataset or of the declared joints
 """
 
 import re

@@ -113,7 +113,7 @@ class ComparedScenario(ResultModel):
 
 
 class Comparison(ResultModel):
-    """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems."""
+    """What `rx90 compare --json` prints for scenarios, and with --open for sealed problems."""
 
     about: dict[str, str] = Field(
         description="What is needed to repeat the comparison: command, date, versions, external methods"

@@ -94,7 +94,7 @@ def scoreboard(
         stages: Display of the current stage.
 
     Raises:
-        ScenarioError: If the file of answers holds something else.
+        ScenarioError: If the file of answers is not valid.
         OSError: If `out` cannot be written.
     """
     entries = [_entry(folder, each, methods, limits, out, stages) for each in recipes]

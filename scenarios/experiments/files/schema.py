@@ -114,7 +114,7 @@ class BeliefTable(_Table):
         controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
             the identification model has only these, whatever the robot has.
-        payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payload: The stated payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
         payloads: Further payloads, by their names in the protocol, as weighed and drawn.
         known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
         exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by

@@ -44,7 +44,7 @@ class SourceCost:
 
     Attributes:
         joint: Joint number, from 1.
-        source: Its name.
+        source: Name of the source.
         trials: Trials of the source alone that gave a gain.
         bias: Mean relative error from the source alone, including that of the method without sources.
         rms: Root mean square of the relative error from the source alone.

@@ -10,7 +10,7 @@ SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Where tasks run.
+    """Workers that run tasks.
 
     Attributes:
         open: Creates an executor; called again after a dying worker has broken the last one.

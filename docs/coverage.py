@@ -48,8 +48,8 @@ REPEATED, SAME = 3, 1e-6
 HEAD = (
     "How often the intervals of the default method contain the injected gains. Target for every joint: 2 sigma contain "
     f"it in {100 * TARGET.low:g} to {100 * TARGET.high:g} % of the trials, with a median sigma of at most {WIDEST} "
-    "times the spread of the errors. Written by `make coverage` from the folders that `rx90 monte-carlo` left; nothing "
-    "here is typed by hand."
+    "times the spread of the errors. Written by `make coverage` from the folders of `rx90 monte-carlo`; no number is "
+    "typed by hand."
 )
 MEANING = (
     "Refused: trials that gave no gain for the joint; failed: trials without any estimate. Bias, with its own standard "
@@ -293,7 +293,7 @@ def repetition(studies: list[Covered]) -> Paragraph:
     """Whether the present code gives the same gains and deviations on the first trials of every study."""
     largest = max(departure(study) for study in studies)
     code = versions()["code"]
-    trials = f"The first {REPEATED} trials of every study, repeated with the code beside this page, {code},"
+    trials = f"The first {REPEATED} trials of every study, repeated with the current code, {code},"
     if largest <= SAME:
         return Paragraph(f"{trials} give the same gains and deviations to {SAME:g} of these deviations.")
     return Paragraph(f"{trials} differ by up to {largest:.2g} deviations: repeat the studies.", strong=True)
@@ -318,7 +318,7 @@ def page(studies: list[Covered], repeated: Paragraph) -> Report:
     chance = (
         f"By chance, the share of correct 2 sigma, {100 * HONEST:.1f} %, is outside the target for "
         f"{100 * by_chance(trials):.1f} % of the joints in studies of {trials} trials. Not significantly: the 95 % "
-        f"interval of the share reaches into the target. The relative standard deviation of a width is "
+        f"interval of the share overlaps the target. The relative standard deviation of a width is "
         f"{100 / np.sqrt(2 * trials):.1f} %."
     )
     parts: list[Part] = [Paragraph(HEAD), summary(studies), Paragraph(chance)]

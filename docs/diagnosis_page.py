@@ -59,16 +59,16 @@ class Faulty:
 def page(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> Report:
     """All of it."""
     parts: list[Part] = [Paragraph(summary(sound, faulty))]
-    parts += [Heading("Sound logs"), Paragraph(ABOUT_SOUND)]
+    parts += [Heading("Fault-free logs"), Paragraph(ABOUT_SOUND)]
     parts += [sound_table(sound, "Arm", lambda each: each.case.arm)]
     parts += [sound_table(sound, "Condition", lambda each: each.case.condition)]
-    parts += [Heading("False alarms in sound logs"), wrong_table(sound)]
+    parts += [Heading("False alarms in fault-free logs"), wrong_table(sound)]
     parts += [Heading("Faults"), Paragraph(ABOUT_FAULTS), power_table(faulty)]
     parts += [Heading("By size"), size_table(faulty)]
-    parts += [Heading("Named otherwise"), Paragraph(ABOUT_CONFUSED), confusion_table(faulty)]
-    parts += [Heading("Silence that harms"), Paragraph(ABOUT_SILENT), silent_table(faulty)]
+    parts += [Heading("Misidentified faults"), Paragraph(ABOUT_CONFUSED), confusion_table(faulty)]
+    parts += [Heading("Undetected harmful faults"), Paragraph(ABOUT_SILENT), silent_table(faulty)]
     parts += [Heading("Constants"), constants()]
-    return Report("What a diagnosis finds", tuple(parts), {})
+    return Report("Detection rates of the diagnosis", tuple(parts), {})
 
 
 ABOUT_SOUND = (
@@ -78,9 +78,10 @@ ABOUT_SOUND = (
     "the truth than three stated standard deviations, of all gains given."
 )
 ABOUT_FAULTS = (
-    "One fault at a time in sound logs under ordinary conditions. Named: the injected fault with its joints and logs "
-    "and its size within 20 % or three standard deviations, or a fault that the kinematics cannot distinguish from it, "
-    "or a rival that the diagnosis lists. A fault that is not named is harmless if no gain moves by more than one "
+    "One fault at a time in fault-free logs under ordinary conditions. Named: the injected fault with its joints and "
+    "logs and its size within 20 % or three standard deviations, or a fault that the kinematics cannot distinguish "
+    "from it, or one that the diagnosis lists as indistinguishable. A fault that is not named is harmless if no gain "
+    "changes by more than one "
     "stated deviation, harmful beyond three. Unseen: without noise the fault leaves no residual, so no log can show it."
 )
 ABOUT_CONFUSED = "Rows: the injected fault. Columns: the fault that was named instead."
@@ -109,7 +110,8 @@ def summary(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> str:
     harmful = [each for each in faulty if _harmful(each)]
     unseen = sum(not each.judged.visible for each in harmful)
     return (
-        f"In {len(fair)} sets of sound logs of {len({each.case.arm for each in fair})} arms, a false alarm was given "
+        f"In {len(fair)} sets of fault-free logs of {len({each.case.arm for each in fair})} arms, a false alarm was "
+        f"given "
         f"{sum(each.accused for each in fair)} times (on arms that were not used to set constants: "
         f"{share(sum(each.accused for each in apart), len(apart))}), and gains were refused "
         f"{sum(each.refused for each in fair)} times. Of {len(seen)} faults that logs can show, {named} were named "
@@ -292,7 +294,7 @@ def constants() -> Table:
     """Those that decide, and what each was set on."""
     columns = (Column(title="Constant", words=True), Column(title="Value"), Column(title="Set on", words=True))
     rows = (
-        cells("z beyond which an alternative is believed", f"{SHOWN:g}", "judged by the largest z of sound logs"),
+        cells("z beyond which an alternative is accepted", f"{SHOWN:g}", "set by the largest z of fault-free logs"),
         cells("z beyond which one of two is told from the other", f"{TIE:g}", "judged by faults named otherwise"),
         cells("Blocks of time a log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
         cells("Gain on few instants worth a full comparison", f"{WORTH:g}", "that of z = 4 if residuals were white"),

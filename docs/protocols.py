@@ -21,17 +21,19 @@ JOINTS = range(5)
 SLOPE = "plant.errors.gain_by_temperature"
 HEAD = """# Recording protocols
 
-Written by `make protocols`, which runs `rx90 monte-carlo` on every scenario of `docs/protocols`; nothing in the tables
-is typed by hand. Each scenario is `field` with cogging, gains and friction that depend on temperature, and a protocol
-of its own, {trials} seeds, identified by the default method. Its sizes are in the files; that of friction against
-temperature, the pauses of five minutes for every change of the payload and how far drives warm up are assumed.
+Written by `make protocols`, which runs `rx90 monte-carlo` on every scenario of `docs/protocols`; no number in the
+tables is typed by hand. Each scenario is `field` with cogging, gains and friction that depend on temperature, and a
+protocol
+of its own, {trials} seeds, identified by the default method. Its sizes are in the files; the temperature dependence
+of friction, the pauses of five minutes for every change of the payload and the temperature rise of the drives are
+assumed.
 """
 TAIL = """
 A gain depends on temperature: magnets weaken as they warm up. **Against the cold drive** compares the gain with the
 true one of a cold drive, so warming is an error; **at its own temperature** compares it with the true one in the middle
-of the loaded motions of the same run. The second matters if the gains are used on a robot that is warm from work.
+of the loaded motions of the same run. The second is relevant if the gains are used on a warm robot.
 """
-RATIO = """The ratio is that of the rms over all five joints, below 1 where the step helps. The same seeds draw the same
+RATIO = """The ratio is that of the rms over all five joints, below 1 if the step helps. The same seeds draw the same
 robots before and after, and the interval is a bootstrap of pairs of seeds: if it contains 1, there is no clear effect.
 """
 
@@ -151,7 +153,7 @@ def main(folder: Path) -> None:
         HEAD.format(trials=trials),
         "## Error of the gain at its own temperature, rms [%]\n",
         table(protocols, cold=False),
-        "## The same against the cold drive\n",
+        "## Error relative to the gain of the cold drive, rms [%]\n",
         table(protocols, cold=True),
         TAIL,
         "Mean temperature rise then, joints 1 to 5 [K]: "
@@ -160,7 +162,7 @@ def main(folder: Path) -> None:
         f"Gains that were refused, of {len(JOINTS)} joints times the seeds: "
         + ", ".join(f"{titled(found[name])} {count}" for name, count in refused.items())
         + ".\n",
-        "## What the minutes buy\n",
+        "## Benefit of additional time\n",
         bought(found),
         RATIO,
     ]

@@ -127,13 +127,13 @@ def all_rows(folder: Path) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-PAGE = """# What a verification says of the gains
+PAGE = """# Reliability of a verification
 
-Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
+Written by `docs/verify.py` from {trials} simulated robots; no number is typed by hand. On each, gains come from bare
 motions and 7.025 kg; a mass of 4.275 kg, not used for identification, is then estimated with these gains, once as they
-were found, once with a random error of up to {largest:g} % in one random gain. `nominal` has noise alone; `field` is
-`field-two-weights`, a robot with load friction, drift, friction by direction, elastic joints, a tilted base and wrong
-kinematics at once, and payloads as weighed.
+were found, once with a random error of up to {largest:g} % in one random gain. `nominal` has only noise; `field` is
+`field-two-weights`, a robot with load friction, drift, direction-dependent friction, elastic joints, a tilted base and
+wrong kinematics at once, and payloads as weighed.
 
 ![True error of each gain against the mass estimated from its joint](verify.png)
 
@@ -141,10 +141,10 @@ kinematics at once, and payloads as weighed.
 |---|---|---|---|---|
 {summary}
 
-Correlation, difference and deviations are of the mass that each joint weighs alone against the true error of its gain;
+Correlation, difference and deviations compare the mass from each joint alone with the true error of its gain;
 false alarms are the trials without an injected error that did not pass.
 
-How often a gain that is off is named, by the size of the injected error:
+Detection rate of a wrong gain, by the size of the injected error:
 
 | scenario | injected | trials | named | another joint named as well |
 |---|---|---|---|---|

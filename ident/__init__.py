@@ -3,13 +3,13 @@
     filter     `signals`         zero-phase low-pass of q, central differences
     regress    `regressor`       torque is linear in the standard parameters (eq. 9)
     decimate   `observation`     the same low-pass on currents and columns (eq. 15)
-    base       `base`            independent columns (eq. 11), `structure` what each joint sees of them
+    base       `base`            independent columns (eq. 11), `structure` those that act on each joint
     solve      `least_squares`   with covariance (eq. 17 to 22)
     gains      `estimators`      from a `problem` to an `estimate`, `ls-2011` joint by joint (eq. 26 and 27)
     judge      `identifiability`      `uncertainty` of the gains, `prediction` of it, `refusal`
 
-`identify` runs them all and checks that the data are what they are said to be. What a user needs is exported here,
-named in `__init__.pyi`, and read when it is first used. Equation numbers are those of M. Gautier and S. Briot, New
+`identify` runs all steps and checks the data for faults. The public names are exported here, listed in `__init__.pyi`,
+and imported at first use. Equation numbers are those of M. Gautier and S. Briot, New
 Method for Global Identification of the Joint Drive Gains of Robots using a Known Payload Mass, IROS 2011.
 """
 

@@ -1,4 +1,4 @@
-"""Check recordings before anything is identified: the samples of each, then all of them against the model."""
+"""Check recordings before identification: the samples of each, then all of them with the model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,11 +31,11 @@ OBSERVE_DEFAULTS = ObserveOptions()
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LogRead:
-    """One log, as it was checked.
+    """One checked log.
 
     Attributes:
-        recording: As logged.
-        motions: How each joint moved, None where the log cannot be filtered.
+        recording: The original recording.
+        motions: Motion of each joint, None if the log cannot be filtered.
     """
 
     recording: Recording
@@ -44,12 +44,12 @@ class LogRead:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Checked:
-    """What a check found.
+    """Result of a check.
 
     Attributes:
-        logs: Each log.
-        found: What is said of them.
-        observing: Filters, with the delay that was undone.
+        logs: One entry per log.
+        found: Diagnoses of the logs.
+        observing: Filters, with the compensated delay.
     """
 
     logs: tuple[LogRead, ...]
@@ -73,20 +73,19 @@ def check(
     """Check recordings of one arm.
 
     Args:
-        recordings: Of the arm; whatever the first carries, others may carry something else.
-        structure: Of the arm that is said to have moved.
+        recordings: Recordings of the arm, with the same or different payloads.
+        structure: Identifiable structure of the arm.
         observing: Filters.
-        gains: When a gain counts as identifiable.
-        loaded: Which of them carry `payload`, None where none surely does.
-        payload: That one has, None where that is not asked.
-        about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
-        warmths: Temperatures of those that have them.
-        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
-        links: Standard parameters of every link as its model draws it, shape (n, 10), to hold the gains against; None
-            where nobody knows them.
+        gains: Limits for accepting a gain.
+        loaded: Whether each recording has `payload` mounted, None if unknown.
+        payload: The mounted or planned payload, None without one.
+        about: Nominal gains [N m / drive unit], shape (n,), None if unknown.
+        warmths: Temperatures of the recordings that have them.
+        undelay: Whether a common delay of the currents is estimated and compensated.
+        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
 
     Raises:
-        RecordingError: If a recording has other joints than the arm.
+        RecordingError: If the number of joints of a recording is not that of the arm.
     """
     for each in recordings:
         check_joints(structure.arm, each)
@@ -129,23 +128,23 @@ def check(
 
 
 def _estimate(problem: Problem) -> GainEstimate:
-    """By the default method, to tell what a fault does to the gains.
+    """Estimate with the default method, for the effect of faults on the gains.
 
     Raises:
-        IdentificationError: If it finds none.
+        IdentificationError: If there is no estimate.
     """
     chosen = estimator(DEFAULT)
     return chosen.estimate(problem, chosen.options())
 
 
 def _log_read(log: Examined, structure: Structure, observing: ObserveOptions) -> LogRead:
-    """How the joints of a log moved."""
+    """Return the motion of the joints of a log."""
     motions = None if log.unfit is not None else joint_motions(log.longest, structure.arm, observing)
     return LogRead(recording=log.recording, motions=motions)
 
 
 def _diagnoses_of(log: Examined) -> list[Diagnosis]:
-    """Everything that one log shows by itself."""
+    """Return the diagnoses of one log."""
     found = [*(each for own in log.diagnoses.values() for each in own), *log.repairs]
     if log.unfit is not None:
         sentence = f"the log cannot be filtered: {log.unfit.reason}"
@@ -154,7 +153,7 @@ def _diagnoses_of(log: Examined) -> list[Diagnosis]:
 
 
 def _limits(structure: Structure, log: Examined) -> list[Diagnosis]:
-    """Joints of a log that are where the model's cannot be."""
+    """Return diagnoses of joints beyond the model's limits."""
     beyond = sorted({j for part in log.repaired for j in beyond_limits(structure.arm, part)})
     if not beyond:
         return []

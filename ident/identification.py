@@ -27,14 +27,15 @@ OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Identification:
-    """What `identify` found.
+    """Result of `identify`.
 
     Attributes:
-        estimate: A gain or a reason for each joint, with what proves it, and the payload parameters found on the way.
-        notes: What the method decided, and what was done to the recordings.
-        found: What is said of the logs and of the estimate: what is wrong, excluded, and cannot be told.
-        observing: Filters and thresholds, with the delay that was undone.
-        prepared: The logs, as they were estimated from; None of what was identified elsewhere.
+        estimate: A gain or a reason for each joint, with rows and residuals, and payload parameters that were also
+            estimated.
+        notes: What the method selected, and changes of the recordings.
+        found: Diagnoses of logs and estimate: faults, excluded faults, and faults that cannot be checked.
+        observing: Filters and thresholds, with the compensated delay.
+        prepared: The prepared logs; None if identified elsewhere.
     """
 
     estimate: GainEstimate
@@ -45,7 +46,7 @@ class Identification:
 
     @property
     def joints(self) -> tuple[JointResult, ...]:
-        """Each joint's gain, or why it has none."""
+        """Each joint's gain, or the reason of its refusal."""
         return self.estimate.joints
 
     @property
@@ -55,32 +56,32 @@ class Identification:
 
     @property
     def std(self) -> MaskedArray:
-        """Their standard deviations, all shares together [N m / drive unit], shape (n,), masked where refused."""
+        """Total standard deviations of the gains [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.std
 
     @property
     def residual_std(self) -> MaskedArray:
-        """Shares of `std` from the residuals [N m / drive unit], shape (n,), masked where refused."""
+        """Contributions of the residuals to `std` [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.residual_std
 
     @property
     def payload_std(self) -> MaskedArray:
-        """Shares of `std` from the payload's own uncertainty [N m / drive unit], shape (n,), masked where refused."""
+        """Contributions of the payload's uncertainty to `std` [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.payload_std
 
     @property
     def model_std(self) -> MaskedArray:
-        """Shares of `std` from what the model takes for granted [N m / drive unit], shape (n,), masked likewise."""
+        """Contributions of the model's assumptions to `std` [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.model_std
 
     @property
     def reasons(self) -> tuple[str | None, ...]:
-        """Why each joint is refused, None where it has a gain."""
+        """Reason of each joint's refusal, None for a gain."""
         return self.estimate.reasons
 
     @property
     def diagnoses(self) -> tuple[Diagnosis, ...]:
-        """What is said of the logs and of the estimate, the worst first."""
+        """Diagnoses of logs and estimate, the worst first."""
         return self.found.diagnoses
 
 
@@ -95,22 +96,21 @@ def identify(
     policy: Policy = DOUBTED,
     links: Array | None = None,
 ) -> Identification:
-    """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
+    """Identify drive gains from any number of motions, bare and with one or more mountings of payloads.
 
     Args:
-        arm: The arm that moved, or its structure, which takes a while to find for many joints.
-        logs: Motions, in order of time where that is known, as `read` gives them.
+        arm: The arm, or its structure, whose computation takes a while for many joints.
+        logs: Motions from `read`, in order of time if known.
         method: A name in `ESTIMATORS`.
-        options: The method's own, of the class that `ESTIMATORS` names; its defaults if None.
+        options: Options of the method, of the class in `ESTIMATORS`; defaults if None.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable, and how its uncertainty is found.
-        policy: How far the logs are trusted.
-        links: Standard parameters of every link as its model draws it, shape (n, 10), to hold the gains against; None
-            where nobody knows them.
+        gains: Limits for accepting a gain, and the method for its uncertainty.
+        policy: Policy for checks and repairs of the logs.
+        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
 
     Raises:
-        IdentificationError: One class a cause, if the data cannot be what they are said to be; the message says what
-            they look like.
+        IdentificationError: If the data contradict their description; one class per cause, and the message states the
+            probable fault.
     """
     chosen = estimator(method)
     wanted = chosen.options() if options is None else options
@@ -127,10 +127,10 @@ def identify(
 
 
 def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
-    """The estimate of prepared logs; where there is none, a fault of the logs is told before what it made of them.
+    """Return the estimate of prepared logs; if it fails, a fault of the logs is reported as the cause.
 
     Raises:
-        IdentificationError: If there is none.
+        IdentificationError: If there is no estimate.
     """
     try:
         estimate = estimate_of(prepared.problem)
@@ -145,7 +145,7 @@ def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
 
 
 def _diagnosed(prepared: Prepared, estimate: GainEstimate, estimate_of: Estimate, links: Array | None) -> Diagnosed:
-    """What is said of prepared logs and of their estimate, a cause before what it makes of a gain."""
+    """Return the diagnoses of prepared logs and of their estimate, causes before their effects."""
     if prepared.policy.doubt:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
@@ -157,14 +157,14 @@ def _diagnosed(prepared: Prepared, estimate: GainEstimate, estimate_of: Estimate
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:
-    """The estimate without the gains that something wrong spoils.
+    """Return the estimate without gains that a fault invalidates.
 
     Raises:
         Contradiction: If no gain is left.
     """
     joints = list(estimate.joints)
     wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
-    for each in reversed(wrong):  # the worst has the last word
+    for each in reversed(wrong):  # the worst diagnosis determines the reason
         for j in spoilt_joints(each):
             gain = joints[j]
             if isinstance(gain, IdentifiedGain) or each.effects:
@@ -177,7 +177,7 @@ def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> Ga
 
 
 def _reason(wrong: Diagnosis, joint: int) -> str:
-    """Why a joint, from 0, is refused: what is wrong, and what it does to this gain."""
+    """Return the reason of refusing a joint, from 0: the fault, and its effect on this gain."""
     cause = wrong.cause or wrong.sentence
     effect = next((each for each in wrong.effects if each.joint == joint), None)
     if effect is None or effect.deviations is None:
@@ -188,12 +188,12 @@ def _reason(wrong: Diagnosis, joint: int) -> str:
 
 
 def refused_for_faults(diagnoses: Sequence[Diagnosis]) -> tuple[int, ...]:
-    """Joints, from 0, whose gains something wrong spoils."""
+    """Return joints, from 0, whose gains a fault invalidates."""
     return tuple(sorted({j for each in diagnoses if each.severity is Severity.WRONG for j in spoilt_joints(each)}))
 
 
 def spoilt_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
-    """Joints whose gains something wrong spoils: by its effects, else those that it is about."""
+    """Return joints whose gains a fault invalidates: from its effects, otherwise the joints concerned."""
     if diagnosis.effects:
         return tuple(each.joint for each in diagnosis.effects if each.spoils)
     return diagnosis.joints

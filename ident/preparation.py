@@ -1,4 +1,4 @@
-"""Prepare logs for an estimate: check them, repair what needs no guess, filter them into linear systems."""
+"""Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems."""
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -30,12 +30,12 @@ OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Policy:
-    """How far logs are trusted.
+    """Policy for checks and repairs of logs.
 
     Attributes:
-        repair: Whether their samples are checked, and repaired where that needs no guess.
-        doubt: Whether they are compared with everything that they may mean instead.
-        repeats: Whether two may hold the same samples, as simulated ones without noise do.
+        repair: Whether samples are checked, and repaired if the repair is unambiguous.
+        doubt: Whether the logs are tested for faults with alternative hypotheses.
+        repeats: Whether two logs may have the same samples, as simulated ones without noise.
         undelay: Whether a delay of the currents that is common to all of them is measured and undone.
     """
 
@@ -48,18 +48,18 @@ class Policy:
 DOUBTED = Policy(repair=True, doubt=True, repeats=False)
 """Logs of a robot."""
 KNOWN = Policy(repair=True, doubt=False, repeats=True)
-"""Logs that were doubted before, as those of a saved result."""
+"""Policy for logs that were tested before, as those of a saved result."""
 SIMULATED = Policy(repair=False, doubt=False, repeats=True)
-"""Logs of a simulator, which has no fault but those that were asked for."""
+"""Policy for simulated logs, which have only requested faults."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A recording that is ready to be estimated from: a log, or what lies between two of its gaps.
+    """A prepared recording: a log, or a part of it between two gaps.
 
     Attributes:
-        recording: Repaired.
-        spoilt: Samples that no gain shall rest on, of each joint, shape (N, n); None where there are none.
+        recording: Repaired recording.
+        spoilt: Mask of invalid samples of each joint, shape (N, n); None if there are none.
         observation: Its linear system.
     """
 
@@ -70,15 +70,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Examined:
-    """One log by itself.
+    """One log.
 
     Attributes:
-        recording: As logged.
-        repaired: Its parts, repaired where that needs no guess.
-        repairs: What was done.
-        diagnoses: What its samples show, good or not, by the name of the check.
-        parts: Ready to be estimated from; none where the log cannot be filtered.
-        unfit: Why it cannot be filtered, None where it can.
+        recording: The original recording.
+        repaired: Its parts, with unambiguous repairs.
+        repairs: Diagnoses of the repairs.
+        diagnoses: Results of the checks of its samples, by name of the check.
+        parts: Prepared parts; empty if the log cannot be filtered.
+        unfit: Why the log cannot be filtered, None if it can.
     """
 
     recording: Recording
@@ -90,13 +90,13 @@ class Examined:
 
     @property
     def longest(self) -> Recording:
-        """The longest part, under the name of the log."""
+        """Return the longest part, with the name of the log."""
         part = max(self.repaired, key=lambda part: len(part.t))
         return part if part.name == self.recording.name else replace(part, name=self.recording.name)
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:
-        """What spoils gains, and what was repaired."""
+        """Return diagnoses of faults that invalidate gains, and of repairs."""
         done = {each.name for each in self.repairs}
         seen = [each for name, found in self.diagnoses.items() if name not in OF_THE_MOTION for each in found]
         found = (each for each in seen if each.severity is not Severity.GOOD and each.name not in done)
@@ -105,16 +105,16 @@ class Examined:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prepared:
-    """Logs, ready to be estimated from.
+    """Prepared logs.
 
     Attributes:
-        motions: As they are used: repaired, parts of one with a gap one after the other.
-        parts: The same with their spoilt samples and linear systems.
-        problem: Their linear systems, with the payloads that they carry.
+        motions: Repaired motions, with the parts of a log between gaps in sequence.
+        parts: The motions with their invalid samples and linear systems.
+        problem: Linear systems with payloads.
         observing: Filters and thresholds, with the delay that was undone.
-        policy: How far they are trusted.
-        diagnoses: What their samples show, and what was repaired.
-        remarks: What was chosen for them that their owner should know.
+        policy: Policy for checks and repairs.
+        diagnoses: Diagnoses of samples and repairs.
+        remarks: Remarks on automatic choices.
     """
 
     motions: tuple[Motion, ...]
@@ -127,11 +127,11 @@ class Prepared:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was done to the logs that their owner should know."""
+        """Remarks on changes of the logs."""
         return (*self.remarks, *(note for each in self.parts for note in each.observation.notes))
 
     def logs(self) -> Logs:
-        """The same, ready to be compared."""
+        """Return the logs for comparisons of hypotheses."""
         recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
         return observed_logs(recordings, self.problem, self.observing, spoilt)
 
@@ -147,16 +147,16 @@ def prepare(
     """Check, repair and observe the logs of one arm.
 
     Args:
-        motions: In order of time, where that is known.
-        robot: The arm that moved, or its structure, which takes a while to find for many joints.
+        motions: Motions, in order of time if known.
+        robot: The arm, or its structure, whose computation takes a while for many joints.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
-        policy: How far the logs are trusted.
+        gains: Limits for accepting a gain.
+        policy: Policy for checks and repairs of the logs.
 
     Raises:
-        RecordingError: If a log cannot be one of this arm, naming what it looks like.
-        Contradiction: If its positions are out of reach, naming the fault that explains it.
-        NotIdentifiable: If two logs are one.
+        RecordingError: If a log is not of this arm; the message states the probable fault.
+        Contradiction: If its positions exceed the limits; the message states the probable fault.
+        NotIdentifiable: If two logs have the same motion.
     """
     structure = robot if isinstance(robot, Structure) else structure_of(robot)
     for each in motions:
@@ -187,7 +187,7 @@ def prepare(
 
 
 def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
-    """Logs without the delay that is common to their currents, and what is said of it."""
+    """Return logs with the common delay of the currents compensated, and its diagnosis."""
     delay, diagnosis = common_delay(prepared.logs())
     if not delay:
         return prepared, diagnosis
@@ -210,7 +210,7 @@ def assembled(
     gains: GainOptions,
     policy: Policy,
 ) -> Prepared:
-    """The logs that can be filtered as one problem, each with the payload that it carries."""
+    """Return the logs that can be filtered as one problem, with payloads."""
     carried = [(part, payload) for log, payload in zip(logs, payloads, strict=True) for part in log.parts]
     return Prepared(
         motions=tuple(Motion(part.recording, payload) for part, payload in carried),
@@ -247,7 +247,7 @@ def trusted(recording: Recording, structure: Structure, observing: ObserveOption
 def _observed(
     recording: Recording, parts: tuple[Recording, ...], structure: Structure, observing: ObserveOptions, names: Set[str]
 ) -> Examined:
-    """The parts of one log observed, without the samples that what was found spoils."""
+    """Return the observed parts of one log, without invalid samples."""
     unfit, ready = None, list[Part]()
     try:
         for each in parts:
@@ -259,7 +259,7 @@ def _observed(
 
 
 def _out_of_reach(recordings: Sequence[Recording], arm: Arm) -> RecordingError | None:
-    """Why positions of a log are none of the arm, None where they may be."""
+    """Return why positions of a log are impossible for the arm, None if they are not."""
     try:
         for each in recordings:
             check_positions(arm, each)
@@ -269,10 +269,10 @@ def _out_of_reach(recordings: Sequence[Recording], arm: Arm) -> RecordingError |
 
 
 def raise_for(prepared: Prepared, found: Diagnosed) -> None:
-    """Refuse logs as a whole if something is wrong with them.
+    """Refuse all logs if one has a fault.
 
     Raises:
-        Contradiction: Naming the worst.
+        Contradiction: If there is a fault; the message states the worst one.
     """
     wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
     if wrong:
@@ -280,7 +280,7 @@ def raise_for(prepared: Prepared, found: Diagnosed) -> None:
 
 
 def refusal_of(wrong: Sequence[Diagnosis]) -> str:
-    """One line on what is wrong with logs, the worst first."""
+    """Return one line on the faults of logs, the worst first."""
     worst = wrong[0]
     rivals = f" (or {' or '.join(worst.rivals[:2])})" if worst.rivals else ""
     more = f"; rx90 check lists {len(wrong) - 1} more" if len(wrong) > 1 else ""
@@ -289,25 +289,25 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
 
 
 def left_out(found: Diagnosis) -> Diagnosis:
-    """A diagnosis of samples that are left out, so that they spoil no gain."""
+    """Return the diagnosis of invalid samples as a warning, as they are removed."""
     if found.name not in SPOILING or found.severity is not Severity.WRONG:
         return found
     return replace(found, severity=Severity.WEAK, sentence=f"{found.sentence}; these samples are left out")
 
 
 def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:
-    """Samples that what was found spoils, of each joint, shape (N, n); None where nothing does.
+    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none.
 
     Args:
         recording: The log.
-        names: Of what was found in the logs.
+        names: Names of the diagnoses.
     """
     masks = [spoilt(recording) for name, spoilt in SPOILING.items() if name in names]
     return np.logical_or.reduce(masks) if masks else None
 
 
 def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
-    """What is said of the same logs in several places."""
+    """Return the merged diagnoses of the same logs."""
     return Diagnosed(
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),

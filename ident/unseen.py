@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, predicted with gains in use: what the currents of each joint are off by.
+"""Prediction of a motion that was not used in any fit: errors of the currents of each joint.
 
 The torque that arm and payload take, over the gain, is the current (paper, eq. 7). The arm comes from bare motions with
 the same gains, or from a model file. Other gains are held against it on the same motion: time blocks of it say whether
@@ -53,7 +53,7 @@ def beyond_chance(error: float | None, std: float | None) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnseenJoint:
-    """A joint's currents on a motion that no fit has seen; None where a joint has no gain.
+    """A joint's currents on a motion that was not used in any fit; values are None if the joint has no gain.
 
     Attributes:
         joint: The joint, from 0.
@@ -76,7 +76,7 @@ class UnseenJoint:
 
     @property
     def exceeds(self) -> bool:
-        """Whether the motion is not predicted."""
+        """Whether the error exceeds its limit."""
         return self.rel_error is not None and self.largest is not None and self.rel_error > self.largest
 
     @property
@@ -90,17 +90,17 @@ class UnseenJoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """A motion that no fit has seen, as gains predict it.
+    """Prediction of a motion that was not used in any fit.
 
     Attributes:
-        name: Of its recording.
+        name: Name of its recording.
         loaded: Whether it carries a payload.
-        joints: One a joint, in their order.
-        rel_error: Root mean square of the relative errors of joints; those that both gains predict, where there are
-            others.
-        other_rel_error: The same with other gains, None where there are none.
+        joints: One entry per joint, in order.
+        rel_error: Root mean square of the joints' relative errors; in a comparison, of the joints that both gains
+            predict.
+        other_rel_error: As `rel_error`, with other gains; None if there are none.
         verdict: Whether the gains predict it `BETTER` than the others, `WORSE` or `NO_DIFFERENT`, None without others.
-        found: What is said of the recording.
+        found: Diagnoses of the recording.
     """
 
     name: str
@@ -119,12 +119,12 @@ class Unseen:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnseenMotion:
-    """A motion that no fit has seen, ready to be predicted.
+    """A motion that was not used in any fit, prepared for prediction.
 
     Attributes:
-        log: With what it carries.
-        parts: Its linear systems, one after the other.
-        found: What is said of it.
+        log: Recording and payload.
+        parts: Its linear systems, in sequence.
+        found: Its diagnoses.
     """
 
     log: Motion
@@ -134,13 +134,13 @@ class UnseenMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UsedModel:
-    """What predicts currents.
+    """Model that predicts currents.
 
     Attributes:
-        gains: Of some joints or all.
-        base: Base parameters of the arm, friction among them, shape (b,).
-        covariance: Of these from the residuals, shape (b, b); zero where nobody knows it.
-        fits: How well the motions that these were fitted to predict each other, by joint from 0; empty of a model file.
+        gains: Gains of some joints or all.
+        base: Base parameters of the arm, including friction, shape (b,).
+        covariance: Covariance of `base` from the residuals, shape (b, b); zero if unknown.
+        fits: Cross-validation of the fitted motions, by joint from 0; empty for a model file.
     """
 
     gains: KnownGains
@@ -150,24 +150,24 @@ class UsedModel:
 
 
 def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains | None = None) -> Unseen:
-    """Predict a motion that an identification has not seen, as `predict_with` does, with the gains found."""
+    """Predict a motion with the identified gains, as `predict_with`."""
     assert identified.prepared is not None, "an identification has what it was found from"
     return predict_with(estimated_gains(identified.estimate), identified.prepared, log, other=other)
 
 
 def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: KnownGains | None = None) -> Unseen:
-    """Predict a motion with gains in use and the arm that bare motions show with them, and with others likewise.
+    """Predict a motion with given gains and the arm identified with them, and in the same way with other gains.
 
     Args:
         gains: The gains.
-        prepared: The motions that they, or the arm, have seen.
-        log: The motion, with its payload if it carries one.
-        other: Gains that these are held against, as of a data sheet.
+        prepared: The motions used for the gains or the arm.
+        log: The motion, with its payload if there is one.
+        other: Gains for comparison, as of a data sheet.
 
     Raises:
-        IdentificationError: If the motion is one of those, is spoilt or cannot be observed; if no motion was bare.
-        PayloadError: If mass or centre of its payload is not known.
-        GainsError: If no joint has a gain in both, or one has another sign.
+        IdentificationError: If the motion is one of those, has a fault or cannot be observed; if no motion was bare.
+        PayloadError: If mass or centre of its payload is unknown.
+        GainsError: If no joint has a gain in both, or the signs of a joint differ.
     """
     if other is not None:
         check_comparable(gains, other)
@@ -211,7 +211,7 @@ def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
 
 
 def used_model(found: ArmInUse, problem: Problem) -> UsedModel:
-    """An arm that was found from the bare motions of a problem with gains in use."""
+    """Return the arm identified from the bare motions of a problem with given gains."""
     return UsedModel(
         gains=found.gains,
         base=found.base(problem.structure),
@@ -229,19 +229,19 @@ def unseen_motion(
     gains: GainOptions,
     policy: Policy = DOUBTED,
 ) -> UnseenMotion:
-    """Check and observe a motion as those that gains were found from.
+    """Check and observe a motion in the same way as those used for the gains.
 
     Args:
         log: The motion.
-        seen: Motions that a fit has seen; the bare ones help to doubt this one.
-        structure: Of the arm.
+        seen: Motions used in the fit; the bare ones help to test this one.
+        structure: Identifiable structure of the arm.
         observing: Filters, with the delay that was undone.
-        gains: As identification had them.
-        policy: How far the log is trusted.
+        gains: Options of the identification.
+        policy: Policy for checks and repairs of the log.
 
     Raises:
-        PayloadError: If mass or centre of its payload is not known.
-        IdentificationError: If it is one of those seen, or something spoils it.
+        PayloadError: If mass or centre of its payload is unknown.
+        IdentificationError: If it was used in the fit, or has a fault.
     """
     name = log.recording.name
     if log.payload is not None and log.payload.known not in ("all", "com"):
@@ -270,12 +270,12 @@ def unseen_motion(
 
 
 def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = None) -> Unseen:
-    """Predict the currents of a motion, and hold other gains against it.
+    """Predict the currents of a motion, and compare with other gains.
 
     Args:
         unseen: The motion.
-        found: What predicts it.
-        other: What else does, None where nothing is compared.
+        found: The model that predicts it.
+        other: The model for comparison, None if there is none.
 
     Raises:
         GainsError: If no joint has a gain in both.
@@ -315,7 +315,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
 
 
 def _current_error(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> Array:
-    """Predicted less measured currents [drive units], shape (r,); zero for joints without a gain."""
+    """Return predicted minus measured currents [drive units], shape (r,); zero for joints without a gain."""
     payload = unseen.log.payload or UNKNOWN
     per_torque = np.zeros(len(model.gains.names))
     per_torque[model.gains.joints] = 1.0 / model.gains.value
@@ -324,11 +324,11 @@ def _current_error(system: PooledSystem, unseen: UnseenMotion, model: UsedModel)
 
 
 def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, float]:
-    """Relative error of each joint's current beyond which the motion is not predicted, by joint from 0.
+    """Return the limit of each joint's relative prediction error, by joint from 0.
 
-    `SPOILS` times what is expected: what the fit is off by in time blocks of its own motions that it has not seen, with
-    what deviations of the arm, of the payload and of the gain, which takes the payload's torque alone, make of these
-    currents. No more than `LARGE_RESIDUAL`, which stands for a model file as well.
+    The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
+    standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
+    at most `LARGE_RESIDUAL`, which is the limit for a model file too.
     """
     carried, found = (unseen.log.payload or UNKNOWN).known_part(), dict[int, float]()
     for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
@@ -405,10 +405,10 @@ def _gain_errors(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -
 
 
 def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[int]) -> str:
-    """Student's test of the difference of relative squared errors, one a time block: all joints of a block together."""
-    from scipy.special import stdtrit  # slow to import, and seldom asked for
+    """Return Student's t-test of the difference of relative squared errors per time block, of all joints together."""
+    from scipy.special import stdtrit  # slow import, rarely needed
 
-    more = np.zeros(TIME_BLOCKS)  # by which the others are off more
+    more = np.zeros(TIME_BLOCKS)  # excess error of the others
     for j in joints:
         at = system.joint == j
         gained = (other[at] ** 2 - found[at] ** 2) / np.sum(system.V[at] ** 2)

@@ -1,6 +1,6 @@
-"""The Staubli RX-90 as data: an MJCF model, what is the robot's alone, and the payloads of Gautier & Briot (2011).
+"""The Staubli RX-90 as data: an MJCF model, drives and limits, and the payloads of Gautier & Briot (2011).
 
-Every number carries its source in the file that holds it, and says whether it is published, measured or assumed.
+Every number has its source in its file, and is marked as published, measured or assumed.
 """
 
 from pathlib import Path

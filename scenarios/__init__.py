@@ -1,7 +1,7 @@
-"""Declarative experiments: scenario files, the verdict on them, studies, reports, and the command line `rx90`.
+"""Declarative experiments: scenario files, verdicts, studies, reports, and the command line `rx90`.
 
-What a user needs is exported here, named in `__init__.pyi`, and read when it is first used: simulator and
-identification take over a second.
+Public names are exported here, listed in `__init__.pyi`, and imported at first use: simulator and identification take
+over a second.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""`assert_scenario`: hold a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
+"""`assert_scenario`: test of a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
 
 from collections.abc import Iterable
 from operator import index
@@ -20,30 +20,30 @@ if TYPE_CHECKING:
 
 POWER = 0.95
 BATCH = 32
-"""Seeds simulated at once."""
+"""Number of seeds simulated together."""
 
 
 def assert_scenario(
     scenario: str, seeds: Iterable[int], *, false_alarm: float = FALSE_ALARM, threads: int = 1
 ) -> tuple[JointRule, ...]:
-    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` asks for.
+    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` requires.
 
-    Misses are compared with the binomial distribution at that rate, joint by joint: a scenario that has the rate on
-    all joints fails in less than `false_alarm` of all choices of seeds. With fixed seeds the outcome is fixed too. The
-    message says which pass rate the number of seeds can tell from the wanted one.
+    Misses are compared with the binomial distribution at that rate, joint by joint: a scenario with this rate on all
+    joints fails for less than `false_alarm` of all choices of seeds. With fixed seeds the outcome is always the same.
+    The message states which pass rate the number of seeds can detect.
 
     Args:
         scenario: A built-in name or the path of a TOML file.
-        seeds: One trial each, as `rx90 run --seed`.
-        false_alarm: As above.
+        seeds: Seeds, with one trial each, as in `rx90 run --seed`.
+        false_alarm: Largest false-alarm rate.
         threads: Threads to simulate with; the outcome does not depend on it.
 
     Returns:
-        The rule applied to each joint, if all hold.
+        The result of each joint, if all pass.
 
     Raises:
-        AssertionError: Naming the joints that miss, how often, and the worst trial.
-        ScenarioError: If the scenario is wrong, there is no seed, or too few to fail at all.
+        AssertionError: If a joint fails; the message names the joints, their misses, and the worst trial.
+        ScenarioError: If the scenario is wrong, or there are no seeds or too few for any failure.
     """
     loaded, seeds = load_scenario(scenario), _checked(seeds)
     if not 0.0 < false_alarm < 1.0:
@@ -65,7 +65,7 @@ def assert_scenario(
 
 
 def _checked(seeds: Iterable[int]) -> list[int]:
-    """Seeds that are whole numbers, each once: a repeated trial is no second one."""
+    """Check that seeds are whole numbers without repetition."""
     checked: list[int] = []
     for seed in seeds:
         if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:

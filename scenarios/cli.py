@@ -59,12 +59,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return Status.BAD_INPUT
     except ModuleNotFoundError as error:
         return _absent(error, list(sys.argv[1:] if arguments is None else arguments))
-    except Exception as error:  # the last resort: a traceback would end with 1, which is a missed tolerance
+    except Exception as error:  # a traceback would end with status 1, that of a missed tolerance
         return _unforeseen(error)
 
 
 def _absent(error: ModuleNotFoundError, arguments: Sequence[str]) -> Status:
-    """A package that is not there: of an extra, or nobody knows why."""
+    """Report a missing package, of an extra or for an unknown reason."""
     extra = needed_extra(error.name, NEEDED.get(next(iter(arguments), "")))
     if extra is None:
         return _unforeseen(error)
@@ -73,7 +73,7 @@ def _absent(error: ModuleNotFoundError, arguments: Sequence[str]) -> Status:
 
 
 def _unforeseen(error: Exception) -> Status:
-    """An error nobody foresaw, or a foreign package's."""
+    """Report an unexpected error, or one of another package."""
     if os.environ.get(TRACEBACK):
         traceback.print_exc()
     foreign = foreign_packages(error)
@@ -85,7 +85,7 @@ def _unforeseen(error: Exception) -> Status:
 
 
 def _carried_out(arguments: list[str]) -> Status:
-    """Parse and carry out; what is said is written out before the status is known."""
+    """Parse and run a command; output is written before the status is known."""
     try:
         return _command(arguments)
     finally:
@@ -93,7 +93,7 @@ def _carried_out(arguments: list[str]) -> Status:
 
 
 def _command(arguments: list[str]) -> Status:
-    """Parse and carry out; only the command asked for is imported."""
+    """Parse and run; only the requested command is imported."""
     if not arguments:
         tell(f"{overview()}\n")
         return Status.PASSED
@@ -109,6 +109,6 @@ def _command(arguments: list[str]) -> Status:
     if name is None:
         parser.error("which command?")
     if "scenario" in options:
-        find_scenario(options.scenario)  # a mistyped name is told before seconds of imports
-    options.command_line = shlex.join([parser.prog, *arguments])  # for the records of what was done
+        find_scenario(options.scenario)  # report a mistyped name before slow imports
+    options.command_line = shlex.join([parser.prog, *arguments])  # for the records
     return command(name).main(options)

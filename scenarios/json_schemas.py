@@ -72,31 +72,31 @@ class PayloadFile(BaseModel):
     """A payload as weighed and drawn, in the frame of the last link."""
 
     model_config = ConfigDict(extra="forbid")
-    mass: Positive = Field(description="[kg]")
-    mass_std: float = Field(0.0, ge=0.0, description="standard deviation [kg]")
-    com: Triple | None = Field(None, description="centre of mass [m]")
-    com_std: Triple | None = Field(None, description="standard deviation, per axis [m]")
+    mass: Positive = Field(description="Mass [kg]")
+    mass_std: float = Field(0.0, ge=0.0, description="Standard deviation of the mass [kg]")
+    com: Triple | None = Field(None, description="Centre of mass [m]")
+    com_std: Triple | None = Field(None, description="Standard deviation of the centre of mass, per axis [m]")
     inertia: InertiaTable | None = Field(
-        None, description="About the centre of mass [kg m^2]; may be left out where `known` is `mass`"
+        None, description="Inertia about the centre of mass [kg m^2]; may be omitted if `known` is `mass`"
     )
-    inertia_std: InertiaTable | None = Field(None, description="Standard deviations [kg m^2]")
-    known: Known = Field("all", description="what identification may use of it")
+    inertia_std: InertiaTable | None = Field(None, description="Standard deviations of the inertia [kg m^2]")
+    known: Known = Field("all", description="What identification may use of the payload")
 
 
 class MotionFile(BaseModel):
     """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row a joint."""
 
     model_config = ConfigDict(extra="forbid")
-    duration: float = Field(gt=0.0, le=LONGEST, description="of one period [s]")
-    center: list[Coefficient] = Field(description="mean position [rad]")
-    sine: list[list[Coefficient]] = Field(description="coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
-    cosine: list[list[Coefficient]] = Field(description="coefficients of cos(2 pi k t / duration) [rad]")
+    duration: float = Field(gt=0.0, le=LONGEST, description="Duration of one period [s]")
+    center: list[Coefficient] = Field(description="Mean position [rad]")
+    sine: list[list[Coefficient]] = Field(description="Coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
+    cosine: list[list[Coefficient]] = Field(description="Coefficients of cos(2 pi k t / duration) [rad]")
 
 
 def schemas() -> dict[str, dict[str, Any]]:
     """The schemas by name."""
     scenario = _described(ScenarioTable)
-    scenario["properties"]["extends"] = {"type": "string", "description": "a scenario that this one overlays"}
+    scenario["properties"]["extends"] = {"type": "string", "description": "Scenario that this one extends"}
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
             table.pop("required", None)  # what is left out is what the extended scenario has
@@ -113,7 +113,7 @@ def schemas() -> dict[str, dict[str, Any]]:
 
 
 def _described(file: type[BaseModel]) -> dict[str, Any]:
-    """The schema of a file, each key with what the docstring of its class, or of one it inherits from, says of it."""
+    """Return the schema of a file, with descriptions of keys from the docstrings of their classes."""
     schema = file.model_json_schema()
     kinds = {kind.__name__: kind for kind in _classes(file)}
     for title, table in [(schema["title"], schema), *schema.get("$defs", {}).items()]:

@@ -1,1 +1,1 @@
-"""The simulated robot cell: a plant with known truth, a controller, sensors, and the recordings they leave."""
+"""The simulated robot cell: a plant with known parameters, a controller, sensors, and the resulting recordings."""

@@ -1,8 +1,8 @@
-"""What makes a drawing look like an arm: joined links of alternating colours, a payload on a bracket, a room.
+"""Appearance of a rendered arm: connected links of alternating colours, a payload on a bracket, a floor and a sky.
 
-Shapes that are there for distances alone are grey and leave gaps. A link begins on its own joint's axis and ends on the
-next one's; between its shapes and these axes it is drawn as capsules, and a joint as a cylinder about its axis, from
-where one link ends to where the next one begins. Arms whose shapes have colours or meshes are left as they are drawn.
+Collision shapes are grey and leave gaps between links. A link extends from the axis of its joint to the axis of the
+next one. Capsules fill the gaps between its shapes and these axes, and a cylinder about the axis represents a joint.
+Arms whose shapes have colours or meshes are not changed.
 """
 
 from dataclasses import dataclass
@@ -22,15 +22,15 @@ from sim.robot import Robot
 LINKS = [0.93, 0.94, 0.95, 1.0], [0.25, 0.5, 0.76, 1.0]
 JOINT, PAYLOAD, BRACKET = [0.2, 0.22, 0.25, 1.0], [0.91, 0.42, 0.1, 1.0], [0.4, 0.42, 0.45, 1.0]
 UNCOLOURED = [0.5, 0.5, 0.5, 1.0]
-"""What MuJoCo gives shapes that state no colour."""
+"""Default colour of MuJoCo."""
 SKY = mujoco.mjtTexture.mjTEXTURE_SKYBOX
 CAPSULE, CYLINDER = mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_CYLINDER
 SAMPLES = np.linspace(-1.0, 1.0, 41)[:, None]
-"""Points looked at along a capsule, in shares of its half length."""
+"""Positions of points along a capsule, relative to its half length."""
 
 
 def drawn_arm(robot: Robot, payload: PayloadBody | None) -> mujoco.MjSpec:
-    """An arm to be looked at, with what it carries.
+    """Return the model of an arm for rendering, with its payload.
 
     Raises:
         ModelFileError: If its model file cannot be compiled.
@@ -52,7 +52,7 @@ def drawn_arm(robot: Robot, payload: PayloadBody | None) -> mujoco.MjSpec:
 
 
 def furnish(spec: mujoco.MjSpec, sunlight: Array) -> None:
-    """Give a scene a sky, a sun that shines in a direction (3,), and a floor without end, in place of its own."""
+    """Add a sky, a light with direction (3,) and an infinite floor to a scene, in place of its own."""
     for element in [*spec.lights, *planes(spec), *(each for each in spec.textures if each.type == SKY)]:
         spec.delete(element)
     picture = {"width": 64, "height": 384}
@@ -68,11 +68,11 @@ def furnish(spec: mujoco.MjSpec, sunlight: Array) -> None:
     spec.worldbody.add_light(pos=[0.0, 0.0, 5.0], dir=sunlight, **sun)
     spec.visual.headlight.ambient = spec.visual.headlight.diffuse = [0.35] * 3
     for each in spec.materials:
-        each.reflectance = 0.0  # a film without is smaller, and drawn in half the time
+        each.reflectance = 0.0  # without shadows a film is smaller and rendered in half the time
 
 
 def planes(spec: mujoco.MjSpec) -> list[mujoco.MjsGeom]:
-    """Shapes that are planes: floors, as a rule."""
+    """Return the shapes that are planes, usually floors."""
     return [geom for geom in spec.geoms if geom.type == PLANE]
 
 
@@ -90,20 +90,20 @@ def _colour_links(spec: mujoco.MjSpec) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Link:
-    """Points on the centre lines of a link's shapes (k, 3) or, without any, its end; and its radius [m]."""
+    """Return points on the centre lines of a link's shapes, (k, 3), or its end if it has none; and its radius [m]."""
 
     points: Array
     radius: float
 
     def nearest(self, start: Array, anchor: Array, axis: Array) -> Array:
-        """The point with the shortest way from a start along an axis, then straight to it."""
+        """Return the point with the shortest path from a start along an axis and then straight to the point."""
         feet = anchor + ((self.points - anchor) @ axis)[:, None] * axis
         ways = np.linalg.norm(self.points - feet, axis=1) + np.linalg.norm(feet - start, axis=1)
         return self.points[int(ways.argmin())]
 
 
 def _join_links(spec: mujoco.MjSpec, flange: Array) -> None:
-    """Fill the gaps between an arm's shapes, from the floor to its flange, whose place is in the last link's axes."""
+    """Fill the gaps between an arm's shapes, from floor to flange (in the frame of the last link)."""
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -124,7 +124,7 @@ def _join_links(spec: mujoco.MjSpec, flange: Array) -> None:
             begun = anchor + (reached - anchor) @ axis * axis
             radius = max(link.radius, links[k - 1].radius)
             back, front = sorted(((met - anchor) @ axis, (begun - anchor) @ axis))
-            if model.jnt_type[k - 1] == int(mujoco.mjtJoint.mjJNT_SLIDE):  # it is met wherever it has moved to
+            if model.jnt_type[k - 1] == int(mujoco.mjtJoint.mjJNT_SLIDE):  # found wherever it has moved
                 back, front = np.array([back, front]) - model.jnt_range[k - 1, ::-1]
                 radius = 0.5 * link.radius
             drawn.append(
@@ -150,7 +150,7 @@ def _join_links(spec: mujoco.MjSpec, flange: Array) -> None:
 
 
 def _link(model: mujoco.MjModel, data: mujoco.MjData, body: int, end: Array, least: float) -> _Link:
-    """What moves with a body, in the world's axes."""
+    """Return the shapes that move with a body, in the axes of the world."""
     found: list[Array] = []
     radius = 0.0
     for geom in np.flatnonzero((model.body_weldid[model.geom_bodyid] == body) & (model.geom_type != int(PLANE))):

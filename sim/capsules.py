@@ -1,9 +1,9 @@
 """Shapes for an arm whose model file has none: capsules between joint anchors.
 
-Link j reaches from its own joint to the next one; a capsule along that line stands for it, `RADIUS_SHARE` of its length
-in radius and at least `LEAST_RADIUS` of the arm's reach. A link of no length, as in a wrist whose axes meet, has none.
-The last link ends at its flange, where the model says which that is. The floor is the plane z = 0 if the first joint
-stands above it.
+A capsule from the joint of link j to the next joint represents the link. Its radius is `RADIUS_SHARE` times its length,
+and at least `LEAST_RADIUS` times the reach of the arm. A link of zero length, as in a wrist with intersecting axes, has
+no capsule. The last link ends at the flange, if the model states one. The floor is the plane z = 0 if the first joint
+is above it.
 """
 
 from itertools import pairwise
@@ -23,10 +23,10 @@ FLOOR = "capsule_floor"
 
 
 def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
-    """Name all bodies of a robot's model, and give it capsules and a floor if it has no shapes.
+    """Name all bodies of a robot's model, and add capsules and a floor if it has no shapes.
 
     Returns:
-        Names of the bodies that got one, from base to flange; empty if the model has shapes of its own.
+        Names of the bodies with a capsule, from base to flange; empty if the model has shapes.
     """
     for k, body in enumerate(spec.bodies):
         if not body.name:
@@ -44,12 +44,11 @@ def has_shapes(spec: mujoco.MjSpec) -> bool:
 
 
 def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
-    """Give an arm without shapes capsules, and a floor.
+    """Add capsules and a floor to an arm without shapes.
 
     Args:
         spec: The arm; bodies have names.
-        flange: Centre of the flange's face from the last joint in the axes of the last link [m], None if the model does
-            not say.
+        flange: Centre of the flange's face in the frame of the last link [m], None if the model does not state it.
 
     Returns:
         Names of the bodies that have one, from base to flange.

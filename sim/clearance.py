@@ -1,4 +1,4 @@
-"""How far the moving parts of an arm stay from the floor and from the rest of the arm."""
+"""Distances of the moving parts of an arm from the floor and from the other parts of the arm."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from sim.silenced_mujoco import silenced
 
 PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 CLEARANCE = 0.03
-"""Smallest distance to the floor and to the arm itself that a motion keeps [m]."""
+"""Required distance from the floor and within the arm [m]."""
 POSES = 100
-"""Random positions at which two shapes are nearer than that all the time, before they are no longer compared."""
+"""Number of random positions; two shapes that are nearer than that at all of them are not compared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,10 +27,10 @@ class Solid:
     """A box or a cylinder of a payload.
 
     Attributes:
-        cylinder: Whether it is a cylinder about its z, else a box.
+        cylinder: Whether the shape is a cylinder about its z axis, otherwise a box.
         size: Radius and half length of a cylinder, half edges of a box [m].
         center: From the last joint in the axes of the last link [m], shape (3,).
-        rotation: Its axes as columns in those axes, shape (3, 3).
+        rotation: Rotation matrix from the shape's axes to those of the last link, shape (3, 3).
     """
 
     cylinder: bool
@@ -40,12 +40,12 @@ class Solid:
 
 
 class Clearance:
-    """Distance queries on the shapes of a model, payload included; on capsules where the arm has no shapes.
+    """Distances between the shapes of a model, including the payload, or between capsules if the arm has no shapes.
 
-    Parent and child links touch by design and are not compared; neither are links that share a neighbour. What stands
-    still is the base, but for planes and for what stands beside the arm (a table): these are compared with all links
-    but the first, which stands on them. Links of the arm that are nearer than `CLEARANCE` wherever its joints stand,
-    and links and payload that are, are drawn so, and are not compared either.
+    Links that are adjacent or have a common neighbour are not compared. Static bodies belong to the base, except planes
+    and bodies that are separate from the arm (a table): these are compared with all links but the first, which is
+    mounted on them. Pairs of links, or of a link and the payload, that are nearer than `CLEARANCE` at all joint
+    positions are not compared either.
 
     Attributes:
         always_near: Names of these bodies, in pairs.
@@ -57,8 +57,8 @@ class Clearance:
 
         Args:
             plant: The arm and its payload.
-            margin: Distances above it are not measured [m].
-            solids: Shapes of the payload; None for a cylinder of its principal inertia.
+            margin: Largest distance that is computed [m].
+            solids: Shapes of the payload; None for a cylinder with its principal moments of inertia.
 
         Raises:
             ModelFileError: If its model file cannot be compiled with its shapes.
@@ -96,13 +96,13 @@ class Clearance:
         self._data = mujoco.MjData(self._model)
 
     def __call__(self, q: Array) -> Array:
-        """Smallest distance at each position, `margin` where everything is farther [m].
+        """Return the smallest distance at each position, `margin` if all distances are larger [m].
 
         Args:
             q: Joint positions [rad], shape (N, n).
 
         Returns:
-            Distances, negative for overlaps, shape (N,).
+            Distances [m], negative for overlaps, shape (N,).
         """
         out = np.full(len(q), self._margin)
         for k, position in enumerate(q):
@@ -112,12 +112,12 @@ class Clearance:
         return out
 
     def nearest(self, q: Array) -> tuple[str, str] | None:
-        """Names of the two bodies that are nearest to each other at a position (n,), None if all are farther."""
+        """Return the names of the two nearest bodies at a position (n,), None if all distances exceed the margin."""
         contact = self._contacts(q, self._data)
         return self._pairs(contact.geom[[int(contact.dist.argmin())]]).pop() if len(contact.dist) else None
 
     def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, str], ...]:
-        """Bodies, both of one of these sets, that are too near to each other at all of some random positions."""
+        """Return pairs of bodies within one of these sets that are too near at all of some random positions."""
         model, data = self._model, mujoco.MjData(self._model)
         lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-np.pi, np.pi)).T
         found: set[tuple[str, str]] | None = None
@@ -144,7 +144,7 @@ class Clearance:
 
 
 def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
-    """Give a mounted payload the shape of the solid cylinder, axis z, that has its mass and moments."""
+    """Set the shape of a mounted payload to the solid cylinder with axis z that has its mass and moments."""
     ixx, iyy, izz, *_ = payload.inertia
     radius = np.sqrt(2.0 * izz / payload.mass)
     length = np.sqrt(max(6.0 * (ixx + iyy) / payload.mass - 3.0 * radius**2, 1e-4))
@@ -161,7 +161,7 @@ def add_solid(body: mujoco.MjsBody, solid: Solid) -> None:
 
 
 def _set_planes_apart(spec: mujoco.MjSpec) -> None:
-    """Planes of the world as bodies of their own: the base, which may be the world too, is left out near its joint."""
+    """Move planes of the world to separate bodies, as distances to the base (or world) are not computed."""
     planes = [geom for geom in spec.geoms if geom.type == PLANE and geom.parent.name == "world"]
     if not planes:
         return
@@ -174,7 +174,7 @@ def _set_planes_apart(spec: mujoco.MjSpec) -> None:
 
 
 def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
-    """Names of the bodies that move as one: the base, which does not move, then each link with what is fixed to it."""
+    """Return names of bodies that move together: the static base, then each link with bodies fixed to it."""
     links = [joint.parent for joint in spec.joints]
     below = [{link.name, *_below(link)} for link in links] + [set[str]()]
     moving = [sorted(mine - farther) for mine, farther in pairwise(below)]
@@ -184,7 +184,7 @@ def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
 
 
 def _beside(spec: mujoco.MjSpec) -> list[str]:
-    """Names of the bodies that stand still and carry no joint, planes left out."""
+    """Return names of static bodies that carry no joint, without planes."""
     moving = {name for joint in spec.joints for name in (joint.parent.name, *_below(joint.parent))}
     planes = _planes(spec)
     still = [body for body in spec.bodies[1:] if body.name not in moving | planes]

@@ -1,4 +1,4 @@
-"""The control law at work: encoder readings in, currents out, for every period of a batch."""
+"""Closed-loop simulation: from encoder readings to currents in every control period of a batch."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ from sim.sensors.effect import NoiseStreams, Reader
 CHUNK = 100
 """Control periods whose references are gathered, and whose logs are stored, at once; few, so that caches hold them."""
 Advanced = Callable[[float], None]
-"""Is told how many seconds of motion have been simulated since the last time, of all simulations together [s]."""
+"""Callback that receives the simulated time since the last call, summed over all simulations [s]."""
 
 
 def no_progress(seconds: float) -> None:
-    """What nobody listens to."""
+    """Callback that does nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,15 +46,15 @@ def closed_loop(
 ) -> LoopLog:
     """Run B simulations to the end of their motions.
 
-    The log is simulation first, as it is used; what the loop reads and writes is time first.
+    The first axis of the log is the simulation; arrays of the loop have time first.
 
     Args:
         engine: The simulations, at rest at the start of their motions.
-        controllers: One a simulation, of equal length and period.
+        controllers: One per simulation, of equal length and period.
         limits: Current limits [drive units], shape (B, n).
-        sensors: One a simulation.
-        streams: Random numbers of the sensors, one a simulation.
-        advanced: Told after every chunk.
+        sensors: One per simulation.
+        streams: Random numbers of the sensors, one per simulation.
+        advanced: Called after every chunk.
     """
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
     log, readers = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n))), _readers(sensors, streams, n)
@@ -86,6 +86,6 @@ def closed_loop(
 
 
 def _readers(sensors: Sequence[SensorOptions], streams: Sequence[NoiseStreams], n: int) -> list[Reader]:
-    """What distorts readings, of those sensors that do."""
+    """Return the functions of the sensors that distort readings."""
     made = [effect.reader(sensors, streams, n) for effect in SENSOR_EFFECTS.values()]
     return [reader for reader in made if reader is not None]

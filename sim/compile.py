@@ -1,4 +1,4 @@
-"""The compiled MuJoCo model of a plant: the truth written into MuJoCo's own fields, and nowhere else.
+"""The compiled MuJoCo model of a plant: all true parameters are in fields of the MuJoCo model.
 
     drive      tau = g (v - v0) - Fcoff     actuator_gainprm = g, actuator_biasprm = -g v0 - Fcoff, ctrlrange = v_max
     rotor      Ia ddq                       dof_armature
@@ -6,7 +6,7 @@
     payload    a body welded to link n      body `payload`
     errors     `sim.effects`                before and after the model is compiled
 
-so the model can be saved and opened in any MuJoCo viewer. Dry friction is a constraint that MuJoCo softens:
+so the model can be saved and opened in any MuJoCo viewer. MuJoCo models dry friction as a soft constraint;
 `FRICTION_SOLREF` and `FRICTION_SOLIMP` make it as stiff as the step allows.
 """
 
@@ -26,14 +26,14 @@ from sim.plant import PayloadBody, Plant
 from sim.silenced_mujoco import silenced
 
 FRICTION_SOLREF = (2.0, 1.0)
-"""Time constant in steps, the stiffest that MuJoCo takes, and damping ratio."""
+"""Time constant in steps, the smallest that MuJoCo accepts, and damping ratio."""
 FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance near 1: 1 % of a friction torque is needed to hold a joint, instead of MuJoCo's default 10 %."""
+"""Impedance near 1: friction cancels 99 % of the acceleration of a joint at rest, by default of MuJoCo 90 %."""
 
 
 @silenced()
 def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
-    """Compile a plant, with its payload or with a bare flange; with all its shapes, to be looked at.
+    """Compile a plant with its payload or with a bare flange, including all shapes, for rendering.
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch.
 
@@ -45,14 +45,14 @@ def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) ->
 
     Raises:
         ModelFileError: If the model file cannot be compiled or is of another arm.
-        EffectError: If a model error is more than the arm or the step allows.
+        EffectError: If a model error exceeds what the arm or the step allows.
     """
     return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
 
 @silenced()
 def lean_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
-    """As `plant_model`, without shapes: bit for bit the same motion in less time."""
+    """Compile a plant without shapes: the motion is bitwise the same as with `plant_model`, in less time."""
     return _compiled(lean_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
 
@@ -83,13 +83,13 @@ def _compiled(
 def bare_arm(
     mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
 ) -> mujoco.MjModel:
-    """Compile the arm as drawn, with rotors and without friction: what a controller knows of it.
+    """Compile the arm of a model file with rotors and without friction, as the controller's model.
 
     Args:
         mjcf: Model file.
         rotor_inertia: Ia [kg m^2], shape (n,).
-        flange: Last body of the arm, None where all joints are its own.
-        payload: What it carries, None for nothing.
+        flange: Last body of the arm, None if all joints belong to the arm.
+        payload: Mounted payload, None for a bare flange.
 
     Raises:
         ModelFileError: If the model file cannot be compiled or has another number of joints.
@@ -121,15 +121,15 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
 
 @silenced()
 def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
-    """Positions of all joints at rest with the driven ones, which stand last, at q.
+    """Return the equilibrium positions of all joints with the driven ones, which are last, at q.
 
     Args:
         plant: The truth.
-        model: Compiled from it.
+        model: The compiled plant.
         q: Positions of the driven joints [rad], shape (n,).
 
     Returns:
-        Positions [rad], shape (nq,); q itself on a rigid arm.
+        Positions [rad], shape (nq,); equal to q for a rigid arm.
     """
     state = np.zeros(model.nq)
     state[-len(q) :] = q
@@ -150,7 +150,7 @@ def drive_constants(model: mujoco.MjModel, name: str) -> Array:
 
 
 def _give_drives(spec: mujoco.MjSpec) -> None:
-    """One torque drive a joint, whatever the model file has: a servo there is not this plant's."""
+    """Add one torque drive per joint; actuators of the model file are ignored."""
     for actuator in spec.actuators:
         spec.delete(actuator)
     for j, joint in enumerate(spec.joints):
@@ -173,5 +173,5 @@ def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:
     model.dof_solref[:] = model.tendon_solref_fri[:] = (time_constant * build.step, damping_ratio)
     model.dof_solimp[:] = model.tendon_solimp_fri[:] = FRICTION_SOLIMP
     model.jnt_range[model.jnt_limited == 0] = 0.0
-    model.jnt_limited[:] = 0  # reaching a limit is an error of the run, not a stop to lean on
+    model.jnt_limited[:] = 0  # reaching a limit is an error of the run, so the limit exerts no torque
     mujoco.mj_setConst(model, mujoco.MjData(model))

@@ -1,11 +1,11 @@
-"""The control law of a digital joint controller, one control period of it.
+"""The control law of a digital joint controller in one control period.
 
     dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
-    s    <- s + Ki T (q_ref - q)                       integral, where there is one
-    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all over g_believed
+    s    <- s + Ki T (q_ref - q)                       integral action, if any
+    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all divided by g_assumed
 
-of which the drive takes |v| <= v_max (`sim.compile`). q is what the encoders read: their noise travels round the loop
-into v. What does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_believed`, is tabulated with the
+limited by the drive to |v| <= v_max (`sim.compile`). q is the encoder reading, so encoder noise enters v through the
+loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
 motion (`sim.controller`) and called reference.
 """
 
@@ -44,7 +44,7 @@ class _Period(NamedTuple):
 
 
 class ControlPeriods:
-    """B controllers in a run of control periods, with what they read and command.
+    """B controllers in a sequence of control periods, with their readings and commands.
 
     For a few simulations the cost of the law is the number of NumPy calls: what is multiplied or added alike stands
     side by side in memory, and all views of it are made once.

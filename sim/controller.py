@@ -1,8 +1,8 @@
-"""A digital joint controller as in a robot cell, tuned on the arm that it believes in; `sim.control_law` is its law.
+"""A digital joint controller, tuned on its model of the arm; `sim.control_law` has its law.
 
     Kp = M w^2,   Kd = 2 zeta w M,   Ki = 2 pi f_i Kp,   w = 2 pi bandwidth
 
-with M the mean diagonal of the believed inertia matrix, rotors included, along the motion.
+where M is the mean diagonal of the assumed inertia matrix, including rotors, along the motion.
 """
 
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ from sim.trajectory import FourierTrajectory
 
 Law = Literal["filtered", "native"]
 TABLES_KEPT = 16
-"""Tabulated motions kept for the next batch; one of 20 s at 1 kHz has 2 MB."""
+"""Number of cached tabulated motions; one of 20 s at 1 kHz takes 2 MB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerOptions:
-    """How the controller is tuned, and what it believes.
+    """Tuning of the controller.
 
     Attributes:
         rate_hz: Control and logging rate [Hz].
@@ -37,9 +37,10 @@ class ControllerOptions:
         damping: Damping ratio of the loop.
         integral_hz: Corner of the integral action [Hz], 0 for none.
         velocity_cutoff_hz: First-order low-pass of the velocity estimate [Hz].
-        feedforward: Share of the bare arm's inverse dynamics that is fed forward, 0 to 1.
-        law: `filtered` takes its speed from encoder readings, low-passed; `native` is MuJoCo's own servo, which knows
-            the speed of the joint: faster, without integral action, model errors that vary, or a quantum in the loop.
+        feedforward: Share of the bare arm's inverse dynamics that is used as feedforward, 0 to 1.
+        law: `filtered` computes the speed from low-passed encoder readings; `native` is MuJoCo's own servo, which uses
+            the true speed of the joint: faster, but without integral action, varying model errors and encoder quantum
+            in the loop.
     """
 
     rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
@@ -63,13 +64,13 @@ class ControllerOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerBelief:
-    """What the controller takes the arm for; the truth may differ.
+    """The controller's model of the arm, which may differ from the plant.
 
     Attributes:
         mjcf: Model file of the bare arm.
-        gain: Drive gains it divides by [N m / drive unit], one a joint, none zero.
-        rotor_inertia: Ia [kg m^2], one a joint.
-        flange: Last body of the arm, None where all joints are its own.
+        gain: Drive gains by which the controller divides [N m / drive unit], one per joint, none zero.
+        rotor_inertia: Ia [kg m^2], one per joint.
+        flange: Last body of the arm, None if all joints belong to the arm.
     """
 
     mjcf: Path
@@ -81,7 +82,7 @@ class ControllerBelief:
         """Check the values.
 
         Raises:
-            ControllerError: If gains and rotors do not fit each other, a gain is zero, or a number beyond any drive.
+            ControllerError: If gains and rotor inertias differ in number, a gain is zero, or a number is out of range.
         """
         if len(self.gain) != len(self.rotor_inertia):
             raise ControllerError(
@@ -104,11 +105,11 @@ class Controller:
     """A tuned controller with its reference motion tabulated; arrays per joint are (n,).
 
     Attributes:
-        reference: `Kp q_ref + Kd dq_ref + tau_ff` over believed gain, at every period, shape (N, n) [drive units].
+        reference: `Kp q_ref + Kd dq_ref + tau_ff` over assumed gain, at every period, shape (N, n) [drive units].
         q_ref: Reference positions [rad], shape (N, n).
-        kp: Position gain over believed drive gain [drive units / rad].
-        kd: Velocity gain over believed drive gain [drive units s / rad].
-        ki: Integral gain over believed drive gain, times the period [drive units / rad].
+        kp: Position gain over assumed drive gain [drive units / rad].
+        kd: Velocity gain over assumed drive gain [drive units s / rad].
+        ki: Integral gain over assumed drive gain, times the period [drive units / rad].
         blend: Weight of the newest difference in the velocity estimate.
         period: Control period [s].
     """
@@ -124,17 +125,17 @@ class Controller:
 
 @lru_cache(maxsize=TABLES_KEPT)
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
-    """Tune a controller on the believed bare arm's inertia along a reference motion.
+    """Tune a controller on the inertia of its model of the bare arm along a reference motion.
 
-    Batches with one motion (the same object) tabulate it once; the tables are read-only.
+    A motion that several batches share (the same object) is tabulated once; the tables are read-only.
 
     Args:
-        belief: What the controller takes the arm for.
+        belief: The controller's model of the arm.
         trajectory: Reference motion.
         options: Tuning.
 
     Raises:
-        ControllerError: If the believed arm cannot be compiled or does not fit.
+        ControllerError: If the model of the arm cannot be compiled or does not match.
     """
     gain = np.array(belief.gain, dtype=np.float64)
     model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64), belief.flange)
@@ -162,7 +163,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
 
 @silenced()
 def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
-    """Joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
+    """Return the joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
     data, torque = mujoco.MjData(model), np.empty_like(q)
     position, speed, acceleration, needed = data.qpos, data.qvel, data.qacc, data.qfrc_inverse  # views: to ask costs
     for k in range(len(q)):
@@ -174,7 +175,7 @@ def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> 
 
 @silenced()
 def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
-    """Mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
+    """Return the mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
     data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros(model.nv)
     for position in q:
         data.qpos[:] = position

@@ -1,4 +1,4 @@
-"""The drives of an arm: what turns a current reference into joint torque, and what it loses on the way."""
+"""The drives of an arm: gains, offsets, inertias and friction."""
 
 from dataclasses import dataclass, fields
 
@@ -8,12 +8,12 @@ from ident.support.arrays import Array
 from sim.errors import DriveError
 
 LARGEST = 1e9
-"""Largest absolute value of anything that a drive is described by, in SI units or drive units."""
+"""Largest absolute value of any parameter of a drive, in SI units or drive units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DriveTruth:
-    """The drives as they are, joint side; every array has shape (n,).
+    """True parameters of the drives, joint side; every array has shape (n,).
 
     Attributes:
         gain: g [N m / drive unit]; negative for a drive wired backwards, never zero.
@@ -25,7 +25,7 @@ class DriveTruth:
         current_limit: Saturation of the current reference [drive units].
 
     Raises:
-        DriveError: If shapes do not fit each other, or a value is impossible.
+        DriveError: If shapes differ, or a value is impossible.
     """
 
     gain: Array

@@ -1,7 +1,8 @@
-"""Stepping one or many closed loops: the only module that touches `mujoco.batch`.
+"""Stepping of one or many closed loops: the only module that uses `mujoco.batch`.
 
-The batch is new in MuJoCo 4 and steps simulations on a thread pool, bit for bit as a loop over `mj_step` would.
-`q` is a live view of the state: current after every `advance`, before which `current` may be written.
+The batch is new in MuJoCo 4. It steps simulations on a thread pool with bitwise the same results as a loop over
+`mj_step`.
+`q` is a view of the state, updated by every `advance`; `current` may be written before each `advance`.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from ident.support.arrays import Array
 from sim.varying import Varied, Varying
 
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-"""What MuJoCo warns about when it resets a bad state."""
+"""Warnings of MuJoCo when it resets a bad state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,9 +24,9 @@ class Simulation:
     """One simulation of a batch.
 
     Attributes:
-        model: Compiled model; its drives act on the last joints. It may serve many simulations if nothing varies.
+        model: Compiled model; its drives act on the last joints. Simulations may share it if nothing varies.
         start: Initial positions of all joints [rad], shape (nq,).
-        varied: What acts in every control period, None if nothing does.
+        varied: Effects that act in every control period, None if there are none.
     """
 
     model: mujoco.MjModel
@@ -53,7 +54,7 @@ class Engine:
         """Put every simulation at rest at its start.
 
         Args:
-            simulations: Models of one layout; each with effects that vary has a model of its own.
+            simulations: Models of one layout; a simulation with varying effects has its own model.
             substeps: Physics steps of one `advance`.
             threads: Threads to step with; results do not depend on it.
         """
@@ -98,10 +99,10 @@ class Engine:
     def roll_out(self, controls: Array) -> After:
         """Step every simulation once for each of its controls, where nothing varies.
 
-        A simulation that MuJoCo warns about is not stepped on, and counts as unstable.
+        A simulation with a MuJoCo warning is not stepped further, and is reported as unstable.
 
         Args:
-            controls: What MuJoCo is given in every physics step, contiguous, shape (B, N, n).
+            controls: Controls of every physics step, contiguous, shape (B, N, n).
         """
         n, record = controls.shape[2], ("qpos", "qvel")
         self._fatal = list(range(self._batch.warning.shape[1]))
@@ -109,12 +110,12 @@ class Engine:
         return After(*(after[name][:, :, -n:] for name in record))
 
     def warmth(self) -> Array:
-        """Temperature rise of the drives, now [K], shape (B, n); zero where nothing varies."""
+        """Current temperature rise of the drives [K], shape (B, n); zero if nothing varies."""
         warmth = np.zeros_like(self.q)
         if self._varying is not None:
             warmth[self._rows] = self._varying.warmth
         return warmth
 
     def unstable(self) -> np.ndarray:
-        """Simulations in which MuJoCo met a bad state and reset it, or no longer stepped, shape (B,)."""
+        """Whether each simulation had a bad state and was reset or stopped, shape (B,)."""
         return self._batch.warning[:, self._fatal, 1].any(axis=1)  # (last info, count)

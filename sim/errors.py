@@ -1,4 +1,4 @@
-"""What can go wrong in a simulation: one base class, one class per cause."""
+"""Errors of simulations: one base class, one class per cause."""
 
 
 class SimulationError(RuntimeError):
@@ -6,7 +6,7 @@ class SimulationError(RuntimeError):
 
 
 class PlantError(SimulationError):
-    """Base of what keeps a plant, its controller or its sensors from being built."""
+    """Base of errors in the definition of a plant, controller or sensors."""
 
 
 class RobotError(PlantError):
@@ -14,7 +14,7 @@ class RobotError(PlantError):
 
 
 class PayloadBodyError(PlantError):
-    """A payload whose numbers are beyond any robot."""
+    """A payload with values out of range."""
 
 
 class ModelFileError(PlantError):
@@ -30,7 +30,7 @@ class EffectError(PlantError):
 
 
 class ControllerError(PlantError):
-    """A controller with impossible values, or one that believes in another arm."""
+    """A controller with impossible values, or with the model of a different arm."""
 
 
 class SensorError(PlantError):
@@ -42,27 +42,27 @@ class StepError(PlantError):
 
 
 class TooLong(PlantError):
-    """An experiment that would take more memory or time than anybody has."""
+    """An experiment that exceeds the limits of memory or time."""
 
 
 class SequenceError(PlantError):
-    """A motion of a robot with a memory, without the motion before it."""
+    """A motion of a robot with warming drives, without the preceding motion."""
 
 
 class LooseTransmission(PlantError):
-    """A transmission with play where a motion is to follow from torque alone."""
+    """A transmission with backlash where the motion must follow from the torque alone."""
 
 
 class NoCurrent(PlantError):
-    """A plant whose friction takes all that a current gives."""
+    """A plant whose friction is at least the drive torque."""
 
 
 class TrajectoryError(SimulationError):
-    """A motion that breaks a limit before anything is simulated."""
+    """A motion that violates a limit, found before the simulation."""
 
 
 class NoPositionError(TrajectoryError):
-    """No position that a motion may begin at."""
+    """No feasible start position of a motion."""
 
 
 class Diverged(SimulationError):
@@ -70,7 +70,7 @@ class Diverged(SimulationError):
 
 
 class Saturated(SimulationError):
-    """A drive stood at its current limit for too long: the motion asks for more than the arm has."""
+    """A drive was at its current limit for too long: the motion needs too much torque."""
 
 
 class LimitReached(SimulationError):
@@ -78,8 +78,8 @@ class LimitReached(SimulationError):
 
 
 class NoPicture(SimulationError):
-    """A scene that cannot be shown: no window, or nothing to draw with."""
+    """A scene that cannot be shown: no window, or no OpenGL."""
 
 
 ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"
-"""What to do where nothing can be drawn, by the names of Debian's packages."""
+"""Advice if nothing can be rendered, with names of Debian packages."""

@@ -1,4 +1,4 @@
-"""An experiment: one motion of one plant, with the controller and the sensors that it runs under."""
+"""An experiment: one motion of one plant, with its controller and sensors."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from sim.sensors import SensorOptions
 from sim.trajectory import FourierTrajectory
 
 MOST_STEPS = 5e7
-"""Physics steps of a motion; they take some minutes."""
+"""Largest number of physics steps of a motion; they take some minutes."""
 MOST_NUMBERS = 5e7
-"""Samples times joints of a motion; tables, noise and log of that many take 5 GB."""
+"""Largest number of samples times joints of a motion; tables, noise and log then take 5 GB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -23,13 +23,12 @@ class Experiment:
         plant: The truth.
         loaded: Whether the plant's payload is mounted.
         trajectory: Reference motion.
-        belief: What the controller takes the arm for.
+        belief: The controller's model of the arm.
         controller: Its tuning.
         sensors: Noise and timing.
         step: Physics step [s]; the control period is a multiple of it.
-        earlier: Motions that the robot has carried out before this one; friction may drift from one to the next, and
-            drives stay warm.
-        warm_up: Time for which the first motion was repeated with a bare flange before it [s].
+        earlier: Number of earlier motions of the robot; friction may drift between motions, and drives stay warm.
+        warm_up: Duration for which the motion was repeated with a bare flange before the first motion [s].
         pause: Rest before this motion [s], unless it is the first.
     """
 
@@ -47,11 +46,11 @@ class Experiment:
 
 
 def substeps(experiment: Experiment) -> int:
-    """Physics steps of a control period, before anything is allocated.
+    """Return the number of physics steps per control period, and check the size of the experiment.
 
     Raises:
         StepError: If the step does not divide the period.
-        TooLong: If the motion has more steps or samples than anybody waits for.
+        TooLong: If the motion has too many steps or samples.
     """
     rate, step, duration = experiment.controller.rate_hz, experiment.step, experiment.trajectory.duration
     if not step > 0.0:

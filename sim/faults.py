@@ -1,4 +1,4 @@
-"""Why a run is no recording: it diverged, a drive stood at its limit, a joint left its range."""
+"""Faults of a run: divergence, a drive at its limit, a joint outside its range."""
 
 import mujoco
 import numpy as np
@@ -8,14 +8,14 @@ from sim.errors import Diverged, LimitReached, Saturated, SimulationError
 from sim.experiment import Experiment
 
 SATURATED_TOO_LONG = 0.1
-"""Time at the current limit that makes a motion useless [s]."""
+"""Largest time at the current limit [s]."""
 
 
 def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable: bool) -> SimulationError | None:
-    """Why a run is no recording, None if it is one.
+    """Return the fault of a run as an error, None if there is none.
 
     Args:
-        e: What ran.
+        e: The experiment.
         model: Its model.
         q: Readings [rad], shape (N, n).
         v: Current references [drive units], shape (N, n).
@@ -50,7 +50,7 @@ def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] 
         rate_hz: Samples a second [Hz].
 
     Returns:
-        Its joint, from 0, and since when [s]; None if there is none.
+        Joint, from 0, and start time [s]; None if there is none.
     """
     run = max(1, round(SATURATED_TOO_LONG * rate_hz))
     at_limit = np.abs(v) >= limit

@@ -1,9 +1,10 @@
-"""The currents that keep a plant exactly on its reference motion: what is logged where control is perfect.
+"""The currents that keep a plant exactly on its reference motion, as logged with perfect control.
 
-Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so
-that whatever an effect does to a model is in it; effects that act in every control period are asked through the same
-`term` that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing
-is left over on them. Drives warm up along the way as their currents say. Whether drives bear a motion is told by them.
+There is no time stepping. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and
+springs, including all effects that change the model. Effects that act in every control period are evaluated with the
+same `term` as in the closed loop. Joints without a drive (links behind elastic transmissions) move such that their
+torque balance is zero. The temperature of the drives follows from their currents. These currents also show whether the
+drives can follow a motion.
 
     tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
 """
@@ -30,19 +31,19 @@ from sim.trajectory import FourierTrajectory
 from sim.varying import Varied, acting
 
 FEEDBACK_ITERATIONS = 100
-"""Most passes for friction that follows from the current; each brings it nearer by its share of the torque."""
+"""Largest number of iterations for friction that depends on the current."""
 SETTLED = 1e-10
-"""Change of a pass, as a share of the largest current, that is none."""
+"""Change in an iteration, relative to the largest current, at which the iteration ends."""
 MOTIONS_KEPT = 4
-"""Motions kept as sampled; one of 20 s at 1 kHz has 4 MB."""
+"""Number of cached sampled motions; one of 20 s at 1 kHz takes 4 MB."""
 PLANTS_KEPT = 128
-"""Compiled plants kept, 50 kB each: a search asks for the same ones along thousands of motions."""
+"""Number of cached compiled plants, 50 kB each: a search uses the same plants for thousands of motions."""
 NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-"""Stands for a payload that a motion does not carry, whatever it is: plants that differ in it alone are one."""
+"""Placeholder for a payload that is not mounted: plants that differ only in it are equal."""
 TABLES_KEPT = 64
 """Tables of torques kept, and of currents; one of 20 s at 250 Hz has a quarter of a megabyte."""
 RATE = 100.0
-"""Samples a second; ten make the time that is too long at a limit [Hz]."""
+"""Sampling rate [Hz]; ten samples are the largest time at a limit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +65,7 @@ class States:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Feedforward:
-    """Currents of a motion [drive units], shape (N, n), and how warm they leave the drives [K], shape (n,)."""
+    """Currents of a motion [drive units], shape (N, n), and final temperature rise of the drives [K], shape (n,)."""
 
     v: Array
     warmth: Array
@@ -72,27 +73,26 @@ class _Feedforward:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rubbing:
-    """A compiled plant: its model without friction, and what rubs."""
+    """A compiled plant: its model without friction, and its friction."""
 
     rigid: Frictionless
     acts: Varied
 
 
 def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
-    """The currents that the motions of experiments need.
+    """Return the currents that the motions of experiments need.
 
     Args:
-        experiments: In order of time for each robot, as `sim.record.record` takes them; controller and sensors do not
-            count.
+        experiments: In order of time for each robot, as for `sim.record.record`; controller and sensors are ignored.
         rate_hz: Samples a second [Hz].
 
     Returns:
-        Currents of each [drive units], shape (N, n), at the times of `states_of`.
+        Currents of each experiment [drive units], shape (N, n), at the times of `states_of`.
 
     Raises:
-        PlantError: If a plant cannot be compiled, or has play that a motion goes through.
-        NoCurrent: If friction takes all that a current gives.
-        SequenceError: If drives warm up and the motion before one is not there.
+        PlantError: If a plant cannot be compiled, or a motion passes through backlash.
+        NoCurrent: If friction is at least the drive torque.
+        SequenceError: If drives warm up and the preceding motion is missing.
     """
     found, ended = list[Array](), dict[int, Array | SimulationError]()
     for i, experiment in enumerate(experiments):
@@ -160,12 +160,12 @@ def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
 
 
 def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
-    """Torque against friction and whatever else acts on the joints [N m], shape (N, n).
+    """Return the torque of friction and of other effects on the joints [N m], shape (N, n).
 
     Args:
-        acts: What rubs and acts.
+        acts: The effects.
         states: The motion.
-        v: Its currents [drive units], shape (N, n).
+        v: Currents of the motion [drive units], shape (N, n).
         rigid: Torque of links and rotors [N m], shape (N, n).
         warmth: Temperature rise of the drives [K], shape (N, n).
     """
@@ -200,14 +200,14 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
 
 
 def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
-    """The samples of a motion one by one, views of it: for effects that remember."""
+    """Yield the samples of a motion one by one, as views, for effects with memory."""
     fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque", "transmitted", "warmth")
     rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
     return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
 
 
 def _rubbing_of(experiment: Experiment) -> _Rubbing:
-    """What is compiled for an experiment; what is not mounted makes no difference."""
+    """Return the compiled plant of an experiment; a payload that is not mounted has no effect."""
     plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
     return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
 
@@ -221,15 +221,15 @@ def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int) -> _Rubbing:
 
 @lru_cache(maxsize=TABLES_KEPT)
 def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
-    """Torque of everything but friction [N m], shape (N, n); plants that differ in friction alone share it."""
+    """Return the torque without friction [N m], shape (N, n); plants that differ only in friction share it."""
     return torque_along(model, motion, states_of(motion, rate_hz).t)
 
 
 def check_torque_limits(experiments: Sequence[Experiment]) -> None:
-    """Check that no drive needs its largest current for long, on an arm without model errors.
+    """Check that no drive of an arm without model errors is at its current limit for too long.
 
     Raises:
-        Saturated: At the first motion in which one does.
+        Saturated: If a drive is.
         PlantError: If a plant cannot be compiled.
     """
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]

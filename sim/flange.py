@@ -1,4 +1,4 @@
-"""Where payloads are bolted on: the face of the flange, from the last joint in the axes of the last link."""
+"""The mounting face of payloads: the face of the flange in the frame of the last link."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from sim.robot import Robot
 from sim.silenced_mujoco import silenced
 
 NAMES = ("flange", "attachment_site", "attachment", "tool0", "ee_link")
-"""What sites and bodies at a flange are called, the first that is there counts."""
+"""Names of sites and bodies at a flange; the first one found is used."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -20,10 +20,10 @@ class Flange:
     """A flange's face.
 
     Attributes:
-        origin: Its centre in the axes of the last link [m], shape (3,); as a payload's, from the last joint, wherever
-            in its body the model file puts that.
-        rotation: Its axes x, y and z, which points away from the arm, as columns in those axes, shape (3, 3).
-        name: Of the site or body that says so; empty where none does and the last joint's axis stands for it.
+        origin: Its centre in the frame of the last link [m], shape (3,), relative to the last joint, as for a payload.
+        rotation: Rotation matrix from the flange's axes to those of the last link, shape (3, 3); z points away from the
+            arm.
+        name: Name of the site or body that defines the flange; empty if the last joint's axis is used.
     """
 
     origin: Array
@@ -58,7 +58,7 @@ def flange_of(robot: Robot) -> Flange:
 
 
 def _toward(axis: Array) -> Array:
-    """A rotation whose z is a unit vector, turned no farther than needed."""
+    """Return the smallest rotation that maps z to a unit vector."""
     z = axis / np.linalg.norm(axis)
     quat = np.empty(4)
     mujoco.mju_quatZ2Vec(quat, z)

@@ -1,9 +1,8 @@
-"""Of a model file, the arm alone: what leads from the world to the flange moves, all else is held or left out.
+"""Reduction of a model file to the arm: joints from the world to the flange move, all others are locked or removed.
 
-What counts of a model file are links with their inertias, joints with their places and ranges, and gravity. Drives,
-friction and rotors are the robot file's; sensors, keyframes, contacts, solver settings and fluids are no part of a
-plant. A spring in the file would be a part of the arm that nobody is told of, so it is refused; so is a tie between
-joints that move.
+Used are the links with their inertias, the joints with their places and ranges, and gravity. Drives, friction and rotor
+inertias come from the robot file; sensors, keyframes, contacts, solver settings and fluids are ignored. Springs and
+constraints between moving joints are refused, because the identification model lacks them.
 """
 
 import mujoco
@@ -12,22 +11,23 @@ import numpy as np
 from sim.errors import ModelFileError
 
 DROPPED = ("sensors", "keys", "pairs", "excludes", "actuators", "equalities", "tendons", "flexes", "skins")
-"""What of a file is no part of a plant; ties and tendons are first looked at."""
+"""Elements of a file that are removed; equalities and tendons are checked first."""
 GRIPPER = "remove it; if it belongs to a gripper, name the arm's last body as flange"
-"""What to do about a tie."""
+"""Advice for a constraint between joints."""
 FREE = mujoco.mjtJoint.mjJNT_FREE
 ONE_AXIS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """Leave in a model the joints of an arm, each with a name, and nothing that drives or ties them.
+    """Reduce a model to the joints of an arm, each with a name, without drives and constraints.
 
     Args:
-        spec: As the file says, changed in place.
-        flange: Last body of the arm; joints that do not lead to it are held. None where all joints are the arm's.
+        spec: The model of the file, changed in place.
+        flange: Last body of the arm; joints outside the chain to it are locked. None if all joints belong to the arm.
 
     Raises:
-        ModelFileError: If there is no such body, a joint has more than one axis, or springs and ties act on the arm.
+        ModelFileError: If there is no such body, a joint has more than one axis, or springs or constraints act on the
+            arm.
     """
     _refuse_ties(spec, flange)
     for kind in DROPPED:
@@ -41,7 +41,7 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         body.gravcomp = 0.0
     for number, joint in enumerate(spec.joints, 1):
         joint.name = joint.name or f"joint{number}"
-        joint.actfrclimited = 0  # the robot file states what drives give
+        joint.actfrclimited = 0  # drive torques are stated in the robot file
         if joint.type not in ONE_AXIS:
             raise ModelFileError(
                 f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base"
@@ -55,7 +55,7 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
 
 
 def _refuse_ties(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """With a flange, the identification's reader says which ties act on the arm, and in which line they stand."""
+    """With a flange, the reader of the identification reports constraints on the arm, with their lines."""
     if flange is not None:
         return
     for tie in spec.equalities:
@@ -67,7 +67,7 @@ def _refuse_ties(spec: mujoco.MjSpec, flange: str | None) -> None:
 
 
 def _drop_objects(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """Bodies that float freely beside the arm; what carries the flange is the arm."""
+    """Return free-floating bodies that do not carry the flange."""
     body = spec.worldbody.first_body()
     while body is not None:
         following = spec.worldbody.next_body(body)
@@ -94,7 +94,7 @@ def bodies_to(spec: mujoco.MjSpec, flange: str) -> list[mujoco.MjsBody]:
 
 
 def _hold_beside(spec: mujoco.MjSpec, flange: str) -> None:
-    """Hold joints that do not lead to a flange; what hangs there has its mass, and an inertia that a body can have."""
+    """Lock joints outside the chain to a flange; bodies there keep their mass and get a physically possible inertia."""
     arm = bodies_to(spec, flange)
     for joint in list(spec.joints):
         if not any(joint.parent is each for each in arm):
@@ -105,7 +105,7 @@ def _hold_beside(spec: mujoco.MjSpec, flange: str) -> None:
 
 
 def _give_possible_inertia(body: mujoco.MjsBody) -> None:
-    """Moments of a ball in place of those that no body has, which MuJoCo would refuse; no mass in place of less."""
+    """Replace impossible moments, which MuJoCo would refuse, by those of a sphere, and negative masses by zero."""
     full = body.fullinertia
     xx, yy, zz, xy, xz, yz = (*body.inertia, 0.0, 0.0, 0.0) if np.isnan(full[0]) else full
     moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -115,7 +115,7 @@ def _give_possible_inertia(body: mujoco.MjsBody) -> None:
 
 
 def _default_options(spec: mujoco.MjSpec) -> None:
-    """Every option as MuJoCo has it but gravity: flags of a file may switch friction off, a fluid brake the arm."""
+    """Reset all options but gravity to defaults: flags may disable friction, and a fluid would damp the arm."""
     plain = mujoco.MjSpec().option
     for name in (name for name in dir(plain) if not name.startswith("_") and name != "gravity"):
         setattr(spec.option, name, getattr(plain, name))

@@ -1,6 +1,6 @@
-"""Meshes of a model file: found in ROS packages, left out where they are not there or no solid.
+"""Meshes of a model file: found in ROS packages, omitted if missing or not a solid.
 
-A mesh is for the eye where its link states an inertia; one that a link has its inertia from is asked for.
+A mesh is only visual if its link states an inertia; it is required if the inertia is computed from it.
 """
 
 from pathlib import Path
@@ -16,19 +16,19 @@ PACKAGE, FILE = "package://", "file://"
 def drop_unusable_meshes(
     spec: mujoco.MjSpec, path: Path, arm: list[mujoco.MjsBody] | None, *, compiled: bool = False
 ) -> tuple[str, ...]:
-    """Take meshes without a file, or that MuJoCo makes no solid of, and the shapes made of them, out of a model.
+    """Remove meshes without a file or that MuJoCo cannot compile to a solid, and their shapes, from a model.
 
     Args:
-        spec: Changed in place; meshes in packages get the places where they were found.
-        path: Of the model file, which places of meshes are relative to.
-        arm: Bodies whose inertia counts; None for all.
-        compiled: Whether meshes are tried, which takes as long as compiling them.
+        spec: Changed in place; meshes in packages get the paths at which they were found.
+        path: The model file; paths of meshes are relative to it.
+        arm: Bodies whose inertia is used; None for all.
+        compiled: Whether meshes are test-compiled, which takes time.
 
     Returns:
-        Their files, as the model names them.
+        Files of these meshes, as named in the model.
 
     Raises:
-        ModelFileError: If a link of the arm has its inertia from such a shape.
+        ModelFileError: If the inertia of a link of the arm is computed from such a shape.
     """
     folder = path.parent / (spec.compiler.meshdir or "")
     unusable: dict[str, str] = {}
@@ -45,7 +45,7 @@ def drop_unusable_meshes(
         if counts and (arm is None or any(link is each for each in arm)):
             fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
             raise ModelFileError(
-                f"link {link.name!r} takes its inertia from the mesh {unusable[shape.meshname]!r}, {fault} the "
+                f"link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, {fault} the "
                 "file, or state an inertial"
             )
         spec.delete(shape)
@@ -55,7 +55,7 @@ def drop_unusable_meshes(
 
 
 def _in_package(stated: str, path: Path) -> Path:
-    """The file of a URI: of a package in a folder around the model's, by its name or that of its `package.xml`."""
+    """Return the file of a URI; packages are found above the model by folder name or by `package.xml`."""
     if stated.startswith(FILE):
         return Path(stated.removeprefix(FILE))
     package, _, inside = stated.removeprefix(PACKAGE).partition("/")
@@ -76,7 +76,7 @@ def _package_name(folder: Path) -> str:
 
 
 def _is_solid(mesh: mujoco.MjsMesh, file: Path) -> bool:
-    """Whether MuJoCo compiles a mesh alone."""
+    """Return whether MuJoCo can compile a mesh."""
     alone = mujoco.MjSpec()
     alone.add_mesh(name="mesh", file=str(file), scale=mesh.scale, inertia=mesh.inertia)
     alone.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")

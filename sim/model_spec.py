@@ -1,7 +1,7 @@
-"""The arm as its model file draws it, read once a process.
+"""The arm of a model file, read once per process.
 
-A simulation needs no shapes, and compiles and steps faster without them; they are taken off where no inertia comes from
-them. Taking them off costs more than all the compiling of a trial, so that what is left is kept.
+A simulation needs no shapes, and compiles and steps faster without them. Shapes are removed unless inertias are
+computed from them. The result is cached, because the removal takes longer than compiling a trial.
 """
 
 from functools import lru_cache
@@ -15,26 +15,26 @@ from sim.frozen_joints import bodies_to, hold_all_but_arm
 from sim.meshes import drop_unusable_meshes
 
 INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
-"""What a model has with and without its shapes, if no inertia comes from them."""
+"""Attributes of a model that are the same with and without shapes, if no inertia is computed from them."""
 
 
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
-    """The arm with the shapes that its file has; they touch nothing.
+    """Return the arm with the shapes of its file, without contacts.
 
     Args:
         path: MJCF or URDF file.
-        flange: Last body of the arm; joints that do not lead to it are held.
+        flange: Last body of the arm; joints outside the chain to it are locked.
 
     Raises:
         ValueError: If MuJoCo cannot read it.
-        ModelFileError: If it is no arm, or a link has its inertia from a mesh that is not there, or is no solid.
+        ModelFileError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
     """
     spec, _ = _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)
     return spec.copy()
 
 
 def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
-    """Files of meshes that are not there, or are no solids; arguments and errors as `full_spec`."""
+    """Return the files of meshes that are missing or not solids; arguments and errors as `full_spec`."""
     return _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)[1]
 
 
@@ -44,7 +44,7 @@ def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, t
     spec, missing = _read(path, flange)
     solid = spec.copy()
     for geom in solid.geoms:
-        geom.contype = geom.conaffinity = 1  # as for distances: a mesh for the eye alone may have no convex hull
+        geom.contype = geom.conaffinity = 1  # as for distances: a visual mesh may have no convex hull
     try:
         solid.compile()
     except ValueError:
@@ -55,7 +55,7 @@ def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, t
 def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
     """The arm with shapes that have their files, and the files that are missing."""
     spec = mujoco.MjSpec.from_file(str(path))
-    if path.suffix.lower() == ".urdf":  # which states inertias; a shape for collisions is no link
+    if path.suffix.lower() == ".urdf":  # inertias are stated; a collision shape is not a link
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     try:
         hold_all_but_arm(spec, flange)
@@ -63,7 +63,7 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
         raise ModelFileError(f"robot model {path}: {error}") from error
     missing = _drop_meshes(spec, path, flange)
     spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
-    # Without islands the solver is faster, and the same: an arm is one.
+    # Without islands the solver is faster with the same result: an arm is a single island.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
     return spec, missing
 
@@ -77,11 +77,11 @@ def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compile
 
 
 def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
-    """The arm without what is for the eye, a copy that may be changed; with it, where inertia comes from shapes.
+    """Return a copy of the arm without visual elements, or with them if inertia is computed from shapes.
 
     Raises:
         ValueError: If MuJoCo cannot read it.
-        ModelFileError: If it is no arm.
+        ModelFileError: If the model is not an arm.
     """
     try:
         stamp = path.stat().st_mtime_ns
@@ -91,7 +91,7 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 
 
 def compiler_reason(error: ValueError) -> str:
-    """What MuJoCo's compiler says, in one line that names the element."""
+    """Return the message of MuJoCo's compiler in one line that names the element."""
     what, *details = str(error).removeprefix("Error: ").splitlines()
     element = next(
         (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name")), ""
@@ -110,7 +110,7 @@ def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
     try:
         stripped = lean.compile()
     except ValueError:
-        return full_spec(path, flange)  # a moving body without an inertia of its own
+        return full_spec(path, flange)  # a moving body that states no inertia
     stated = all(body.explicitinertial or not body.geoms for body in full.bodies[1:])
     if stated and full.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
         return lean

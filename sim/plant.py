@@ -1,4 +1,4 @@
-"""The plant: everything that is true of the simulated robot, and that identification must not see."""
+"""The plant: all true parameters of the simulated robot, which identification must not use."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +24,7 @@ class PayloadBody:
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
 
     Raises:
-        PayloadBodyError: If a number is not finite or beyond any robot.
+        PayloadBodyError: If a number is not finite or out of range.
     """
 
     mass: float
@@ -32,7 +32,7 @@ class PayloadBody:
     inertia: tuple[float, float, float, float, float, float]
 
     def __post_init__(self) -> None:
-        """Check the numbers; whether a body can have them is for the model's compiler to say."""
+        """Check the numbers; MuJoCo's compiler checks whether they are physically possible."""
         if not 0.0 < self.mass <= HEAVIEST:
             raise PayloadBodyError(f"payload: mass = {self.mass:g} kg: expected more than 0 to {HEAVIEST:g}")
         for name, unit, most in (("com", "m", FARTHEST), ("inertia", "kg m^2", BULKIEST)):
@@ -43,17 +43,17 @@ class PayloadBody:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plant:
-    """The whole truth of one robot.
+    """All true parameters of one robot.
 
     Attributes:
-        robot: The arm, and what is its alone.
-        drives: Its drives as they are; the robot's own are nominal.
-        payload: What the loaded motions carry.
-        errors: What it has and the identification model has not.
+        robot: The arm and its specific elements.
+        drives: Its true drives; those of `robot` are nominal.
+        payload: Payload of the loaded motions.
+        errors: Effects that the identification model lacks.
 
     Raises:
-        DriveError: If the drives are of another arm.
-        EffectError: If robot or drives have no place for a model error.
+        DriveError: If the drives do not match the arm.
+        EffectError: If a model error does not apply to robot or drives.
     """
 
     robot: Robot
@@ -72,6 +72,6 @@ class Plant:
 
 
 def layout(plant: Plant) -> Layout:
-    """Plants of equal layout have compiled models of equal sizes, and may run in one batch."""
+    """Layout of the compiled model; plants of equal layout have models of equal sizes and may run in one batch."""
     robot = plant.robot
     return robot.model, robot.flange, tuple(effect.resizes(plant.errors) for effect in EFFECTS.values())

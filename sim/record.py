@@ -1,4 +1,4 @@
-"""`record`: run a plant's motions in closed loop and return what its cell would have logged."""
+"""`record`: simulate a plant's motions in closed loop and return the recordings."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -33,19 +33,19 @@ def record(
     threads: int,
     advanced: Advanced = no_progress,
 ) -> list[Recording]:
-    """Run experiments, in one batch those that can share one.
+    """Run experiments, sharing batches where possible.
 
     Args:
         experiments: Motions; those of equal duration, rate and step on plants of one layout run together.
-        streams: Noise of each experiment; a recording depends on its own alone, not on the batch it ran in.
+        streams: Noise of each experiment; a recording depends only on its own stream, not on the batch.
         threads: Threads to step with; recordings do not depend on it.
-        advanced: Told how much is simulated, warm-ups left out.
+        advanced: Callback for the simulated time, without warm-ups.
 
     Returns:
-        One recording an experiment.
+        One recording per experiment.
 
     Raises:
-        SimulationError: The first run that could not be built, diverged, saturated or reached a limit.
+        SimulationError: If a run could not be built, diverged, saturated or reached a limit (the first one).
     """
     found = sorted(each_record(experiments, streams, threads=threads, advanced=advanced), key=lambda each: each[0])
     recordings = list[Recording]()
@@ -63,10 +63,10 @@ def each_record(
     threads: int,
     advanced: Advanced = no_progress,
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
-    """As `record`, one outcome at a time with the number of its experiment: a run that fails is its error.
+    """Yield the outcomes of `record` one at a time, with the number of the experiment; a failed run yields its error.
 
-    Motions of a robot whose drives warm up follow one another, others run side by side: an experiment with `earlier`
-    above 0 then stands right behind the one before it.
+    Motions of a robot with warming drives run in sequence, others in parallel: an experiment with `earlier` above 0
+    must directly follow the preceding one.
     """
     models: _Models = {}
     ended: dict[int, Array | SimulationError] = {}
@@ -93,7 +93,7 @@ _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
 def _warm(
     experiments: Sequence[tuple[int, Experiment]], models: _Models, threads: int
 ) -> dict[int, Array | SimulationError]:
-    """Temperature rise of drives after a warm-up [K], its load taken from a motion at half of it."""
+    """Return the temperature rise of drives after a warm-up [K], with the load of a motion at half of it."""
     found: dict[int, Array | SimulationError] = {i: np.zeros(each.plant.robot.n) for i, each in experiments}
     for share in (0.5, 1.0) if experiments else ():
         ready: list[tuple[int, _Run]] = []
@@ -123,7 +123,7 @@ class _Run:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Done:
-    """What a run that went well leaves: readings, currents, and how warm the drives are."""
+    """Result of a successful run: readings, currents and temperature rise of the drives."""
 
     q: Array
     v: Array
@@ -133,7 +133,7 @@ class _Done:
 def _prepared(
     experiment: Experiment, noise: NoiseStreams, models: _Models, warmth: Array | SimulationError | None
 ) -> _Run:
-    """Compile and tune; experiments on one plant, with one load and step, equally many motions later share a model."""
+    """Compile and tune; experiments with the same plant, load, step and number of earlier motions share a model."""
     if isinstance(warmth, SimulationError):
         raise warmth
     steps = substeps(experiment)
@@ -162,7 +162,7 @@ def _prepared(
 def _run_all(
     ready: Sequence[tuple[int, _Run]], threads: int, advanced: Advanced
 ) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
-    """Run what is prepared, in one batch what can share one."""
+    """Run the prepared experiments, sharing batches where possible."""
     groups: dict[tuple[int, float, int, Law, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, run in ready:
         samples, period = len(run.controller.reference), run.controller.period

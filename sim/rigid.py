@@ -1,8 +1,8 @@
-"""Torques and inertias of a compiled model along a motion, friction apart.
+"""Torques and inertias of a compiled model along a motion, without friction.
 
-MuJoCo's inverse dynamics is asked at a few samples; splines lie between. A joint that no drive turns (a link behind its
-transmission) moves so that no torque is left over on it: from where its motor is it yields by that torque over its own
-stiffness, again and again.
+MuJoCo's inverse dynamics is evaluated at a few samples and interpolated by splines. A joint without a drive (a link
+behind its transmission) moves such that its torque balance is zero: starting from the motor's position, it is
+repeatedly displaced by its torque over its stiffness.
 """
 
 from dataclasses import dataclass, field
@@ -19,18 +19,18 @@ from sim.silenced_mujoco import silenced
 from sim.trajectory import FourierTrajectory
 
 SAMPLES_PER_HARMONIC = 20
-"""Samples to a period of the motion's fastest harmonic."""
+"""Number of samples per period of the motion's highest harmonic."""
 INERTIAS_PER_HARMONIC = 10
-"""Samples of the inertia matrix to such a period; straight lines lie between."""
+"""Number of samples of the inertia matrix per such period, with linear interpolation."""
 YIELD_ITERATIONS = 4
-"""Each brings a yielding link nearer by the ratio of what it carries, gravity and inertia, to its transmission's."""
+"""Number of iterations; each multiplies the error by the ratio of the load's stiffness to the transmission's."""
 PROBE = 1e-6
-"""Angle [rad] by which a stiffness is found."""
+"""Step [rad] of the finite difference for a stiffness."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frictionless:
-    """A compiled model without drives and friction; equal to another one whose bytes are the same.
+    """A compiled model without drives and friction; two are equal if their bytes are.
 
     Attributes:
         saved: Its bytes.
@@ -42,7 +42,7 @@ class Frictionless:
 
 
 def frictionless(model: mujoco.MjModel) -> Frictionless:
-    """Take drives and the friction of joints and coupled motors off a model, in place."""
+    """Remove drives and the friction of joints and coupled motors from a model, in place."""
     driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
     model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0
     model.dof_damping[driven] = model.tendon_damping[coupled] = 0.0
@@ -57,7 +57,7 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
 
     Args:
         rigid: The model.
-        motion: Of the driven joints, one period.
+        motion: Motion of the driven joints, one period.
         t: Times [s], shape (N,).
 
     Returns:
@@ -75,11 +75,11 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
 
 @silenced()
 def inertias(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
-    """Inertia matrix of the driven joints along a motion; links behind a transmission count for themselves.
+    """Return the inertia matrix of the driven joints along a motion; links behind a transmission are separate.
 
     Args:
         rigid: The model.
-        motion: Of the driven joints, one period.
+        motion: Motion of the driven joints, one period.
         t: Times [s], shape (N,).
 
     Returns:
@@ -101,7 +101,7 @@ def inertias(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
 
 
 def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:
-    """Torque on all joints where those that no drive turns are in balance, shape (samples, nv)."""
+    """Return the torque on all joints, with joints without a drive in equilibrium, shape (samples, nv)."""
     n = driven[0].shape[1]
     free = model.nv - n
     stiffness = _own_stiffness(model, free)
@@ -123,7 +123,7 @@ def _rates(q: Array, duration: float) -> tuple[Array, Array]:
 
 @silenced()
 def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
-    """Torque per angle that a joint's own springs hold it with [N m/rad], shape (free,)."""
+    """Return the stiffness of each free joint from its own springs [N m/rad], shape (free,)."""
     data, stiffness = mujoco.MjData(model), np.empty(free)
     for k in range(free):
         forces = []

@@ -1,7 +1,7 @@
-"""A robot: the model of its arm, and what the model file cannot hold.
+"""A robot: the model of its arm, and data that the model file does not contain.
 
-Nothing here is one robot's. A value that an arm does not have (a spring, a coupled motor, a frame by the name of d3) is
-absent, and the model error that needs it is refused by name.
+The definitions hold for any robot. Elements that an arm does not have (a spring, a coupled motor, a frame named d3) are
+absent, and a model error that needs one is refused by name.
 """
 
 from collections.abc import Mapping
@@ -20,8 +20,8 @@ class Coupling:
     Attributes:
         motor: The joint whose drive it is.
         turns_with: The other joint.
-        viscous_friction: Of the motor, where it turns with the sum [N m s/rad].
-        coulomb_friction: The same [N m].
+        viscous_friction: Viscous friction of the motor, at the sum of the speeds [N m s/rad].
+        coulomb_friction: Coulomb friction of the motor, at the sum of the speeds [N m].
     """
 
     motor: int
@@ -32,13 +32,13 @@ class Coupling:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GravitySpring:
-    """Where a spring that helps a joint against gravity is hooked.
+    """Attachment of a spring that supports a joint against gravity.
 
     Attributes:
-        joint: Joint that it helps, from 0; there is one behind it.
+        joint: Supported joint, from 0; not the last one.
         free_length: Length without force [m].
-        radius: Distance of its near end, on the link before, from the joint's axis [m].
-        distance: Distance of its far end, on the joint's own link, from the axis [m].
+        radius: Distance of the end on the preceding link from the joint's axis [m].
+        distance: Distance of the end on the joint's own link from the axis [m].
     """
 
     joint: int
@@ -51,24 +51,24 @@ class GravitySpring:
 class Robot:
     """An arm of n joints; arrays have shape (n,).
 
-    Units are those of revolute joints; on a prismatic one they are N, m and kg in place of N m, rad and kg m^2.
+    Units are those of revolute joints; for prismatic joints N, m and kg replace N m, rad and kg m^2.
 
     Attributes:
-        name: As scenarios call it.
+        name: Name of the robot in scenarios.
         model: Model file of the arm; bodies and joints from base to flange.
         drives: Its nominal drives.
         max_velocity: [rad/s].
         max_acceleration: [rad/s^2].
-        home: Positions that the search for a motion starts from [rad].
-        frames: Bodies by the name of the distance, drawn in the model, that leads to them.
+        home: Start position of the search for a motion [rad].
+        frames: Bodies, by the name of the distance in the model whose end they are.
         couplings: Motors that turn with the sum of two joints.
-        gravity_spring: None for an arm without.
-        flange: Last body of the arm in a model file that has more; joints that do not lead to it are held where they
-            are drawn. None where all joints are the arm's.
-        rated_load: Mass that it may carry [kg], None if nobody says.
+        gravity_spring: The gravity spring, None for an arm without one.
+        flange: Last body of the arm, if the model file has more bodies; joints outside the chain to it are locked at
+            their initial positions. None if all joints belong to the arm.
+        rated_load: Largest payload mass [kg], None if not stated.
 
     Raises:
-        RobotError: If arrays do not fit each other, or a joint does not exist.
+        RobotError: If arrays differ in length, or a joint does not exist.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Robot:
         return len(self.drives.gain)
 
     def __post_init__(self) -> None:
-        """Check that the parts are of one arm."""
+        """Check that the parts match."""
         for name in ("max_velocity", "max_acceleration", "home"):
             if len(getattr(self, name)) != self.n:
                 raise RobotError(

@@ -1,4 +1,4 @@
-"""Robot files: a robot as TOML, every number with its origin and its source."""
+"""Robot files: a robot as TOML, every number with its origin and source."""
 
 from dataclasses import fields
 from pathlib import Path
@@ -25,12 +25,12 @@ class _Table(BaseModel):
 
 
 class FrictionTable(_Table):
-    """A number that may be 0, where it comes from, and who says so.
+    """A number of 0 or more, with origin and source.
 
     Attributes:
         value: The number.
-        origin: Where it comes from.
-        source: Who says so.
+        origin: Origin of the number: published, measured or assumed.
+        source: Source of the number.
     """
 
     value: NonNegativeFloat
@@ -39,18 +39,18 @@ class FrictionTable(_Table):
 
 
 class LengthTable(FrictionTable):
-    """The same of a number above 0."""
+    """A number above 0, with origin and source."""
 
     value: PositiveFloat
 
 
 class JointsTable(_Table):
-    """Numbers, one a joint; an origin for all, or one a joint.
+    """Numbers, one per joint; one origin for all, or one per joint.
 
     Attributes:
-        value: The numbers, one a joint.
-        origin: Where they come from, one word for all or one a joint.
-        source: Who says so.
+        value: The numbers, one per joint.
+        origin: Origin of the numbers, one word for all or one per joint.
+        source: Source of the number.
     """
 
     value: list[float]
@@ -64,29 +64,30 @@ class JointsTable(_Table):
         return self
 
     def array(self) -> Array:
-        """The values, which nobody changes."""
+        """The values, read-only."""
         values = np.array(self.value, dtype=np.float64)
         values.flags.writeable = False
         return values
 
 
 class SpeedsTable(JointsTable):
-    """The same of numbers above 0."""
+    """Numbers above 0, one per joint."""
 
     value: list[PositiveFloat]  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
 
 
 class DrivesTable(_Table):
-    """Nominal drives: `sim.drives.DriveTruth`, and how fast they turn.
+    """Nominal drives: `sim.drives.DriveTruth`, and rated speeds and accelerations.
 
     Attributes:
-        gain: Joint torque per current [N m / drive unit], force if the joint is prismatic; negative if wired backwards.
-        rotor_inertia: Of the rotors, joint side [kg m^2].
-        viscous_friction: Friction by speed [N m s/rad].
-        coulomb_friction: Dry friction [N m].
-        coulomb_asymmetry: Constant part of friction [N m].
-        amplifier_offset: Current references that give no torque [drive units].
-        current_limit: Where the current reference saturates [drive units].
+        gain: Joint torque per current [N m / drive unit], force for a prismatic joint; negative if the drive is wired
+            in reverse.
+        rotor_inertia: Inertias of the rotors, joint side [kg m^2].
+        viscous_friction: Viscous friction [N m s/rad].
+        coulomb_friction: Coulomb friction [N m].
+        coulomb_asymmetry: Asymmetry of Coulomb friction between the directions [N m].
+        amplifier_offset: Current references at zero torque [drive units].
+        current_limit: Saturation of the current reference [drive units].
         max_velocity: Rated speeds [rad/s].
         max_acceleration: Rated accelerations [rad/s^2].
     """
@@ -106,10 +107,10 @@ class CouplingTable(_Table):
     """`sim.robot.Coupling`; joints count from 1.
 
     Attributes:
-        motor: The joint whose motor turns with another joint as well.
-        turns_with: That other joint.
-        viscous_friction: Friction of the coupling by speed [N m s/rad].
-        coulomb_friction: Its dry friction [N m].
+        motor: The joint whose motor also turns with another joint.
+        turns_with: The other joint.
+        viscous_friction: Viscous friction of the coupling [N m s/rad].
+        coulomb_friction: Coulomb friction of the coupling [N m].
     """
 
     motor: Joint
@@ -122,11 +123,11 @@ class SpringTable(_Table):
     """`sim.robot.GravitySpring`; its free length is prestress over stiffness.
 
     Attributes:
-        joint: The joint that it helps; there is one behind it.
-        stiffness: Of the spring [N/m].
-        prestress: Stiffness times its length without force [N].
-        radius: Distance of its near end, on the link before, from the joint's axis [m].
-        distance: Distance of its far end, on the joint's own link, from the axis [m].
+        joint: The supported joint; not the last one.
+        stiffness: Stiffness of the spring [N/m].
+        prestress: Stiffness times free length [N].
+        radius: Distance of the end on the preceding link from the joint's axis [m].
+        distance: Distance of the end on the joint's own link from the axis [m].
     """
 
     joint: Joint
@@ -140,15 +141,15 @@ class RobotTable(_Table):
     """A robot file.
 
     Attributes:
-        name: What the robot is called.
-        model: MJCF or URDF file beside this one.
-        flange: The arm's last body, where the model has more than the arm.
-        home: Pose to start from [rad].
+        name: Name of the robot.
+        model: MJCF or URDF file, relative to this file.
+        flange: Last body of the arm, if the model has more bodies.
+        home: Start pose [rad].
         drives: Nominal drives.
-        coupling: Motors that turn with two joints.
-        frames: Bodies by the name of the distance, drawn in the model, that leads to them.
-        gravity_spring: A spring that carries the weight of an axis.
-        rated_load: Mass that it may carry [kg].
+        coupling: Motors that turn with the sum of two joints.
+        frames: Bodies, by the name of the distance in the model whose end they are.
+        gravity_spring: A spring that supports an axis against gravity.
+        rated_load: Largest payload mass [kg].
     """
 
     name: Source
@@ -166,7 +167,7 @@ def read_robot(path: Path) -> Robot:
     """Read a robot file.
 
     Args:
-        path: The TOML file; its model lies beside it.
+        path: The TOML file; the path of its model is relative to it.
 
     Raises:
         RobotError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
@@ -219,7 +220,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
 
 
 def _first_fault(error: ValidationError) -> str:
-    """The fault that goes deepest, in the words of a file."""
+    """Return the most specific validation error, in the terms of the file."""
     fault = max(error.errors(), key=lambda each: len(each["loc"]))
     place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(("literal", "list[")))
     if fault["type"] == "extra_forbidden":

@@ -1,8 +1,9 @@
-"""Motions of one robot, one after another: how warm its drives are when each begins.
+"""Sequences of motions of one robot: temperature of the drives at the start of each.
 
-Drives that do not warm up have no memory from motion to motion, and their motions may run side by side. A warm-up is
-not simulated from end to end: drives that take minutes to warm up feel the mean of I^2 R. It is taken from one motion
-with cold drives until half the time, and from another with those of half the time for the whole (the midpoint rule).
+Motions of drives that do not warm up are independent and may run in parallel. A warm-up is not simulated completely:
+drives that warm up within minutes respond to the mean of I^2 R. It is computed with the midpoint rule: one motion with
+cold drives gives the load until half the time, and a motion with the drives at half the time gives the load of the
+whole.
 """
 
 from collections import defaultdict
@@ -19,12 +20,12 @@ from sim.sensors import SensorOptions
 
 
 def is_carried(experiment: Experiment) -> bool:
-    """Whether its robot's drives warm up, so that what came before matters."""
+    """Return whether the robot's drives warm up, so that earlier motions have an effect."""
     return temperature.varies(experiment.plant.errors)
 
 
 def waves(experiments: Sequence[Experiment]) -> list[list[int]]:
-    """Numbers of experiments that may run side by side, each wave after the ones before."""
+    """Return groups of experiments that may run in parallel, in order of execution."""
     found: dict[int, list[int]] = defaultdict(list)
     for i, experiment in enumerate(experiments):
         found[experiment.earlier if is_carried(experiment) else 0].append(i)
@@ -32,22 +33,22 @@ def waves(experiments: Sequence[Experiment]) -> list[list[int]]:
 
 
 def starts_warm(experiment: Experiment) -> bool:
-    """Whether it is a first motion behind a warm-up that matters."""
+    """Return whether it is a first motion after a warm-up that has an effect."""
     return is_carried(experiment) and experiment.earlier == 0 and experiment.warm_up > 0.0
 
 
 def warming_motion(experiment: Experiment) -> Experiment:
-    """What a robot does to warm up before a motion: the same with a bare flange, and nobody looks."""
+    """Return the warm-up motion of an experiment: the same motion with a bare flange, not recorded."""
     return replace(experiment, name=f"warm-up before {experiment.name}", loaded=False, sensors=SensorOptions())
 
 
 def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
-    """Temperature rise after a share of a warm-up of cold drives [K], shape (n,).
+    """Return the temperature rise of cold drives after a share of a warm-up [K], shape (n,).
 
     Args:
         experiment: The motion that is repeated.
-        v: Its currents [drive units], shape (N, n).
-        share: Of the time.
+        v: Currents of the motion [drive units], shape (N, n).
+        share: Share of the warm-up time.
     """
     load = np.mean((v / experiment.plant.drives.current_limit) ** 2, axis=0)
     return temperature.warmed(experiment.plant.errors, np.zeros(v.shape[1]), load, share * experiment.warm_up)
@@ -56,15 +57,15 @@ def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
 def warmth_before(
     experiments: Sequence[Experiment], i: int, ended: Mapping[int, Array | SimulationError]
 ) -> Array | SimulationError | None:
-    """Temperature rise of the drives when a motion begins [K], shape (n,); None if it does not matter or they are cold.
+    """Return the temperature rise at the start of a motion [K], shape (n,); None if cold or without effect.
 
     Args:
         experiments: In order of time for each robot.
         i: The motion.
-        ended: How warm earlier motions left the drives, or why they did not.
+        ended: Final temperature rise of the earlier motions, or their errors.
 
     Raises:
-        SequenceError: If the motion before is not there.
+        SequenceError: If the preceding motion is missing.
     """
     experiment = experiments[i]
     if not is_carried(experiment) or not experiment.earlier:

@@ -2,10 +2,10 @@
 
     v = (Kp (q_ref - q - e) + Kd (dq_ref - dq - F e) + tau_ff) / g_believed,   |v| <= v_max
 
-as actuators whose force is affine in position and speed, held over a physics step as the integrator `Euler` does; what
-does not depend on the state is their control. dq is the speed of the joint itself, where `sim.control_law` has a
-low-passed difference of readings. e is the noise of the encoders, drawn before the motion, and F the speed that
-`sim.control_law` would estimate of it: it travels round the loop. The quantum does not: the log alone is rounded.
+as actuators whose force is affine in position and speed, held over a physics step by the integrator `Euler`; the part
+that does not depend on the state is their control. dq is the true speed of the joint, while `sim.control_law` uses a
+low-passed difference of readings. e is the noise of the encoders, drawn before the motion, and F e the speed that
+`sim.control_law` would estimate from it: encoder noise acts in the loop. The quantum does not: only the log is rounded.
 """
 
 from collections.abc import Sequence
@@ -33,11 +33,11 @@ OTHERWISE = 'use controller.law = "filtered"'
 
 
 def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
-    """Check that nothing acts between control periods but MuJoCo.
+    """Check that only MuJoCo acts within and between control periods.
 
     Args:
         experiment: To be run with the native law.
-        steps: Its physics steps a control period.
+        steps: Number of physics steps per control period.
         streams: Noise of its sensors.
 
     Raises:
@@ -65,21 +65,21 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
     for sensor, effect in SENSOR_EFFECTS.items():
         if sensor != "encoder" and effect.reader([experiment.sensors], [streams], n) is not None:
             raise ControllerError(
-                f'{name}: controller.law = "native" reads no sensor but the encoders, but {sensor} changes what the '
+                f'{name}: controller.law = "native" reads only the encoders, but {sensor} changes what the '
                 f"controller reads; {OTHERWISE}"
             )
 
 
 def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
-    """A plant whose drives close the loop themselves; its controls are `Controller.reference`.
+    """Return a plant whose actuators close the loop; its controls are `Controller.reference`.
 
     Args:
-        model: Compiled plant, left as it is.
-        controller: What is fed back.
+        model: Compiled plant, not changed.
+        controller: The feedback gains.
         drives: The plant's.
     """
     servo = copy(model)
-    servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would take the feedback of speed implicitly
+    servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would treat the speed feedback implicitly
     servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp
     servo.actuator_biasprm[:, 2] = -drives.gain * controller.kd
     largest = np.abs(drives.gain) * drives.current_limit
@@ -122,7 +122,7 @@ def servo_loop(
 
 
 def _estimated_speed(controller: Controller, reading: Array) -> Array:
-    """What `sim.control_law` takes for the speed of readings, at rest before the first [rad/s]; both (N, n)."""
+    """Return the speed that `sim.control_law` estimates from readings [rad/s], shape (N, n); initially at rest."""
     moved = np.diff(reading, axis=0, prepend=reading[:1])
     first_order = np.array([[controller.blend / controller.period, 0.0, 0.0, 1.0, controller.blend - 1.0, 0.0]])
     return filtered(first_order, moved)

@@ -1,4 +1,4 @@
-"""MuJoCo's own log kept off the terminal and out of the working folder: what it has to say is an error of ours."""
+"""Suppression of MuJoCo's log on terminal and in the working folder; messages become errors of this package."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ import mujoco
 
 @contextmanager
 def silenced() -> Generator[None]:
-    """Without MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`, whatever thread they come from; also a decorator."""
+    """Suppress MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`, from all threads; also a decorator."""
     before, config = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     config.logto_console = config.logto_file = False
     config.set()

@@ -51,7 +51,7 @@ class FourierTrajectory:
 
 @lru_cache(maxsize=2)
 def _waves(rate: bytes, t: bytes) -> tuple[Array, Array]:
-    """Sines and cosines of all harmonics, each (N, H), kept: a search asks for the same two grids all the time."""
+    """Return sines and cosines of all harmonics, each (N, H), cached: a search always uses the same two grids."""
     angle = np.outer(np.frombuffer(t), np.frombuffer(rate))
     s, c = np.sin(angle), np.cos(angle)
     s.flags.writeable = c.flags.writeable = False
@@ -59,12 +59,12 @@ def _waves(rate: bytes, t: bytes) -> tuple[Array, Array]:
 
 
 def at_rest(center: Array, sine: Array, cosine: Array, duration: float) -> FourierTrajectory:
-    """The trajectory nearest to the given coefficients that starts and ends at rest."""
+    """Return the trajectory nearest to the given coefficients that starts and ends at rest."""
     k = np.arange(1, sine.shape[1] + 1, dtype=np.float64)
     return FourierTrajectory(center, _without(sine, k), _without(cosine, k**2), duration)
 
 
 def _without(rows: Array, direction: Array) -> Array:
-    """Rows less their component along `direction`."""
+    """Return rows minus their component along `direction`."""
     unit = direction / np.linalg.norm(direction)
     return rows - np.outer(rows @ unit, unit)

@@ -1,7 +1,7 @@
-"""Effects that act in every control period: what they write into the models of a batch.
+"""Effects that act in every control period, written into the models of a batch.
 
-MuJoCo's dry and viscous friction are constants of the model. Where they vary in time, they are written into that
-simulation's model from state and currents at the start of the control period, and held over the period.
+MuJoCo's dry and viscous friction are constants of the model. If they vary in time, they are computed from state and
+currents at the start of the control period, written into the model of that simulation, and held over the period.
 """
 
 from collections.abc import Sequence
@@ -24,11 +24,11 @@ class Varied:
 
     Attributes:
         errors: Their values.
-        build: What its model is made of.
-        constant: Dry friction without them: joints, then coupled motors [N m], shape (n + c,).
-        damping: Viscous friction without them [N m s/rad], shape (n + c,).
-        inertia: Rotors [kg m^2], shape (n + c,).
-        turns: Speeds that it rubs at, as sums of joint speeds, shape (n + c, n).
+        build: The plant of its model.
+        constant: Dry friction without these effects: joints, then coupled motors [N m], shape (n + c,).
+        damping: Viscous friction without these effects [N m s/rad], shape (n + c,).
+        inertia: Rotor inertias [kg m^2], shape (n + c,).
+        turns: Matrix from joint speeds to the speeds at which friction acts, shape (n + c, n).
         warmth: Temperature rise of the drives at the start of the motion [K], shape (n,).
     """
 
@@ -44,13 +44,13 @@ class Varied:
 def varied(
     plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None
 ) -> Varied | None:
-    """What acts on a plant in every control period, None if nothing does.
+    """Return the effects that act on a plant in every control period, None if there are none.
 
     Args:
         plant: The truth.
-        model: Compiled from it.
+        model: The compiled plant.
         step: Physics step [s].
-        earlier: Motions before this one, as it was compiled.
+        earlier: Number of earlier motions, as when compiled.
         warmth: Temperature rise of the drives at the start [K], shape (n,); None for cold ones.
     """
     if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
@@ -59,7 +59,7 @@ def varied(
 
 
 def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
-    """What acts on a plant in a control period, constant friction where nothing varies; arguments as `varied`."""
+    """Return the effects in a control period, constant friction if nothing varies; arguments as `varied`."""
     constant, n = drive_constants(model, "frictionloss"), plant.robot.n
     turns = np.eye(len(constant), n)
     for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
@@ -83,11 +83,11 @@ class Varying:
     """
 
     def __init__(self, members: Sequence[Varied], models: Sequence[mujoco.MjModel], *, period: float) -> None:
-        """Stack what does not change.
+        """Stack the constant arrays.
 
         Args:
-            members: One a simulation.
-            models: Their models, each a simulation's own.
+            members: One per simulation.
+            models: Their models, one per simulation.
             period: Control period [s].
         """
         errors, builds = [m.errors for m in members], [m.build for m in members]
@@ -103,7 +103,7 @@ class Varying:
         self._before: ControlStep | None = None
 
     def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
-        """Write the friction of a control period, and return the torque beside that of the drives.
+        """Write the friction of a control period, and return the additional torque.
 
         Args:
             t: Time since the start of the motion [s].
@@ -140,7 +140,7 @@ class Varying:
         return step.torque
 
     def _transmitted(self, ddq: Array, rubbing: Array) -> Array:
-        """What links took over in the period before: drives and friction less what sped up the rotors."""
+        """Return the torque transmitted to the links in the preceding period, without inertial torque of the rotors."""
         before = self._before
         if before is None:
             return np.zeros_like(ddq)
@@ -151,7 +151,7 @@ class Varying:
 
 
 def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Live views of a model's dry, then viscous friction, each of driven joints (n,), and coupled motors (c,)."""
+    """Return views of a model's dry and viscous friction, each for driven joints (n,) and coupled motors (c,)."""
     driven, coupled = slice(-model.nu, None), coupling_tendons(model)
     return (
         (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),

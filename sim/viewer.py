@@ -1,7 +1,7 @@
-"""The motions of an experiment to look at: an arm for each, side by side, in one MuJoCo scene.
+"""Display of the motions of an experiment: one arm per motion, side by side, in one MuJoCo scene.
 
-Nothing is simulated: every arm stands where its reference motion puts it, as the controller follows it to a fraction of
-a degree. A payload is drawn as the solid cylinder of its mass and moments.
+Nothing is simulated: every arm is at its reference position, which the controller follows to a fraction of a degree. A
+payload is drawn as the solid cylinder with its mass and moments.
 """
 
 import itertools
@@ -22,13 +22,13 @@ from sim.silenced_mujoco import silenced
 ELEVATION = -15.0
 """Direction in which the camera looks, above the horizon [deg]."""
 ROOM = 1.15
-"""Size of a picture in shares of what it must hold; the same share is between neighbouring arms."""
+"""Size of a picture relative to its content; also the spacing between neighbouring arms."""
 SLENDER = 4.0 / 3.0, 7.0 / 3.0
-"""Widths of pictures that are cropped to the arms, in shares of their heights."""
+"""Aspect ratios (width over height) of pictures that are cropped to the arms."""
 TIMES = 40
-"""Instants of the motions at which a scene is laid out that is for no others."""
+"""Number of times of the motions for the layout of a scene, unless times are given."""
 CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-"""Of a box, in shares of its half edges, shape (8, 3)."""
+"""Corners of a box, relative to its half edges, shape (8, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,10 +37,10 @@ class Scene:
 
     Attributes:
         model: All of them.
-        places: Where the positions of each arm's joints stand in the state, one array (n,) an experiment.
+        places: Indices of each arm's joint positions in the state, one array (n,) per experiment.
         motions: Reference motion of each.
-        duration: Of the longest motion [s].
-        times: Instants that the scene is laid out for [s].
+        duration: Duration of the longest motion [s].
+        times: Times for which the scene is laid out [s].
         azimuth: Direction in which the camera looks, about the vertical from x [deg].
     """
 
@@ -52,7 +52,7 @@ class Scene:
     azimuth: float
 
     def put(self, data: mujoco.MjData, t: float) -> None:
-        """Move every arm to where it is at a time [s] of its motion."""
+        """Move every arm to its position at a time [s]."""
         for places, motion in zip(self.places, self.motions, strict=True):
             data.qpos[places] = motion(np.array([t]))[0][0]
         mujoco.mj_kinematics(self.model, data)
@@ -66,18 +66,18 @@ class Scene:
         return np.vstack(found) @ np.transpose(_directions(self.azimuth))
 
     def height(self, width: int) -> int:
-        """Pixels of a picture that is as high as the arms need, even as films want it; within `SLENDER`."""
+        """Return the height in pixels that the arms need, an even number, as films require; within `SLENDER`."""
         across, up, _ = np.ptp(self.seen(), axis=0)
         return 2 * round(0.5 * width / float(np.clip(across / up, *SLENDER)))
 
 
 @silenced()
 def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
-    """Put the arms of some experiments side by side, from left to right in their order, seen where they are widest.
+    """Place the arms of some experiments side by side, from left to right, viewed from where they appear widest.
 
     Args:
         experiments: Their motions.
-        times: Instants that will be looked at [s], None for all of the motions.
+        times: Times to be shown [s], None for the whole motions.
 
     Raises:
         ModelFileError: If a model file cannot be compiled.
@@ -111,7 +111,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
 
 
 def watch(shown: Scene) -> None:
-    """Play the motions in MuJoCo's viewer, again and again, until its window is closed.
+    """Play the motions repeatedly in MuJoCo's viewer until its window is closed.
 
     Raises:
         NoPicture: If no window can be opened.
@@ -120,7 +120,7 @@ def watch(shown: Scene) -> None:
     import mujoco.viewer
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # what it warns of is told below
+        warnings.simplefilter("ignore")  # its warnings are reported below
         if not glfw.init():
             raise NoPicture(f"no window can be opened: {glfw.get_error()[1].decode()}; --render FILE needs none")
     data = mujoco.MjData(shown.model)
@@ -137,25 +137,25 @@ def watch(shown: Scene) -> None:
 
 
 def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -> Generator[Array]:
-    """Pictures of the scene without a screen.
+    """Yield pictures of the scene, rendered off-screen.
 
     Args:
         shown: The scene.
-        times: When [s].
+        times: Times [s].
         width: Pixels.
         height: Pixels.
 
     Yields:
-        8-bit RGB, shape (height, width, 3), one a time.
+        8-bit RGB, shape (height, width, 3), one per time.
 
     Raises:
-        NoPicture: If there is no OpenGL to draw with.
+        NoPicture: If OpenGL is not available.
     """
     model, data = shown.model, mujoco.MjData(shown.model)
     model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     try:
         renderer = mujoco.Renderer(model, height, width)
-    except Exception as error:  # each OpenGL has errors of its own, from AttributeError to FatalError
+    except Exception as error:  # each OpenGL backend raises other errors, from AttributeError to FatalError
         raise NoPicture(
             f"no OpenGL for rendering ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
         ) from error
@@ -169,7 +169,7 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
 
 
 def overview(shown: Scene, aspect: float) -> mujoco.MjvCamera:
-    """A camera that sees every arm at the scene's instants, in a picture `aspect` times as wide as it is high."""
+    """Return a camera that shows every arm at the scene's times, in a picture with the given aspect ratio."""
     seen = shown.seen()
     middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
     slope = np.tan(np.radians(0.5 * shown.model.vis.global_.fovy))
@@ -182,7 +182,7 @@ def overview(shown: Scene, aspect: float) -> mujoco.MjvCamera:
 
 
 def _swept(arm: mujoco.MjSpec, q: Array) -> Array:
-    """Corners of the boxes about an arm's shapes at all of some positions (N, n), shape (k, 3) [m]."""
+    """Return the corners of the bounding boxes of an arm's shapes at some positions (N, n), shape (k, 3) [m]."""
     model = arm.copy().compile()
     data = mujoco.MjData(model)
     found: list[Array] = []
@@ -194,7 +194,7 @@ def _swept(arm: mujoco.MjSpec, q: Array) -> Array:
 
 
 def _corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Corners of the boxes about all shapes but planes, and anchors of joints, shape (k, 3) [m]."""
+    """Return the corners of the bounding boxes of all shapes but planes, and joint anchors, shape (k, 3) [m]."""
     solid = model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE)
     center, half = model.geom_aabb[solid, None, :3], model.geom_aabb[solid, None, 3:]
     turned = (center + CORNERS * half) @ data.geom_xmat[solid].reshape(-1, 3, 3).transpose(0, 2, 1)
@@ -202,7 +202,7 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
 
 
 def _azimuth(swept: Sequence[Array]) -> float:
-    """Direction in which to look [deg], so that arms are seen from where they spread widest."""
+    """Return the viewing direction [deg] in which the arms appear widest."""
     spread = sum(np.cov(each[:, :2].T) for each in swept)
     widest = np.linalg.eigh(spread)[1][:, -1]
     found = np.degrees(np.arctan2(widest[1], widest[0])) + 90.0
@@ -210,7 +210,7 @@ def _azimuth(swept: Sequence[Array]) -> float:
 
 
 def _directions(azimuth: float) -> tuple[Array, Array, Array]:
-    """Right, up and towards the viewer in a camera's picture, unit vectors of the world."""
+    """Return the unit vectors right, up and towards the viewer of a camera, in world axes."""
     a, e = np.radians(azimuth), np.radians(ELEVATION)
     ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([np.sin(a), -np.cos(a), 0.0])
@@ -222,6 +222,6 @@ def _prefix(number: int) -> str:
 
 
 def _owner(joint: str) -> int:
-    """Which arm a joint is of."""
+    """Return the arm of a joint."""
     number, found, _ = joint.removeprefix("motion ").partition(": ")
     return int(number) if found and number.isdecimal() else 0

@@ -369,7 +369,7 @@ def test_a_command_is_found_and_tells_the_largest_speeds(followed, plain):
     expected = np.abs(np.gradient(motion(t)[0], t, axis=0)).max(axis=0)
     np.testing.assert_allclose(result["fastest"], expected, rtol=1e-3)  # differences over 6 ms
     np.testing.assert_allclose(result["limit"], [4.1189, 3.4906, 4.9916, 6.9987, 5.585, 10.122])
-    assert re.search("^ +speeds +hold", followed.said("help", 2), re.MULTILINE)
+    assert re.search("^ +speeds +compare", followed.said("help", 2), re.MULTILINE)
 
 
 def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):

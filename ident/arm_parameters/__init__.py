@@ -1,4 +1,4 @@
-"""What motions show of the arm itself: bare motions, parameters with deviations, links that bodies can have.
+"""Parameters of the arm: from bare motions, with standard deviations, and as physically consistent links.
 
-It may know `estimation`.
+It may import `estimation`.
 """

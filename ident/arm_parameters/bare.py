@@ -1,8 +1,9 @@
-"""What bare motions say: gains relative to each other, base parameters, friction and offsets in drive units.
+"""Identification from bare motions: ratios of gains, base parameters, friction and offsets in drive units.
 
-Nothing in them has newtons, so that one gain is free; links that joints share tie the others to it. With one gain of
-scale 1 the model of all joints at once gives log |g_j| - log |g_r| of every joint j beside a joint r, and all else in
-the unit of g_r. With gains that are known, all of it is in SI; ratios are held against those that are believed.
+Without a payload the gains are known up to a common factor; shared link parameters determine their ratios. With one
+gain fixed to 1, the model of all joints gives log |g_j| - log |g_r| of every joint j relative to a joint r, and all
+parameters in the unit of g_r. With known gains, all parameters are in SI. Ratios can be compared with those of given
+gains.
 """
 
 from collections.abc import Sequence
@@ -24,19 +25,19 @@ from ident.support.arrays import Array, Mask
 from ident.support.errors import NotIdentifiable
 
 RUNAWAY = 1e6
-"""Ratio of two gains that no drives of one arm have: a wrong unit makes 1e3, a slide beside a hinge 1e2."""
+"""Largest plausible ratio of two gains of one arm: a wrong unit gives 1e3, prismatic and revolute joints 1e2."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainRatios:
-    """Gains beside that of one joint.
+    """Gains relative to that of one joint.
 
     Attributes:
-        reference: The joint, from 0, beside which the others are surest.
+        reference: The reference joint, from 0, with the most accurate ratios.
         value: g_j / g_reference, shape (n,).
         rel_std: Relative standard deviations, zero for the reference, shape (n,).
-        given: Which of them are sure enough, shape (n,).
-        max_rel_std: Largest relative standard deviation of one that is.
+        given: Mask of sufficiently accurate ratios, shape (n,).
+        max_rel_std: Largest relative standard deviation of such a ratio.
     """
 
     reference: int
@@ -46,7 +47,7 @@ class GainRatios:
     max_rel_std: float
 
     def reason(self, joint: int) -> str | None:
-        """Why a joint, from 0, has no ratio; None if it has one."""
+        """Return why a joint, from 0, has no ratio; None if it has one."""
         return ratio_refusal(float(self.rel_std[joint]), self.max_rel_std, self.reference)
 
 
@@ -55,10 +56,10 @@ class BareArm:
     """An arm without payload.
 
     Attributes:
-        ratios: Gains beside each other; None where gains are held.
+        ratios: Ratios of gains; None with fixed gains.
         inertial: Base parameters, over the reference gain or in SI.
-        inertial_covariance: Of their values, shape (k, k).
-        friction: Each joint's own friction and offset [drive units], n tuples.
+        inertial_covariance: Covariance of their values, shape (k, k).
+        friction: Friction and offset of each joint [drive units], n tuples.
         selected: The model, and its fit.
     """
 
@@ -70,20 +71,20 @@ class BareArm:
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
-    """Gains relative to each other, and the arm in drive units.
+    """Identify ratios of gains, and the arm in drive units.
 
     Args:
         problem: Motions with a bare flange.
         options: Model of the arm.
 
     Raises:
-        NotIdentifiable: If no two joints share anything that shows.
+        NotIdentifiable: If no two joints have an identifiable common parameter.
     """
     columns = joint_columns(problem, shared_parameters(problem))
     braked = braked_gain(columns, per_motion=options.friction_per_motion)
     selected = _fitted(problem, options, [braked])
     best = _surest(_log_covariance(problem, selected), problem.options.max_rel_std)
-    if best != braked.joint:  # in units of the reference itself, deviations of all else need no ratio
+    if best != braked.joint:  # in units of the reference, other standard deviations do not depend on ratios
         selected = _fitted(problem, options, [GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))])
     h = selected.final.fit.found.h
     rel_std = _beside(_log_covariance(problem, selected))[best]
@@ -107,12 +108,12 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
 
 
 def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
-    """Base parameters in SI and friction in drive units with known gains.
+    """Identify base parameters in SI and friction in drive units with known gains.
 
     Args:
         problem: Motions with a bare flange.
         options: Model of the arm.
-        gains: Of its joints.
+        gains: Gains of its joints.
 
     Raises:
         GainsError: If the gains are not of this arm.
@@ -130,10 +131,10 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
 
 
 def _check_size(ratios: GainRatios) -> None:
-    """Refuse ratios that no two drives have: a gain ran away while parameters of its own took over.
+    """Refuse implausible ratios: a gain diverged while its other parameters compensated.
 
     Raises:
-        NotIdentifiable: Naming joint and ratio.
+        NotIdentifiable: If there is one; the message names joint and ratio.
     """
     for joint in np.flatnonzero(ratios.given):
         if abs(np.log(np.abs(ratios.value[joint]))) > np.log(RUNAWAY):
@@ -150,7 +151,7 @@ def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGa
 
 
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
-    """Covariance of log |g| beside the gain that was given, shape (n, n)."""
+    """Return the covariance of log |g| relative to the given gain, shape (n, n)."""
     fit = selected.final.fit
     own = UNCERTAINTIES[problem.options.uncertainty](fit.rows, fit.log_influence, problem.options.serial_s)
     model = np.hstack((fit.log_belief, selected.model))
@@ -158,7 +159,7 @@ def _log_covariance(problem: Problem, selected: Selected) -> Array:
 
 
 def _surest(C: Array, most: float) -> int:
-    """The joint beside which most gains are sure."""
+    """Return the joint relative to which most gains are accurate."""
     std = _beside(C)
     sure = [int(np.count_nonzero(row)) for row in std <= most]
     size = [float(np.sum(row)) for row in np.minimum(std, most)]
@@ -166,18 +167,18 @@ def _surest(C: Array, most: float) -> int:
 
 
 def _beside(C: Array) -> Array:
-    """Deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
+    """Return the standard deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
     return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RatioDiscrepancy:
-    """A gain beside what another joint says of it, against gains believed beforehand.
+    """Comparison of a ratio of gains with that of given gains.
 
     Attributes:
         joint: The joint, from 0.
-        rel: (g_j / g_r) here over that of the gains believed, less 1.
-        std: Standard deviation of `rel`, that of the gains believed included: as `rel`, a share of what is believed.
+        rel: Ratio g_j / g_r over that of the given gains, minus 1.
+        std: Standard deviation of `rel`, including that of the given gains.
     """
 
     joint: int
@@ -186,11 +187,11 @@ class RatioDiscrepancy:
 
 
 def ratio_discrepancies(ratios: GainRatios, believed: KnownGains) -> tuple[RatioDiscrepancy, ...]:
-    """Ratios of gains against those of gains believed beforehand; none if the reference has no such gain.
+    """Compare ratios of gains with those of given gains; empty if the reference joint has no given gain.
 
     Args:
-        ratios: From bare motions.
-        believed: Gains of the same arm, as from data sheets.
+        ratios: Ratios from bare motions.
+        believed: Given gains of the same arm, as from data sheets.
     """
     at = {int(joint): k for k, joint in enumerate(believed.joints)}
     if ratios.reference not in at:

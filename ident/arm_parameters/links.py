@@ -1,13 +1,13 @@
-"""Mass, centre and inertia of every link: the set nearest to the model's that bodies can have and that data allow.
+"""Mass, centre and inertia of every link: the physically consistent links nearest to the model's that the data allow.
 
-Data determine base parameters b = K chi alone, with a covariance C; the other combinations of the standard parameters
-chi take whatever the model says. With P_i0 the pseudo-inertia of link i as the model draws it, chi is the minimum of
+Data determine only the base parameters b = K chi, with a covariance C; the model determines the other combinations of
+the standard parameters chi. With P_i0 the pseudo-inertia of link i in the model, chi is the minimum of
 
     (K chi - b)' C^-1 (K chi - b) + sum_i tr(P_i0^-1 (P_i - P_i0) P_i0^-1 (P_i - P_i0)) / 2,    P_i >= LEFT P_i0,
 
-the second term being the distance between bodies that no choice of frames or units changes (Lee, Wensing and Park
-2020, eq. 21), of unit deviation: it decides where data do not. Inertia of motors is any positive number, near to the
-model's if that states one: of what shows only in a sum with a link's inertia, the motor has what the link has not.
+where the second term is the coordinate-invariant distance between bodies (Lee, Wensing and Park 2020, eq. 21) with unit
+standard deviation, which acts where data have no information. Inertias of motors are any positive numbers, near to the
+model's if stated. If only the sum with a link's inertia is identifiable, the motor has the remainder.
 """
 
 from collections.abc import Sequence
@@ -23,28 +23,28 @@ from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NoBody
 
 LEFT = 1e-3
-"""Share of a link as drawn that is left of it at least: a link without any inertia about an axis stops simulators."""
+"""Smallest share of a model's link that remains: simulators cannot use a link with zero inertia about an axis."""
 LEAST = 1e-10
-"""Smallest eigenvalue of a correlation that counts, as a share of the largest."""
+"""Smallest relative eigenvalue of a correlation matrix that is used."""
 UNIT = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0])
-"""Parameters whose pseudo-inertia has ones on its diagonal but for the mass: a body whose mass is any positive number.
+"""Parameters of a pseudo-inertia with a fixed unit diagonal except the mass, which is any positive number.
 
-It lets a motor's inertia, which is positive, stand among the bodies.
+It represents a motor's positive inertia as a body.
 """
 SHOWN = 1e-9
-"""Share of a parameter in a base parameter that is more than rounding."""
+"""Smallest share of a parameter in a base parameter above rounding."""
 MASS = INERTIAL.index("M")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModelLinks:
-    """Links as a model file draws them, parameters at the frames of an `Arm`.
+    """Links of a model file, with parameters in the frames of an `Arm`.
 
     Attributes:
-        own: Standard parameters of every link that a joint moves, shape (n, 10).
-        carried: Those of what is fixed to it and has another name in the file, shape (n, 10).
-        motor: Inertia of the motors, joint side [kg m^2 or kg], shape (n,).
-        offset: Origin of each frame in the frame that the file has for the link, of the same axes [m], shape (n, 3).
+        own: Standard parameters of each moved link, shape (n, 10).
+        carried: Standard parameters of the other bodies fixed to each link, shape (n, 10).
+        motor: Inertias of the motors, joint side [kg m^2 or kg], shape (n,).
+        offset: Origin of each frame in the link's frame of the file, with the same axes [m], shape (n, 3).
     """
 
     own: Array
@@ -54,20 +54,20 @@ class ModelLinks:
 
     @property
     def whole(self) -> Array:
-        """Standard parameters of every link with what is fixed to it, shape (n, 10)."""
+        """Standard parameters of each link with the bodies fixed to it, shape (n, 10)."""
         return self.own + self.carried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoundLinks:
-    """Links that bodies can have.
+    """Physically consistent links.
 
     Attributes:
-        own: Standard parameters of every link without what is fixed to it, shape (n, 10).
-        motor: Inertia of the motors, shape (n,).
-        motor_found: Which of these the base parameters contain; the others are the model's, shape (n,).
-        moved: What the set makes of each base parameter less what was found, in deviations, shape (k,).
-        names: Of these base parameters.
+        own: Standard parameters of each link without the bodies fixed to it, shape (n, 10).
+        motor: Inertias of the motors, shape (n,).
+        motor_found: Mask of inertias that the base parameters contain; the others are the model's, shape (n,).
+        moved: Change of each base parameter from its estimate, in standard deviations, shape (k,).
+        names: Names of these base parameters.
     """
 
     own: Array
@@ -80,16 +80,16 @@ class FoundLinks:
 def nearest_links(
     base: BaseParameters, found: Sequence[Parameter], covariance: Array, nominal: ModelLinks
 ) -> FoundLinks:
-    """The links nearest to those drawn that bodies can have and that data allow.
+    """Return the physically consistent links nearest to the model's that the data allow.
 
     Args:
-        base: Of the arm.
-        found: Base parameters that data show, in SI, friction and offsets left out.
-        covariance: Of their values, shape (k, k).
+        base: Base parameters of the arm.
+        found: Identified base parameters in SI, without friction and offsets.
+        covariance: Covariance of their values, shape (k, k).
         nominal: The model's links.
 
     Raises:
-        NoBody: If a link as drawn is none.
+        NoBody: If a link of the model is not physically consistent.
     """
     n = len(nominal.own)
     _check_bodies(nominal)
@@ -105,7 +105,7 @@ def nearest_links(
     known = K[:, link.ravel()] @ nominal.carried.ravel()
     wanted = centre + _solved(M, K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
     least = np.zeros(len(free))
-    least[own] = LEFT * nominal.own.ravel()  # what is more than that has to be a body
+    least[own] = LEFT * nominal.own.ravel()  # the excess must be physically consistent
     x = least + nearest_possible(_bodies(n, len(motors)), wanted - least, M, start - least)
     motor, motor_found = nominal.motor.copy(), np.isin(len(STANDARD) * np.arange(n) + len(INERTIAL), motors)
     motor[motor_found] = x[10 * n :][: int(motor_found.sum())]
@@ -129,7 +129,7 @@ def _check_bodies(nominal: ModelLinks) -> None:
 
 
 def _shown_motors(base: BaseParameters, K: Array) -> Indices:
-    """Columns of the inertia of motors, coupled ones last, that base parameters of rows K show."""
+    """Return columns of motor inertias, coupled ones last, that are in base parameters with rows K."""
     motors = np.flatnonzero([name.startswith("Ia") for name in base.labels])
     return motors[np.abs(K[:, motors]).max(axis=0, initial=0.0) > SHOWN]
 
@@ -137,14 +137,14 @@ def _shown_motors(base: BaseParameters, K: Array) -> Indices:
 def _positive(
     base: BaseParameters, motors: Indices, found: Sequence[Parameter], nominal: ModelLinks, stated: Array
 ) -> Array:
-    """Positive inertia of motors to begin with: what was found by itself, what the model states, or what is usual."""
+    """Return positive initial motor inertias: estimates, values of the model, or typical ones."""
     value = {each.name: max(each.value, each.std) for each in found}
     usual = float(np.mean(nominal.own[:, [0, 3, 5]]))
     return np.array([value.get(base.labels[c], size or usual) for c, size in zip(motors, stated, strict=True)])
 
 
 def _bodies(n: int, motors: int) -> Bodies:
-    """Links all of whose parameters are unknown, and motors."""
+    """Unknown links and motors."""
     return Bodies(
         known=np.vstack((np.zeros((n, 10)), np.tile(UNIT, (motors, 1)))),
         body=np.concatenate((np.repeat(np.arange(n), 10), n + np.arange(motors))),
@@ -153,14 +153,14 @@ def _bodies(n: int, motors: int) -> Bodies:
 
 
 def _information(covariance: Array) -> Array:
-    """Inverse of a covariance, by the eigenvalues of the correlation."""
+    """Return the inverse of a covariance, from the eigenvalues of the correlation."""
     scale = np.sqrt(np.diag(covariance))
     size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
     return (axes / np.maximum(size, LEAST * size[-1])) @ axes.T / np.outer(scale, scale)
 
 
 def _prior(own: Array, motor: Array) -> Array:
-    """Metric of links that no choice of frames and units changes; of motors that the model states none is near."""
+    """Return the coordinate-invariant metric of links, and that of motors, zero if the model states none."""
     k = own.size
     G = np.zeros((k + len(motor), k + len(motor)))
     basis = [pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))]

@@ -1,4 +1,4 @@
-"""Parameters of a fit of all joints, with deviations that hold residuals, rival models, beliefs and known gains."""
+"""Parameters of a fit of all joints, with standard deviations from residuals, alternative models, priors and gains."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from ident.model.parameters import unit_of
 from ident.support.arrays import Array
 
 FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad"}
-"""By name, of a joint that turns, less the drive unit."""
+"""Units by name, for a revolute joint, without the drive unit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,10 +24,10 @@ class Parameter:
     """A parameter of the arm or of a joint's own friction.
 
     Attributes:
-        name: As in the literature, numbered by joint; regrouped with others where only their sum shows.
-        unit: Its unit.
+        name: Name as in the literature, numbered by joint; several names if only their sum is identifiable.
+        unit: Unit of the value.
         value: Estimate.
-        std: Standard deviation, that of the gains included where they are known.
+        std: Standard deviation, including that of known gains.
     """
 
     name: str
@@ -39,14 +39,14 @@ class Parameter:
 def inertial_values(
     problem: Problem, selected: Selected, scale: float, *, unit: str, gains: KnownGains | None
 ) -> tuple[tuple[Parameter, ...], Array]:
-    """Base parameters that data show, and their covariance of shape (k, k).
+    """Return identifiable base parameters, and their covariance of shape (k, k).
 
     Args:
         problem: Motions with a bare flange.
         selected: The model, and its fit.
         scale: Factor of its parameters.
-        unit: What follows each unit of SI.
-        gains: Those that are held, None if one is given by its scale alone.
+        unit: Suffix of each SI unit.
+        gains: Fixed gains, None if only the scale of one is given.
     """
     names, arm, fit = problem.structure.base.names, shared_parameters(problem).arm.tolist(), selected.final.fit
     influence, belief = fit.theta_influence[: len(arm)], fit.theta_belief[: len(arm)]
@@ -68,15 +68,15 @@ def inertial_values(
 def _covariance(
     problem: Problem, rows: Rows, influence: Array, rivals: Array, belief: Array, gains: KnownGains | None
 ) -> Array:
-    """Covariance of parameters, shape (p, p): of residuals, of rivals and beliefs, of gains that are held.
+    """Return the covariance of parameters, shape (p, p): from residuals, alternative models, priors and fixed gains.
 
     Args:
-        problem: With its options.
-        rows: Of the fit.
-        influence: Of the rows on the parameters, shape (p, r).
-        rivals: Change of the parameters to each rival, shape (p, rivals).
-        belief: Their change per deviation of every belief, shape (p, beliefs).
-        gains: Those that are held, None if one is given by its scale alone.
+        problem: The problem with its options.
+        rows: Rows of the fit.
+        influence: Influence of the rows on the parameters, shape (p, r).
+        rivals: Change of the parameters with each alternative model, shape (p, rivals).
+        belief: Change of the parameters per standard deviation of each prior, shape (p, beliefs).
+        gains: Fixed gains, None if only the scale of one is given.
     """
     options = problem.options
     model = np.hstack((belief if gains is None else own_beliefs(belief, gains), rivals))
@@ -87,12 +87,12 @@ def _covariance(
 
 
 def _std(C: Array) -> Array:
-    """Standard deviations; a variance that rounding made negative is none."""
+    """Return standard deviations; negative variances due to rounding are 0."""
     return np.sqrt(np.maximum(np.diag(C), 0.0))
 
 
 def _rival(each: AlternativeModel) -> Array:
-    """What a rival changes of the shared parameters; both have them in the same order, compliance last."""
+    """Return the change of shared parameters in an alternative model, in the same order, compliance last."""
     one, other = each.final.fit.found.theta, each.other.fit.found.theta
     size = min(len(one), len(other))
     return each.share * (other[:size] - one[:size])
@@ -101,7 +101,7 @@ def _rival(each: AlternativeModel) -> Array:
 def friction_values(
     problem: Problem, selected: Selected, gains: KnownGains | None
 ) -> tuple[tuple[Parameter, ...], ...]:
-    """Each joint's own columns [drive units], those of several motions numbered; arguments as of `inertial_values`."""
+    """Return each joint's own parameters [drive units], numbered by motion; arguments as in `inertial_values`."""
     final = selected.final
     found: list[tuple[Parameter, ...]] = []
     for joint, (own, phi, influence, belief) in enumerate(
@@ -124,10 +124,10 @@ def friction_values(
 
 
 def _rival_friction(each: AlternativeModel, joint: int, final: Fitted) -> Array:
-    """What a rival changes of a joint's own columns in the final fit, by their names.
+    """Return the change of a joint's own parameters in an alternative model, by name.
 
-    Zero for what only one of the two has: the two forms of load friction are no two values of one number, and joints
-    are compared stiff and yielding before they have any.
+    Zero for parameters of only one model: the forms of load friction have different parameters, and rigid and elastic
+    joints are compared without load friction.
     """
     one, other = (
         dict(zip(zip(fit.own[joint].names, fit.own[joint].motion, strict=True), fit.fit.phi[joint], strict=True))

@@ -1,11 +1,11 @@
-"""What a loaded motion would add: the estimate of bare motions and of themselves, repeated with a payload.
+"""Forecast of a loaded motion: the estimate from bare motions and the same motions with a simulated payload.
 
-With the gains g about known, the same motion with the payload mounted would need the currents
+With approximately known gains g, the same motion with the payload would need the currents
 
     V' = V + W_L chi_L / g,
 
-so that the rows of the bare motions, with this on top, stand for the loaded ones, residuals included. What the
-estimator says of both is what it would say of real ones, but for friction that grows with the load.
+so the rows of the bare motions plus this term represent the loaded ones, including residuals. The estimate from both is
+that of real motions, except for load-dependent friction.
 """
 
 from dataclasses import dataclass, replace
@@ -25,12 +25,12 @@ UNKNOWN = "its gain is neither given nor identifiable relative to a given one, s
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExpectedGain:
-    """What a loaded motion would say of a gain.
+    """Forecast of a gain.
 
     Attributes:
         joint: The joint, from 0.
-        rel_std: Relative standard deviation to expect, None where the gain would be refused or nobody can tell.
-        reason: Why, None where it would be given.
+        rel_std: Expected relative standard deviation, None if the gain would be refused or there is no forecast.
+        reason: The reason, None if the gain is expected.
     """
 
     joint: int
@@ -41,18 +41,18 @@ class ExpectedGain:
 def forecast_gains(
     problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, gains: KnownGains, ratios: GainRatios
 ) -> tuple[ExpectedGain, ...]:
-    """What to expect of every gain if bare motions were repeated with a payload.
+    """Return the expected accuracy of every gain if bare motions were repeated with a payload.
 
     Args:
         problem: Motions with a bare flange.
         options: Model of the arm.
-        payload: That would be mounted; what is drawn of it moves the currents, what is `known` is used.
-        in_si: What the motions say with gains that are known.
-        gains: Those gains.
-        ratios: What the motions say of gains beside each other.
+        payload: The planned payload; all stated parameters affect the currents, `known` ones are used.
+        in_si: Result of the motions with known gains.
+        gains: The known gains.
+        ratios: Ratios of gains from the motions.
 
     Raises:
-        NotIdentifiable: If nothing of the payload is known, or it puts no torque on any joint.
+        NotIdentifiable: If no parameter of the payload is known, or it puts no torque on any joint.
     """
     if payload.known == "none":
         raise NotIdentifiable(
@@ -76,12 +76,12 @@ def forecast_gains(
 
 
 def with_payload_torque(observation: Observation, payload: Payload, gain: Array) -> Observation:
-    """A bare motion's rows with the torque of a payload on top.
+    """Return a bare motion's rows with the added torque of a payload.
 
     Args:
-        observation: Of a motion with a bare flange.
-        payload: That would be mounted.
-        gain: Of every joint [N m / drive unit], shape (n,).
+        observation: Rows of a motion with a bare flange.
+        payload: The planned payload.
+        gain: Gain of every joint [N m / drive unit], shape (n,).
     """
     chi = payload.known_part().chi
     joints = tuple(

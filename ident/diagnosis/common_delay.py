@@ -38,7 +38,7 @@ def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
     assert isinstance(first.found, Compared), "a fault of the logs"
     found = first.found.alternative
     if found.family != NAME or found.value is None or not _is_common(found.joints, found.logs, logs):
-        return 0.0, _delay_diagnosis(f"delay not corrected, because another fault comes first: {found.words}")
+        return 0.0, _delay_diagnosis(f"delay not corrected, because another fault is more significant: {found.words}")
     if first.rivals:
         rivals = " or ".join(first.rival_words)
         return 0.0, _delay_diagnosis(

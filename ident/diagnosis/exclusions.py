@@ -37,12 +37,12 @@ whether they are those of one log."""
 FARTHEST = 0.1
 """Largest error of a payload's centre that is tried [m]."""
 GROSS = {
-    "sign": "another sign of q{joints}",
-    "current sign": "another sign of v{joints} in one log",
+    "sign": "opposite sign of q{joints}",
+    "current sign": "opposite sign of v{joints} in one log",
     "joint reversed": "q and v of joint {joints} negated in one log",
     "order": "exchanged or reordered columns",
-    "base": "another orientation of the base",
-    "unit": "another unit of positions",
+    "base": "a different orientation of the base",
+    "unit": "a different unit of positions",
     "gravity compensation": "gravity-compensated currents",
 }
 """Families that are excluded as a whole or by joint, and how that is told."""
@@ -117,7 +117,7 @@ def centres_excluded(base: Stated) -> Iterator[Exclusion]:
                 limit = _rounded(max(sizes) * each.scale)
                 millimetre = 1e-3 * base.stacked(each.columns).T
                 moved = max((abs(gain.percent) for axis in millimetre for gain in base.effects(axis)), default=0.0)
-                sentence = f"errors of the payload's centre beyond {limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
+                sentence = f"errors of the payload's centre beyond {limit:g} mm (1 mm changes a gain by {moved:.1g} %)"
                 yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
 
 
@@ -171,7 +171,7 @@ def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
         own = [each for each in own if (each.joints, "%") not in bounded]
         if own:
             moved = 0.0 if base is None else _moved_by_a_hundredth(own, base)
-            matters = f" (1 % moves a gain by {moved:.2g} %)" if moved else ""
+            matters = f" (1 % changes a gain by {moved:.2g} %)" if moved else ""
             yield f"{words.format(joints=_numbers(sorted({j for each in own for j in each.joints})))}{matters}"
 
 

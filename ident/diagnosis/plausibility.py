@@ -73,7 +73,7 @@ def check_different(recordings: Sequence[Recording]) -> None:
     for first, second in combinations(recordings, 2):
         if share_samples(first, second):
             raise NotIdentifiable(
-                f"{first.name} and {second.name} hold the same motion, whole or in part; record each motion anew"
+                f"{first.name} and {second.name} contain the same motion, fully or partly; record each motion anew"
             )
 
 
@@ -158,7 +158,7 @@ def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
     """
     return tuple(
         f"joint {joint + 1}: the current is predicted with an error of {100.0 * share:.0f} % (good recordings: "
-        "up to 10 %), so the model does not hold and the results of this joint are invalid; check coupling "
+        "up to 10 %), so the model is wrong and the results of this joint are invalid; check coupling "
         "(--coupling), friction, sign, column and base"
         for joint, share in shares.items()
         if share > LARGE_RESIDUAL

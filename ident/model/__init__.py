@@ -1,4 +1,4 @@
 """The arm: its kinematics from a model file, its regressor, its base parameters, its inverse dynamics.
 
-It may know `support`. Model files are read in `files`.
+It may import `support`. Model files are read in `files`.
 """

@@ -1,6 +1,6 @@
 """The kinematics of a fixed-base serial arm, read from MJCF or URDF through Pinocchio.
 
-Identification needs no nominal inertia, only where the joint axes are, so that is all an `Arm` keeps.
+Identification needs only the joint axes, no nominal inertias, so an `Arm` has only these.
 """
 
 import tempfile
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
 
 MOST_JOINTS = 24
-"""Joints of an arm; the work grows with their fourth power and takes seconds here."""
+"""Largest number of joints of an arm; the computing time grows with its fourth power and is seconds here."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class Arm:
         revolute: True for a revolute joint, False for a prismatic one, shape (n,).
         gravity: Gravity in the base frame [m/s^2], shape (3,).
         lower: Lower position limits [rad or m], -inf where the model states none, shape (n,).
-        upper: Upper position limits, likewise, shape (n,).
+        upper: Upper position limits [rad or m], inf where the model states none, shape (n,).
         couplings: Pairs of joints (from 0) whose second motor turns with the sum of both speeds, as axes 5 and 6 of
             Staubli's wrists do.
     """
@@ -67,16 +67,16 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
 
     Args:
         path: The model file. Meshes are not read.
-        couplings: Pairs of coupled joints, from 0; no model file tells them.
-        flange: Last body of the arm; joints that do not lead to it are held where they are drawn. None where all
-            joints are the arm's.
+        couplings: Pairs of coupled joints, from 0, which model files do not state.
+        flange: Last body of the arm; joints outside the chain to it are locked at their initial positions. None if all
+            joints belong to the arm.
 
     Returns:
         The arm's kinematics.
 
     Raises:
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
-            and prismatic joints, or a coupling names a joint that is not there.
+            and prismatic joints, or a coupling names a joint that does not exist.
     """
     model = load_pinocchio(path, flange=flange)
     try:
@@ -98,10 +98,10 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
     Raises:
-        RobotModelError: If the file is missing, of an unknown kind or unreadable, or a number of it cannot be meant.
+        RobotModelError: If the file is missing, of an unknown kind or unreadable, or has an implausible number.
     """
     minimal = minimal_model(Path(path), flange)
-    with captured_stderr() as printed:  # urdfdom prints its reasons and raises none
+    with captured_stderr() as printed:  # urdfdom prints its errors instead of raising them
         try:
             model = READERS[minimal.kind](minimal.text)
         except (ValueError, RuntimeError, IndexError) as error:
@@ -119,7 +119,7 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model
 def _mjcf_from_text(text: str) -> "pin.Model":
     import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
 
-    with tempfile.TemporaryDirectory() as folder:  # it reads files only
+    with tempfile.TemporaryDirectory() as folder:  # the reader accepts only files
         path = Path(folder) / "arm.xml"
         path.write_text(text, encoding="utf-8")
         return pin.buildModelFromMJCF(str(path))
@@ -172,7 +172,7 @@ def arm_from_pinocchio(model: "pin.Model") -> Arm:
 
 
 def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
-    """Unit axis in the joint's frame and whether the joint is revolute."""
+    """Return the unit axis in the joint's frame and whether the joint is revolute."""
     kind = joint.shortname()
     if joint.nv == 1 and kind.startswith(("JointModelR", "JointModelP")):
         data = joint.createData()

@@ -1,9 +1,9 @@
-"""Base parameters: which columns of the standard regressor are independent, and what each of them regroups.
+"""Base parameters: independent columns of the standard regressor, and their regroupings.
 
-The columns are judged on random states, never on measured data: what depends is a property of the kinematics,
-and filtered data would let rounding pass for rank. Pivoted QR factorises one tier of columns after another
-(Gautier 1991, with the preference of Khalil's regrouping rules), so that the parameters kept are those of the
-literature: YY, MZ and M of a revolute link are regrouped into their neighbours, Ia into ZZ where it can be.
+The columns are tested on random states instead of measured data: linear dependence is a property of the kinematics,
+while filtered data have rounding errors. Pivoted QR factorises groups of columns in order of preference (Gautier 1991,
+with the preference of Khalil's regrouping rules), so that the parameters are those of the literature: YY, MZ and M of a
+revolute link are regrouped into their neighbours, and Ia into ZZ if possible.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,12 +20,12 @@ from ident.support.arrays import Array, Indices, readonly
 TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off", *COUPLING))
 NO_DRIVES: Mapping[str, Array] = {}
 RANK_TOL = 1e-8
-"""Share of a unit column that must be new: exact dependence leaves 1e-15, the weakest base column 1e-3."""
+"""Smallest independent part of a unit column: exact dependence gives 1e-15, the weakest base column 1e-3."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BaseParameters:
-    """An independent choice of b columns among p, and the regrouping that makes it complete.
+    """A selection of b independent columns among p, and the regrouping of the others.
 
     Attributes:
         columns: Indices of the chosen columns, shape (b,).
@@ -44,11 +44,11 @@ class BaseParameters:
         return tuple(self.labels[c] for c in self.columns)
 
     def standard(self, links: Array, drives: Mapping[str, Array] = NO_DRIVES) -> Array:
-        """The standard parameters of given links and drives, zero for what is not given, shape (p,).
+        """Return the standard parameters of given links and drives, zero for others, shape (p,).
 
         Args:
             links: `INERTIAL` parameters of every link, shape (n, 10).
-            drives: Parameters of every drive by name, as `Ia`, shape (n,) each.
+            drives: Parameters of all drives by name, as `Ia`, shape (n,) each.
         """
         chi = np.zeros(len(self.labels))
         chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
@@ -57,7 +57,7 @@ class BaseParameters:
         return chi
 
     def groups(self) -> dict[str, dict[str, float]]:
-        """Each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
+        """Return each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
         return {
             base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > 1e-9}
             for base, row in zip(self.names, self.regrouping, strict=True)
@@ -69,7 +69,7 @@ def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
 
     Args:
         arm: The arm, n joints.
-        rng: Draws the random states; the result does not depend on it, but for rounding.
+        rng: Generator of the random states, which affects the result only by rounding.
 
     Returns:
         The base columns among the 14 n of `regressor`.
@@ -85,24 +85,24 @@ def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
 
 
 def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:
-    """Regressor on random states, enough of them for any rank, shape (20 n, n, 14 n)."""
+    """Return the regressor on sufficiently many random states, shape (20 n, n, 14 n)."""
     q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n))
     return regressor(arm, q, dq, ddq)
 
 
 def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RANK_TOL) -> Indices:
-    """A largest independent set of columns, those of earlier tiers first.
+    """Return a maximal independent set of columns, preferring those of earlier groups.
 
     Args:
         W: Any matrix, shape (r, p).
-        tiers: Column indices, most wanted tier first.
-        rank_tol: Norm below which the part of a unit column that the chosen ones leave counts as none.
+        tiers: Groups of column indices, in order of preference.
+        rank_tol: Norm of the independent part of a unit column below which it is dependent.
 
     Returns:
         Indices of the chosen columns, tier by tier, shape (b,).
     """
     norms = np.linalg.norm(W, axis=0)
-    felt = norms > rank_tol * norms.max(initial=0.0)  # a column of rounding errors is no column
+    felt = norms > rank_tol * norms.max(initial=0.0)  # a column of rounding errors is ignored
     unit = np.where(felt, W / np.where(felt, norms, 1.0), 0.0)
     chosen = np.zeros(0, dtype=np.intp)
     Q = np.zeros((len(W), 0))

@@ -1,10 +1,11 @@
-"""What the torques of an arm change by as one joint turns a little further: the derivative of inverse dynamics.
+"""Derivative of inverse dynamics with respect to displacements of the joints.
 
-Everything stands in the base frame. A joint moves points by its twist S = (s, u), turning first, which links before it
-carry along as they move by V: dS = [V, S], and ddS likewise. A joint's link and those beyond have the inertia J, first
-moment h and mass m, by which I takes a twist to its momentum, the momentum p, the rate B of their second moments, and
-ask for the wrench f. By virtual work joint j carries S_j . f_j. With joint k displaced by x, links beyond it are
-accelerated by D = S ddx + 2 dS dx + ddS x, and turned at a rate E = s dx + ds x more (`docs/derivations.md`):
+All quantities are in the base frame. The twist of a joint is S = (s, u), angular part first. Its derivative is dS = [V,
+S], with V the twist of the preceding link, and ddS likewise. A joint's link and the following ones together have the
+inertia J, first moment h and mass m, which form the inertia operator I from twist to momentum; the momentum p; the rate
+B of their second moments; and the required wrench f. By virtual work the torque of joint j is S_j . f_j. With joint k
+displaced by x, the following links have the additional acceleration D = S ddx + 2 dS dx + ddS x and angular velocity E
+= s dx + ds x (`docs/derivations.md`):
 
     change of torque i = (I S_i) . D_k + 2 (B' s_i + p x u_i) . E_k                          joints i from k on
                        = S_i . (I D_k + 2 (B E_k, E_k x p) + x S_k x f_k)                    joints i before k
@@ -21,12 +22,12 @@ from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
 from ident.support.arrays import Array
 
 BLOCK = 1024
-"""Samples handled at once: as many as the processor's cache holds the matrices of."""
+"""Number of samples per block, for the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
 class States:
-    """Where joints are, and how they move.
+    """Positions, velocities and accelerations of the joints.
 
     Attributes:
         q: Positions [rad or m], shape (N, n).
@@ -41,15 +42,15 @@ class States:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Moving:
-    """A block of samples, which come last; twists and accelerations are (n, 2, 3, samples), turning first.
+    """A block of samples on the last axis; twists and accelerations have shape (n, 2, 3, samples), angular part first.
 
     Attributes:
-        pose: Of each link's frame, shape (n, 3, 4, samples).
-        S: How each joint moves points.
+        pose: Pose of each link's frame, shape (n, 3, 4, samples).
+        S: Twist of each joint.
         dS: Rate of change of S.
         ddS: Rate of change of that.
-        V: Velocity of each link.
-        A: Its rate of change, less gravity.
+        V: Twist of each link.
+        A: Rate of change of V, minus gravity.
     """
 
     pose: Array
@@ -62,7 +63,7 @@ class _Moving:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Kinematics:
-    """States of an arm with what follows from them whatever its masses.
+    """States of an arm with quantities that do not depend on its masses.
 
     Attributes:
         arm: The arm.
@@ -84,11 +85,12 @@ class Kinematics:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Carried:
-    """A block of samples of what joints carry, each its own link and those beyond; samples last.
+    """A block of samples of composite bodies, each a joint's link and the following ones; samples last.
 
     Attributes:
         own: I S, shape (n, 2, 3, samples), then B' s + p x u, together (n, 3, 3, samples).
-        by_x: Wrench by a displacement, by its rate and by its acceleration, each of shape (n, 2, 3, samples).
+        by_x: Derivatives of the wrench with respect to a displacement, its rate and its acceleration, each of shape (n,
+            2, 3, samples).
     """
 
     own: Array
@@ -117,14 +119,14 @@ class Dynamics:
         return cls(moving, chi, tuple(_carried(masses, each) for each in moving.blocks))
 
     def displaced(self, further: States) -> Array:
-        """Change of the joint torques, to first order, as one joint after the other moves a little further.
+        """Return the first-order change of the joint torques due to a displacement of each joint.
 
         Args:
-            further: What is added to the motion: a displacement of each joint, and its first and second derivative by
-                time. Coulomb friction has no part.
+            further: Displacement of each joint with its first and second time derivatives. Coulomb friction is not
+                included.
 
         Returns:
-            Change of each joint's torque by the displacement of each joint, shape (N, n, n), torque first.
+            Change of each joint's torque due to the displacement of each joint, shape (N, n, n), torque first.
         """
         arm, change = self.moving.arm, np.empty((*further.q.shape, self.moving.arm.n))
         for k, (moving, carried) in enumerate(zip(self.moving.blocks, self.blocks, strict=True)):
@@ -174,7 +176,7 @@ def _poses(arm: Arm, q: Array) -> Array:
 
 
 def _carried(masses: Array, at: _Moving) -> _Carried:
-    """What joints carry with links of some pseudo-inertias, shape (n, 4, 4)."""
+    """Return composite bodies for links with pseudo-inertias, shape (n, 4, 4)."""
     turned = masses[:, None] @ at.pose  # (n, 3, 4, samples)
     P, h, m = np.einsum("jacs,jbcs->jabs", turned, at.pose), turned[:, :, 3], masses[:, 3, 3, None, None]
     J = _around(P)
@@ -193,7 +195,7 @@ def _carried(masses: Array, at: _Moving) -> _Carried:
 
 
 def _displaced(at: _Moving, carried: _Carried, x: Array, dx: Array, ddx: Array) -> Array:
-    """Change of the torques of links by displacements (n, samples), shape (samples, n, n)."""
+    """Return the change of the torques of links due to displacements (n, samples), shape (samples, n, n)."""
     n, shape = len(x), (len(x), 1, 1, x.shape[1])
     x, dx, ddx = (each.reshape(shape) for each in (x, dx, ddx))
     D, wrench = np.empty((n, 3, 3, shape[-1])), x * carried.by_x[0]
@@ -209,7 +211,7 @@ def _displaced(at: _Moving, carried: _Carried, x: Array, dx: Array, ddx: Array) 
 
 
 def _around(x: Array) -> Array:
-    """tr(X) 1 - X of every joint's 3 x 3 matrix: of second moments, the inertia."""
+    """Return tr(X) 1 - X of every 3 x 3 matrix: the inertia from second moments."""
     out = -x
     trace = np.einsum("jaas->js", x)
     for k in range(3):
@@ -218,7 +220,7 @@ def _around(x: Array) -> Array:
 
 
 def _momentum(J: Array, h: Array, m: Array, motion: Array) -> Array:
-    """Moment J w + h x v and force w x h + m v."""
+    """Return moment J w + h x v and force w x h + m v."""
     w, v = motion[:, 0], motion[:, 1]
     out = m[:, None] * motion
     np.einsum("jabs,jbs->jas", J, w, out=out[:, 0])
@@ -228,26 +230,26 @@ def _momentum(J: Array, h: Array, m: Array, motion: Array) -> Array:
 
 
 def _rate(B: Array, p: Array, w: Array) -> Array:
-    """Wrench of links that turn by w more while they move: moment B w, force w x p."""
+    """Return the wrench of moving links due to an additional angular velocity w: moment B w, force w x p."""
     return np.stack((np.einsum("jabs,jbs->jas", B, w), _cross(w, p)), axis=1)
 
 
 def _moved(motion: Array, wrench: Array) -> Array:
-    """Rate of change of a wrench that a motion takes along."""
+    """Return the rate of change of a wrench that moves with a twist."""
     out = _cross(motion[:, :1], wrench)
     out[:, 0] += _cross(motion[:, 1], wrench[:, 1])
     return out
 
 
 def _bracket(one: Array, other: Array) -> Array:
-    """Rate of change of another motion that one takes along."""
+    """Return the rate of change of a twist that moves with another twist."""
     out = _cross(one[:, :1], other)
     out[:, 1] += _cross(one[:, 1], other[:, 0])
     return out
 
 
 def _cross(x: Array, y: Array) -> Array:
-    """Cross product along the last axis but one."""
+    """Return the cross product along the second to last axis."""
     out = np.empty(np.broadcast_shapes(x.shape, y.shape))
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
@@ -257,12 +259,12 @@ def _cross(x: Array, y: Array) -> Array:
 
 
 def _paired(x: Array, y: Array) -> Array:
-    """Sum of the products of each joint's vectors, (n, a, 3, samples), and those of one, (a, 3, samples)."""
+    """Return the scalar products of each joint's vectors, (n, a, 3, samples), with those of one, (a, 3, samples)."""
     return np.einsum("jabs,abs->js", x, y)
 
 
 def _from_base(x: Array) -> Array:
-    """Sums over each joint and those before it."""
+    """Return cumulative sums over joints."""
     total = x.copy()
     for j in range(1, len(x)):  # np.cumsum is slow along a first axis
         total[j] += total[j - 1]

@@ -1,7 +1,7 @@
-"""Joint torques of known standard parameters, without the regressor: Newton and Euler out to the flange and back.
+"""Joint torques of known standard parameters by the recursive Newton-Euler algorithm, without the regressor.
 
-Outward, each link's motion gives the force and the moment about its origin that it asks for; inward, a joint carries
-those of its own link and of all links beyond it. Every operation is on all samples at once, in frames of the links.
+The outward recursion gives the required force of each link and the moment about its origin; the inward recursion sums
+those of a joint's link and of all following links. Operations are vectorised over samples, in frames of the links.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,11 +25,11 @@ from ident.model.parameters import INERTIAL, STANDARD
 from ident.support.arrays import Array
 
 BLOCK = 4096
-"""Samples handled at once: enough to hide the cost of a NumPy call, few enough for the processor's cache."""
+"""Number of samples per block: limits the overhead of NumPy calls, and fits the processor's cache."""
 
 
 def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
+    """Return the torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
 
     Args:
         arm: The arm, n joints, c couplings.
@@ -73,7 +73,7 @@ class LinkMotions:
 
 
 def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of rotors, friction and offsets: what `inverse_dynamics` adds to that of links.
+    """Return the torque of rotors, friction and offsets, a part of `inverse_dynamics`.
 
     Args:
         arm: The arm, n joints, c couplings.
@@ -150,7 +150,7 @@ def _link_torques(arm: Arm, links: Sequence[_LinkMotion], chi: Array) -> Array:
 
 
 def _wrench(inertial: Array, motion: Array, L: Array) -> Array:
-    """Moment J dw + w x J w + MS x a about the origin of a link, then force M a + L MS, shape (2, 3, samples)."""
+    """Return moment J dw + w x J w + MS x a about a link's origin, then force M a + L MS, (2, 3, samples)."""
     XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = inertial
     J, MS = np.array([[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]]), np.array([MX, MY, MZ])
     w, dw, a = motion

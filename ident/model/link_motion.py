@@ -1,4 +1,4 @@
-"""The motion of one link by that of the one before it, on all samples at once; samples last."""
+"""Motion of one link from that of the preceding one, vectorised over samples; samples last."""
 
 from functools import lru_cache
 from typing import TypeAlias
@@ -14,11 +14,11 @@ ROUNDING = 1e-15
 Term: TypeAlias = tuple[int, int, float, float, float]
 """Row and column of an entry of a rotation, then its constant, cosine and sine part."""
 Vector: TypeAlias = list[Array | float]
-"""Three components, each of shape (samples,), or 0.0 where there is none."""
+"""Three components, each of shape (samples,), or 0.0 if zero."""
 
 
 def along(direction: Array, amount: Array | float) -> Vector:
-    """Components of `amount` along a constant direction; 0.0 where the direction has none, to be skipped."""
+    """Return the components of `amount` along a constant direction; 0.0 for zero components, which are skipped."""
     return [float(x) * amount if x else 0.0 for x in direction]
 
 
@@ -38,7 +38,7 @@ def add_accelerated(a: Array, L: Array, arrow: Vector) -> None:
 
 
 def lever(arm: Arm, j: int, q: Array) -> Vector:
-    """The origin of frame j in frame j - 1 at positions q of joint j, shape (samples,)."""
+    """Return the origin of frame j in frame j - 1 at positions q of joint j, shape (samples,)."""
     arrow = along(arm.translation[j], 1.0)
     if arm.revolute[j]:
         return arrow
@@ -46,7 +46,7 @@ def lever(arm: Arm, j: int, q: Array) -> Vector:
 
 
 def joint_rotation(arm: Arm, j: int, terms: list[Term], q: Array) -> Array:
-    """The rotation from frame j - 1 to frame j at positions q of joint j, shape (3, 3, samples)."""
+    """Return the rotation from frame j - 1 to frame j at positions q of joint j, shape (3, 3, samples)."""
     return rotation(terms, q if arm.revolute[j] else np.zeros(len(q)))
 
 
@@ -66,16 +66,15 @@ def add_joint_motion(vectors: Array, arm: Arm, j: int, dq: Array, ddq: Array) ->
 
 
 def rotation_terms(arm: Arm, j: int) -> list[Term]:
-    """Entries of the rotation from frame j - 1 to frame j as constant + cosine cos(q) + sine sin(q) (Rodrigues).
+    """Return entries of the rotation from frame j - 1 to frame j as constant + cosine cos(q) + sine sin(q) (Rodrigues).
 
-    Frames along each other's axes, the usual case, leave most entries and terms empty; what is below rounding is
-    taken as empty too.
+    With parallel axes, the usual case, most entries and terms are zero; those below rounding are taken as zero too.
     """
     axis, turn = (np.asarray(each[j], np.float64) for each in (arm.axis, arm.rotation))
     return _rotation_terms(axis.tobytes(), turn.tobytes())
 
 
-@lru_cache(maxsize=256)  # of joints: every torque and regressor of an arm asks for them
+@lru_cache(maxsize=256)  # cached for the joints of an arm
 def _rotation_terms(of_axis: bytes, of_rotation: bytes) -> list[Term]:
     axis, rotation = np.frombuffer(of_axis), np.frombuffer(of_rotation).reshape(3, 3)
     x, y, z = axis
@@ -89,7 +88,7 @@ def _rotation_terms(of_axis: bytes, of_rotation: bytes) -> list[Term]:
 
 
 def rotation(terms: list[Term], angle: Array) -> Array:
-    """The rotation of `rotation_terms` at `angle`, shape (3, 3, samples)."""
+    """Return the rotation of `rotation_terms` at `angle`, shape (3, 3, samples)."""
     c, s = np.cos(angle), np.sin(angle)
     E = np.zeros((3, 3, len(angle)))
     for row, column, constant, cosine, sine in terms:
@@ -103,7 +102,7 @@ def rotation(terms: list[Term], angle: Array) -> Array:
 
 
 def motion_matrix(w: Array, dw: Array) -> Array:
-    """Matrix of x -> dw x x + w x (w x x), shape (3, 3, samples)."""
+    """Return the matrix of x -> dw x x + w x (w x x), shape (3, 3, samples)."""
     L = np.empty((3, *w.shape))
     square = w * w
     for k in range(3):

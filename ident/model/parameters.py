@@ -1,8 +1,9 @@
 """Names and order of the standard dynamic parameters (paper, eq. 10).
 
-Joint and link j carry fourteen: the inertia matrix at the origin of frame j, the first moment, the
+Joint and link j have fourteen: the inertia matrix at the origin of frame j, the first moment, the
 mass, the rotor inertia, and the friction and offset of the drive. Every regressor column, estimate
-and label in this package follows this order. The inertial ones are those of a body if its pseudo-inertia is positive.
+and label in this package follows this order. Inertial parameters are physically consistent if the pseudo-inertia is
+positive definite.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 DRIVE = ("Ia", "Fv", "Fc", "off")
 STANDARD = INERTIAL + DRIVE
 COUPLING = ("Iam", "Fvm", "Fcm")
-"""Of a motor that turns with the sum of two joints: inertia, viscous and Coulomb friction between them."""
+"""Parameters of a motor that turns with the sum of two joints: inertia, viscous and Coulomb friction."""
 UNITS = {
     **dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ", "Ia", "Iam"), "kg m^2"),
     **dict.fromkeys(("MX", "MY", "MZ"), "kg m"),
@@ -23,17 +24,17 @@ UNITS = {
     **dict.fromkeys(("Fv", "Fvm"), "N m s/rad"),
     **dict.fromkeys(("Fc", "Fcm", "off"), "N m"),
 }
-"""By name, of a joint that turns."""
+"""Units by name, for a revolute joint."""
 SLIDING = {
     **dict.fromkeys(("Ia", "Iam"), "kg"),
     **dict.fromkeys(("Fv", "Fvm"), "N s/m"),
     **dict.fromkeys(("Fc", "Fcm", "off"), "N"),
 }
-"""Where the drive of a joint that slides has another unit."""
+"""Units that differ for the drive of a prismatic joint."""
 
 
 def unit_of(label: str, revolute: Sequence[bool]) -> str:
-    """Unit of a parameter by its label, `Ia3`, of an arm whose joints turn or slide.
+    """Return the unit of a parameter by its label, `Ia3`, for revolute and prismatic joints.
 
     Example:
         >>> unit_of("Ia2", (True, False)), unit_of("ZZ2", (True, False)), unit_of("Ia1", (True, False))
@@ -45,7 +46,7 @@ def unit_of(label: str, revolute: Sequence[bool]) -> str:
 
 
 def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[str, ...]:
-    """Column labels of the standard regressor: `XX1` to `offn`, then three a coupling; 14 n + 3 c strings.
+    """Return column labels of the standard regressor: `XX1` to `offn`, then three per coupling; 14 n + 3 c strings.
 
     Example:
         >>> labels(1)[:3], len(labels(6))

@@ -2,12 +2,12 @@
 
 A Newton-Euler recursion from base to flange runs on all samples at once, so every operation is a NumPy
 expression over the sample axis. In the frame of link i, with w and dw its angular velocity and acceleration,
-a the acceleration of its origin less gravity, and u, p the angular velocity of link i and the velocity of its
+a the acceleration of its origin minus gravity, and u, p the angular velocity of link i and the velocity of its
 origin for unit speed of joint j, the torque of joint j is (d'Alembert's principle)
 
     tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
 
-The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` holds them as matrices.
+The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` has them as matrices.
 """
 
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.support.arrays import Array
 
 BLOCK = 2048
-"""Samples handled at once: enough to hide the cost of a NumPy call, few enough for the processor's cache."""
+"""Number of samples per block: limits the overhead of NumPy calls, and fits the processor's cache."""
 
 
 def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
@@ -47,7 +47,7 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
         W_st, shape (N, n, 14 n + 3 c) for c couplings, with `tau = W_st @ chi_st`; columns as in `parameters.labels`.
 
     Example:
-        A pendulum that holds still at q = 0 with gravity along -x of its frame feels a first moment MY as torque:
+        For a pendulum at rest at q = 0 with gravity along -x of its frame, the first moment MY gives a torque:
 
         >>> from ident.model.arm import Arm
         >>> import numpy as np
@@ -67,16 +67,16 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
 def regressor_blocks(
     arm: Arm, q: Array, dq: Array, ddq: Array, *, weight: Array | None = None, size: int = BLOCK
 ) -> Iterator[tuple[slice, Array]]:
-    """Yield the regressor block by block, samples last, for whoever reduces it without storing it.
+    """Yield the regressor block by block, samples last, for processing without storing it.
 
     Args:
         arm: The arm, n joints.
         q: Joint positions [rad or m], shape (N, n).
         dq: Joint velocities, shape (N, n).
         ddq: Joint accelerations, shape (N, n).
-        weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It costs next to nothing here,
-            because a row is linear in the unit speed of its joint.
-        size: Samples of a block.
+        weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It takes little time here, because
+            a row is linear in the unit speed of its joint.
+        size: Number of samples of a block.
 
     Yields:
         The slice of samples, and their columns, shape (n, 14 n + 3 c, samples of the block). The array is
@@ -111,7 +111,7 @@ class _LinkState:
     """Motion of link i in its own frame; samples last.
 
     Attributes:
-        w, dw, a: Angular velocity, angular acceleration, acceleration of the origin less gravity, (3, samples).
+        w, dw, a: Angular velocity, angular acceleration, acceleration of the origin minus gravity, (3, samples).
         L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
         up: Angular velocity u and velocity p of the origin for unit speed of each joint up to i, times the weight of
             that joint's row, (i + 1, 6, samples).
@@ -154,7 +154,7 @@ def _add_lever(vectors: Array, L: Array, arrow: Vector) -> None:
 
 def _link_columns(state: _LinkState, out: Array) -> None:
     """Write the ten inertial columns of one link into `out`, shape (joints up to it, 10, samples)."""
-    # NumPy loops in the order of the axes in memory: summed axis next to the samples, the sum stays in the cache.
+    # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
     np.einsum("jas,bas->jbs", state.up[:, :3], _inertia_matrix(state.w, state.dw, state.L), out=out[:, :6])
     np.einsum("jas,bas->jbs", state.up, _mass_matrix(state.a, state.L), out=out[:, 6:])
 

@@ -1,4 +1,4 @@
-"""What the kinematics alone decide about an identification: which parameters each joint's torque can show."""
+"""Identifiable structure from the kinematics: parameters that act on each joint's torque."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from ident.model.parameters import INERTIAL, STANDARD
 from ident.support.arrays import Array, Indices
 
 PROBE_SEED = 20110930
-"""Seed of the random states that structure is judged on; any other gives the same structure."""
+"""Seed of the random states; any other gives the same structure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,8 +21,8 @@ class Structure:
         arm: The arm, n joints.
         base: Its base parameters, b columns.
         joint_columns: Base columns that act on each joint, n index arrays into `base.columns`.
-        joint_independent: Of those, a largest set that is independent on that joint's row alone, n index arrays
-            into `base.columns`.
+        joint_independent: A maximal subset of these that is independent in that joint's row, n index arrays into
+            `base.columns`.
         payload_probes: The payload's ten columns of each joint on random states, shape (n, probes, 10).
     """
 
@@ -34,12 +34,12 @@ class Structure:
 
     @property
     def payload_columns(self) -> Indices:
-        """Indices of the payload's columns: a payload is more of the last link, shape (10,)."""
+        """Indices of the payload's columns, which are those of the last link, shape (10,)."""
         return len(STANDARD) * (self.arm.n - 1) + np.arange(len(INERTIAL))
 
 
 def structure_of(arm: Arm) -> Structure:
-    """Find base parameters and what each joint sees of them and of a payload."""
+    """Return base parameters, and the columns of arm and payload that act on each joint."""
     rng = np.random.default_rng(PROBE_SEED)
     base = base_parameters(arm, rng)
     W = random_regressor(arm, rng)

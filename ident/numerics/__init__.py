@@ -1,4 +1,4 @@
 """Mathematics without robots: least squares, the span of columns, zero-phase filters.
 
-It may know `support`.
+It may import `support`.
 """

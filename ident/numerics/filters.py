@@ -1,11 +1,11 @@
-"""Recursive filters in second-order sections, causal and without phase, and the Butterworth low-pass.
+"""Recursive filters in second-order sections, causal and zero-phase, and the Butterworth low-pass.
 
 A section maps x to y by
 
     y_k + a_1 y_(k-1) + a_2 y_(k-2) = b_0 x_k + b_1 x_(k-1) + b_2 x_(k-2)
 
 from rest: a unit lower triangular system with three diagonals in y, solved by LAPACK. `scipy.signal` has the same
-filters, and takes a second to import.
+filters, but its import takes a second.
 """
 
 from functools import reduce
@@ -23,7 +23,7 @@ def butterworth(order: int, cutoff_hz: float, rate_hz: float) -> Array:
     poles of 1 / (s^2 + 2 sin((2 k + 1) pi / (2 order)) s + 1) with s = (z - 1) / (z + 1) / tan(pi cutoff / rate).
 
     Args:
-        order: Even.
+        order: Order, even.
         cutoff_hz: Frequency of half the power [Hz], below half the rate.
         rate_hz: Sampling rate [Hz].
 
@@ -39,7 +39,7 @@ def butterworth(order: int, cutoff_hz: float, rate_hz: float) -> Array:
 
 
 def filtered(sections: Array, x: Array) -> Array:
-    """Signals through a cascade of sections that are at rest before the first sample.
+    """Filter signals with a cascade of sections, initially at rest.
 
     Args:
         sections: Rows (b_0, b_1, b_2, 1, a_1, a_2), shape (s, 6).
@@ -49,7 +49,7 @@ def filtered(sections: Array, x: Array) -> Array:
         Shape (N, k).
     """
     numerator = reduce(np.convolve, sections[:, :3])
-    y = np.array([np.convolve(each, numerator)[: len(x)] for each in x.T]).T  # a signal is contiguous
+    y = np.array([np.convolve(each, numerator)[: len(x)] for each in x.T]).T  # each signal is contiguous
     band = np.ones((3, len(x)), order="F")  # the diagonal and the two below it
     for a1, a2 in sections[:, 4:].tolist():
         band[1], band[2] = a1, a2
@@ -58,15 +58,15 @@ def filtered(sections: Array, x: Array) -> Array:
 
 
 def filtered_both_ways(sections: Array, x: Array, padding: int) -> Array:
-    """Signals through a cascade of unit gain at zero frequency, forward and then backward: without phase.
+    """Filter signals forward and backward (zero phase) with a cascade of unit gain at zero frequency.
 
-    Either end is prolonged by its samples turned about the last one, and either way begins as if the first value had
-    lasted for ever (F. Gustafsson, IEEE Trans. Signal Processing 44(4), 1996, calls this the usual choice).
+    Both ends are extended by odd reflection, and each pass starts in the steady state of the first value (F.
+    Gustafsson, IEEE Trans. Signal Processing 44(4), 1996, calls this the usual choice).
 
     Args:
         sections: Rows (b_0, b_1, b_2, 1, a_1, a_2), shape (s, 6).
         x: Signals, shape (N, k).
-        padding: Samples by which either end is prolonged, fewer than N.
+        padding: Number of samples by which each end is extended, less than N.
 
     Returns:
         Shape (N, k).

@@ -1,4 +1,4 @@
-"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22), and what columns span."""
+"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22), and column spaces."""
 
 from dataclasses import dataclass
 
@@ -9,9 +9,9 @@ from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import NotExcited, TooFewRows
 
 DEPENDENT = 1e-9
-"""Relative singular value of unit columns under which one group of rows does not see a combination of them."""
+"""Relative singular value of unit columns below which a combination is unobservable in a group of rows."""
 NEW = 1e-6
-"""Singular value, of unit columns, under which there is nothing new in them."""
+"""Singular value of unit columns below which they are linearly dependent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,13 +51,13 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     Args:
         W: Observation matrix, shape (r, b), r > b.
         Y: Measurements, shape (r,).
-        rank_tol: Smallest singular value of the scaled W, relative to the largest, that counts as observed.
+        rank_tol: Smallest relative singular value of the scaled W for full rank.
 
     Returns:
         The solution with its covariance.
 
     Raises:
-        TooFewRows: If rows are fewer than unknowns plus one.
+        TooFewRows: If there are fewer rows than unknowns plus one.
         NotExcited: If a column is zero, or W is rank deficient.
     """
     r, b = W.shape
@@ -99,11 +99,11 @@ class Factors:
 
 
 def factors(W: Array, *, rank_tol: float) -> Factors:
-    """Factorise a matrix whose columns may depend on each other or be zero (pivoted QR of unit columns).
+    """Factorise a matrix with possibly dependent or zero columns (pivoted QR of unit columns).
 
     Args:
         W: Matrix, shape (r, b).
-        rank_tol: Size of a unit column's new part, relative to the largest, that counts.
+        rank_tol: Smallest norm of the independent part of a unit column, relative to the largest.
     """
     norms = np.linalg.norm(W, axis=0)
     seen = np.flatnonzero(norms > 0.0)
@@ -117,12 +117,12 @@ def factors(W: Array, *, rank_tol: float) -> Factors:
 
 
 def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
-    """One over the standard deviation of the residual that each group of rows has alone (paper, eq. 22).
+    """Return the inverse of the residual's standard deviation of each group of rows (paper, eq. 22).
 
     Args:
         W: Observation matrix, shape (r, b).
         Y: Measurements, shape (r,).
-        groups: Group number of each row, one group a joint, shape (r,).
+        groups: Group number of each row, one group per joint, shape (r,).
 
     Returns:
         Weights of the rows, shape (r,).
@@ -132,17 +132,17 @@ def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
         rows = groups == group
         norms = np.linalg.norm(W[rows], axis=0)
         own = W[rows][:, norms > 0.0] / norms[norms > 0.0]
-        x, _, rank, _ = linalg.lstsq(own, Y[rows], cond=DEPENDENT)  # a joint alone does not see every column
+        x, _, rank, _ = linalg.lstsq(own, Y[rows], cond=DEPENDENT)  # a single joint does not depend on every column
         residual = Y[rows] - own @ x
         weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
     return weight
 
 
 def column_space(columns: Array) -> Array:
-    """Orthonormal basis of what columns span, whatever their sizes, shape (r, rank).
+    """Return an orthonormal basis of the span of columns, independent of their norms, shape (r, rank).
 
     Args:
-        columns: Shape (r, k); those of zeros are left out.
+        columns: Columns, shape (r, k); zero columns are ignored.
     """
     size = np.linalg.norm(columns, axis=0)
     unit = columns[:, size > 0.0] / size[size > 0.0]

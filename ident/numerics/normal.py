@@ -5,10 +5,10 @@ from statistics import NormalDist
 
 
 def normal_cdf(x: float) -> float:
-    """Probability of a number below x, as exact in the lower tail as elsewhere."""
+    """Return the probability of a number below x, accurate also in the lower tail."""
     return 0.5 * erfc(-x / sqrt(2.0))
 
 
 def normal_quantile(p: float) -> float:
-    """The number below which others are with a probability p, between 0 and 1 (M. J. Wichura, AS 241, 1988)."""
+    """Return the quantile of a probability p, between 0 and 1 (M. J. Wichura, AS 241, 1988)."""
     return NormalDist().inv_cdf(p)

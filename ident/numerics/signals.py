@@ -1,8 +1,8 @@
-"""Zero-phase filtering: positions to velocities and accelerations, and parallel decimation (paper, II.C).
+"""Zero-phase filtering: velocities and accelerations from positions, and parallel decimation (paper, II.C).
 
-Both filters are linear and symmetric in time. Decimation is a banded matrix D applied alike to the currents
-and to every column of the regressor, so whatever it does to a signal it does to both sides of the equation. Power
-densities are averaged over blocks (P. D. Welch, IEEE Trans. Audio Electroacoustics 15(2), 1967).
+Both filters are linear and symmetric in time. Decimation is a banded matrix D, applied to the currents and to every
+column of the regressor, and thus to both sides of the equation. Power densities are averaged over blocks (P. D. Welch,
+IEEE Trans. Audio Electroacoustics 15(2), 1967).
 """
 
 from dataclasses import dataclass
@@ -14,19 +14,19 @@ from ident.support.arrays import Array
 
 FILTER_ORDER = 4
 SHARE_OF_RATE = 0.25
-"""Highest cut-off in sampling rates: it leaves the central differences exact to 2 % there, and the filter its slope."""
+"""Highest cut-off relative to the sampling rate, at which central differences are exact to 2 %."""
 KERNEL_CUTOFFS = 3.3
-"""Length of the decimation kernel in periods of its cut-off: a Hamming window's transition is then as wide as that."""
+"""Length of the decimation kernel in periods of its cut-off, which is then the width of the transition band."""
 SETTLING = 2.0
-"""Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
+"""Duration of edge effects of a filtered recording, in periods of the cut-off."""
 NOISE_BLOCK = 256
-"""Samples in each of the stretches whose spectra are averaged for the density of noise."""
+"""Number of samples per block for averaged spectra of noise."""
 NOISE_BAND = (0.25, 0.45)
-"""Frequencies between which nothing but noise is expected, in sampling rates."""
+"""Frequency band that has only noise, relative to the sampling rate."""
 
 
 def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
-    """Low-pass positions without phase and differentiate them (paper, II.C).
+    """Low-pass positions with zero phase and differentiate them (paper, II.C).
 
     A Butterworth filter of order four runs forward and backward, then five-point central differences take
     the derivatives, exact for polynomials of degree four (velocity) and five (acceleration).
@@ -37,7 +37,7 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
         cutoff_hz: Cut-off frequency [Hz], below the Nyquist frequency.
 
     Returns:
-        q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). The outer `edge_samples` are to be discarded.
+        q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). Discard the outer `edge_samples`.
     """
     smooth = low_passed(q, period, cutoff_hz).T  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
@@ -48,7 +48,7 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
 
 
 def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
-    """Low-pass signals without phase: a Butterworth filter of order four, forward and backward.
+    """Low-pass signals with zero phase: a Butterworth filter of order four, forward and backward.
 
     Args:
         x: Signals, shape (N, k), on a uniform clock.
@@ -56,28 +56,28 @@ def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
         cutoff_hz: Quarter-power frequency [Hz], below the Nyquist frequency.
 
     Returns:
-        Shape (N, k). The outer `edge_samples` feel what is missing beyond.
+        Filtered signals, shape (N, k). The outer `edge_samples` have edge effects.
     """
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
     return filtered_both_ways(butterworth(FILTER_ORDER, cutoff_hz, 1.0 / period), x, padding)
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:
-    """Samples at either end that `smooth_motion` cannot be trusted on."""
+    """Return the number of samples with edge effects at each end of `smooth_motion`."""
     return 2 + int(np.ceil(SETTLING / (cutoff_hz * period)))
 
 
 def noise_density(x: Array, period: float) -> Array:
-    """Density of white noise in signals of slow motion, from the upper half of their spectrum.
+    """Return the density of white noise in signals of slow motion, from the upper half of their spectrum.
 
     Args:
         x: Signals, shape (N, n), on a uniform clock.
         period: Sampling interval [s].
 
     Returns:
-        One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period, where all there is are N(0, sigma^2).
+        One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period for pure noise N(0, sigma^2).
     """
-    bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
+    bent = np.diff(x, 2, axis=0)  # differentiation reduces leakage from slow motion
     size = min(len(bent), NOISE_BLOCK)
     f = np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
@@ -86,11 +86,11 @@ def noise_density(x: Array, period: float) -> Array:
 
 
 def delayed(x: Array, periods: float) -> Array:
-    """A signal some sampling periods later, by straight lines between samples; its first value stands in before it.
+    """Return a signal delayed by sampling periods, linearly interpolated and held at the start.
 
     Args:
         x: Signal, shape (N, n).
-        periods: Delay in sampling periods; a negative one makes it earlier, and the last value stands in after it.
+        periods: Delay in sampling periods; a negative one advances the signal, which is then held at the end.
     """
     if periods == 0.0:
         return x
@@ -103,7 +103,7 @@ def delayed(x: Array, periods: float) -> Array:
 
 
 def group_means(x: Array, group: int) -> Array:
-    """Means of consecutive groups of samples, a last incomplete group left out, shape (N // group, ...)."""
+    """Return means of consecutive groups of samples, without a last incomplete group, shape (N // group, ...)."""
     whole = len(x) // group * group
     total = x[:whole:group].copy()
     for k in range(1, group):  # np.mean is slow over so short an axis
@@ -113,7 +113,7 @@ def group_means(x: Array, group: int) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decimator:
-    """Zero-phase low-pass and one sample kept in `factor`: the rows of a banded Toeplitz matrix (paper, eq. 15).
+    """Zero-phase low-pass that keeps one sample in `factor`: a banded Toeplitz matrix (paper, eq. 15).
 
     Attributes:
         kernel: Symmetric impulse response that sums to one, shape (2 h + 1,).
@@ -124,18 +124,18 @@ class Decimator:
     factor: int
 
     def rows(self, samples: int) -> int:
-        """Number of rows that `samples` samples give; the filter never reaches beyond the data."""
+        """Return the number of rows of `samples` samples; the filter stays within the data."""
         return max(0, (samples - len(self.kernel)) // self.factor + 1)
 
     @property
     def overlap(self) -> int:
-        """Earlier rows that still feel the first sample of a row."""
+        """Number of earlier rows that depend on the first sample of a row."""
         return (len(self.kernel) - 1) // self.factor
 
     def applied(self, x: Array) -> Array:
-        """The rows of one or more signals, shape (samples, ...), shape (rows, ...).
+        """Return the rows, shape (rows, ...), of one or more signals, shape (samples, ...).
 
-        A row is a sum over pieces of `factor` samples; each piece is weighted for all rows that feel it at once.
+        A row is a sum over groups of `factor` samples; each group is weighted for all its rows at once.
         """
         rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
         weights = np.zeros(pieces * self.factor)
@@ -149,13 +149,13 @@ class Decimator:
         return total.T.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:
-        """Weights of the samples in a weighted sum of rows: `applied`, transposed.
+        """Return the weights of samples in a weighted sum of rows: the transpose of `applied`.
 
         Args:
-            weights: Of each row, shape (rows,).
+            weights: Weight of each row, shape (rows,).
 
         Returns:
-            Shape ((rows - 1) factor + 2 h + 1,): no sample behind has a part in a row.
+            Weights, shape ((rows - 1) factor + 2 h + 1,): later samples have no effect.
         """
         rows, pieces = len(weights), -(-len(self.kernel) // self.factor)
         kernel = np.zeros((pieces, self.factor))
@@ -166,7 +166,7 @@ class Decimator:
         return felt.ravel()[: (rows - 1) * self.factor + len(self.kernel)]
 
     def band(self, samples: int) -> Array:
-        """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
+        """Return weights of consecutive samples in all their rows, if a row begins with the first sample.
 
         Returns:
             Shape (overlap + rows that begin with one of the samples, samples).
@@ -178,11 +178,11 @@ class Decimator:
 
 
 def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
-    """Decimator with a Hamming-windowed sinc of the given cut-off.
+    """Return the decimator with a Hamming-windowed sinc of the given cut-off.
 
     Args:
         period: Sampling interval [s].
-        cutoff_hz: Half-amplitude frequency [Hz]; the transition is as wide.
+        cutoff_hz: Half-amplitude frequency [Hz], also the width of the transition band.
         factor: Samples per row.
     """
     half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
@@ -196,23 +196,23 @@ def hann_window(size: int) -> Array:
 
 
 def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
-    """One-sided power density of signals: mean of those of half-overlapping blocks, the mean of each taken off.
+    """Return the one-sided power density of signals: mean over half-overlapping blocks, each without its mean.
 
     Args:
         x: Signals, shape (N, n), on a uniform clock.
         period: Sampling interval [s].
-        size: Samples in a block, at most N.
+        size: Number of samples of a block, at most N.
 
     Returns:
         Frequencies [Hz], shape (size // 2 + 1,), and densities [unit^2/Hz], shape (size // 2 + 1, n).
     """
     power = _mean_square_spectrum(x, size).T * (period / np.sum(hann_window(size) ** 2))
-    power[1 : None if size % 2 else -1] *= 2.0  # what negative frequencies have
+    power[1 : None if size % 2 else -1] *= 2.0  # contribution of negative frequencies
     return np.asarray(np.fft.rfftfreq(size, period), np.float64), power
 
 
 def _mean_square_spectrum(x: Array, size: int) -> Array:
-    """Mean of half-overlapping blocks, windowed and less their means, shape (n, size // 2 + 1)."""
+    """Return the mean spectrum of half-overlapping windowed blocks without means, shape (n, size // 2 + 1)."""
     blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
     spectrum = np.fft.rfft((blocks - blocks.mean(axis=2, keepdims=True)) * hann_window(size))
     return np.mean(np.abs(spectrum) ** 2, axis=0)

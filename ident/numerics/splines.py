@@ -1,11 +1,11 @@
-"""Cubic splines through points: twice differentiable, one polynomial of third degree from each point to the next.
+"""Cubic spline interpolation: twice continuously differentiable, with a cubic polynomial between points.
 
 C. de Boor, A Practical Guide to Splines, 1978, chapter IV: the slopes s at the points x solve the tridiagonal system
 
     h_i s_(i-1) + 2 (h_(i-1) + h_i) s_i + h_(i-1) s_(i+1) = 3 (h_i d_(i-1) + h_(i-1) d_i)
 
-with h_i = x_(i+1) - x_i and d_i = (y_(i+1) - y_i) / h_i. `scipy.interpolate` has the same splines, bit for bit,
-and takes a quarter of a second to import.
+with h_i = x_(i+1) - x_i and d_i = (y_(i+1) - y_i) / h_i. `scipy.interpolate` has bitwise the same splines, but its
+import takes a quarter of a second.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from scipy import linalg
 from ident.support.arrays import Array
 
 BLOCK = 512
-"""Values that are computed at once, so that they stay in the cache."""
+"""Number of values computed together, for the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,18 +26,18 @@ class CubicSpline:
 
     Attributes:
         x: Points, shape (m,).
-        coefficients: Of the powers 0 to 3 of the distance from the point before, shape (4, m - 1, ...).
+        coefficients: Coefficients of the powers 0 to 3 of the distance from the preceding point, shape (4, m - 1, ...).
     """
 
     x: Array
     coefficients: Array
 
     def __call__(self, t: Array, order: int = 0) -> Array:
-        """Values, or those of a derivative; beyond the points the outer polynomials go on.
+        """Return values of the spline or of a derivative; the outer polynomials extrapolate.
 
         Args:
-            t: Where, shape (N,).
-            order: Of the derivative, 0 to 3.
+            t: Positions, shape (N,).
+            order: Order of the derivative, 0 to 3.
 
         Returns:
             Shape (N, ...).
@@ -60,14 +60,14 @@ class CubicSpline:
         return values
 
     def evenly(self, steps: int, samples: int) -> Array:
-        """Values at even samples, of which every `steps`-th is a point, and the last one.
+        """Return values at uniform samples, of which every `steps`-th and the last one are points.
 
         Args:
-            steps: Samples from each point to the next; to the last point there may be fewer.
-            samples: Number of them, from the first point to the last, N.
+            steps: Number of samples per interval; the last interval may have fewer.
+            samples: Number of samples N from the first point to the last.
 
         Returns:
-            As of a call, shape (N, ...).
+            Values, shape (N, ...).
         """
         h = np.diff(self.x)
         power = (h[0] / steps * np.arange(steps))[:, None] ** np.arange(4)
@@ -81,10 +81,10 @@ class CubicSpline:
 
 
 def spline(x: Array, y: Array) -> CubicSpline:
-    """The cubic spline through points whose outer two pieces on either side are one polynomial ("not a knot").
+    """Return the cubic spline through points with the not-a-knot condition at both ends.
 
     Args:
-        x: Rising, shape (m,), at least four.
+        x: Increasing, shape (m,), at least four.
         y: Shape (m, ...).
     """
     h, wide, d, A, b = _inner(x, y)
@@ -95,12 +95,12 @@ def spline(x: Array, y: Array) -> CubicSpline:
 
 
 def periodic_spline(x: Array, y: Array) -> CubicSpline:
-    """The cubic spline through points that goes on behind the last as it began at the first.
+    """Return the periodic cubic spline through points.
 
-    The system of the slopes has two corners more; without its last row and column it is tridiagonal.
+    The system of the slopes has two additional corner entries; without its last row and column it is tridiagonal.
 
     Args:
-        x: Rising, shape (m,), at least four.
+        x: Increasing, shape (m,), at least four.
         y: Shape (m, ...), the last value the first.
     """
     h, wide, d, A, b = _inner(x, y)
@@ -119,7 +119,7 @@ def periodic_spline(x: Array, y: Array) -> CubicSpline:
 
 
 def _inner(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """h, the same beside y, d, and the system of the slopes: its three diagonals and its right side, ends left open."""
+    """Return h, h in the shape of y, d, and the tridiagonal system of the slopes without end conditions."""
     h = np.diff(x)
     wide = h.reshape(-1, *[1] * (y.ndim - 1))
     d = np.diff(y, axis=0) / wide
@@ -130,12 +130,12 @@ def _inner(x: Array, y: Array) -> tuple[Array, Array, Array, Array, Array]:
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Solution of a tridiagonal system, shape of b."""
+    """Return the solution of a tridiagonal system, in the shape of b."""
     return linalg.solve_banded((1, 1), A, b.reshape(len(b), -1), check_finite=False).reshape(b.shape)
 
 
 def _through(x: Array, y: Array, d: Array, s: Array) -> CubicSpline:
-    """The spline of these slopes s; d are those of the straight lines between points."""
+    """Return the spline with slopes s; d are the slopes of the chords."""
     h = np.diff(x).reshape(-1, *[1] * (y.ndim - 1))
     bend = (s[:-1] + s[1:] - 2.0 * d) / h
     return CubicSpline(x, np.stack((y[:-1], s[:-1], (d - s[:-1]) / h - bend, bend / h)))

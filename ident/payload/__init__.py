@@ -1,4 +1,4 @@
-"""A payload as its user weighed and drew it, and the file that says so.
+"""Payloads as stated by the user, and payload files.
 
-It may know `model`, for the order of inertial parameters.
+It may import `model`, for the order of inertial parameters.
 """

@@ -11,10 +11,10 @@ from ident.support.toml_files import read_toml
 
 KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
 WIDE, WIDER = 0.35, 0.15
-"""Radius of gyration that no payload exceeds: 0.35 m + 0.15 m sqrt(mass / kg).
+"""Largest radius of gyration of a payload: 0.35 m + 0.15 m sqrt(mass / kg).
 
-A rod of steel of 1 m and 7 kg has 0.29 m of the 0.75 m; what is a thousand times the moment of a compact body of that
-mass has 0.85 m.
+A steel rod of 1 m and 7 kg has 0.29 m, where the limit is 0.75 m; with a moment of inertia that is a thousand times
+that of a compact body of this mass, it is 0.85 m.
 """
 
 
@@ -22,8 +22,8 @@ def read_payload(path: str | Path) -> Payload:
     """Read a payload from a TOML file.
 
     Raises:
-        PayloadError: If the file is missing or no TOML, has an unknown key or a wrong type, or fails the checks
-            of `Payload`.
+        PayloadError: If the file is missing or not TOML, has an unknown key or a wrong type, or fails the checks of
+            `Payload`.
     """
     path = Path(path)
     table = read_toml(path, error=PayloadError)
@@ -36,7 +36,7 @@ def read_payload(path: str | Path) -> Payload:
 def payload_from_table(table: Mapping[str, object]) -> Payload:
     """Build a payload from a parsed TOML table.
 
-    Products of inertia (and their deviations) that are left out are 0.
+    Omitted products of inertia (and their standard deviations) are 0.
 
     Raises:
         PayloadError: As `read_payload`.
@@ -67,7 +67,7 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
 
 
 def _check_gyration(payload: Payload) -> None:
-    """Refuse an inertia that only another unit gives: bodies of that mass are not that wide.
+    """Refuse an inertia that is implausibly large for the mass, probably in another unit.
 
     Raises:
         PayloadError: If the radius of gyration exceeds `WIDE` + `WIDER` sqrt(mass).
@@ -84,7 +84,7 @@ def _check_gyration(payload: Payload) -> None:
 
 
 def payload_to_table(payload: Payload) -> dict[str, object]:
-    """The table that `payload_from_table` turns into this payload; what is not known is left out."""
+    """Return the table of a payload for `payload_from_table`, without unknown values."""
     table: dict[str, object] = {"mass": payload.mass, "mass_std": payload.mass_std}
     if payload.com is not None:
         table |= {"com": list(payload.com), "com_std": list(payload.com_std)}
@@ -95,7 +95,7 @@ def payload_to_table(payload: Payload) -> dict[str, object]:
 
 
 def write_payload(payload: Payload, path: str | Path, *, comment: str | None = None) -> None:
-    """Write a payload as TOML, every digit kept, below a line of comment."""
+    """Write a payload as TOML with all digits, below a comment line."""
     lines = [] if comment is None else [comment]
     for key, value in payload_to_table(payload).items():
         if isinstance(value, dict):

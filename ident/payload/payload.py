@@ -1,4 +1,4 @@
-"""A payload as the user weighed and drew it, in the frame of the last link."""
+"""Stated payload, in the frame of the last link."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ from ident.support.errors import PayloadError
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOMENTS = INERTIA_KEYS[:3]
 LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
-"""Masses [kg] and distance of the centre of mass, or radius of gyration [m], beyond which units are others."""
+"""Plausible masses [kg], and largest distance of the centre of mass or radius of gyration [m]."""
 Known = Literal["all", "com", "mass", "none"]
-"""What of a payload is used: all of it, mass and centre of mass, the mass alone, nothing."""
+"""Used parameters of a payload: all, mass and centre of mass, only the mass, or none."""
 
 
 @dataclass(frozen=True, slots=True)
 class Payload:
-    """What is believed of a payload. Checked when built.
+    """Stated parameters of a payload. Checked at creation.
 
     Attributes:
         mass: Mass [kg].
-        mass_std: Its standard deviation [kg].
+        mass_std: Standard deviation of the mass [kg].
         com: Centre of mass in the frame of the last link [m], None if unknown.
-        com_std: Its standard deviation, per axis [m].
+        com_std: Standard deviation of the centre of mass, per axis [m].
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes of the last link [kg m^2], None if unknown.
-        inertia_std: Their standard deviation [kg m^2].
-        known: "all" to use every parameter, "com" mass and centre of mass, "mass" the mass alone, "none" nothing.
+        inertia_std: Standard deviations of the inertia [kg m^2].
+        known: Parameters to use: "all", "com" (mass and centre of mass), "mass" or "none".
 
     Raises:
-        PayloadError: If a value is missing for `known`, not finite, or no rigid body can have it.
+        PayloadError: If a value is missing for `known`, not finite, or physically impossible.
     """
 
     mass: float
@@ -69,7 +69,7 @@ class Payload:
             check_inertia(self.inertia)
 
     def _check_deviations(self) -> None:
-        """Deviations are not negative and no larger than what they belong to can be."""
+        """Check that standard deviations are not negative and not implausibly large."""
         largest = {"mass_std": self.mass, "com_std": FARTHEST, "inertia_std": self.mass * FARTHEST**2}
         for name, most in largest.items():
             value = getattr(self, name)
@@ -81,7 +81,7 @@ class Payload:
                 raise PayloadError(f"payload: {name} = {value} exceeds {what}; check its unit")
 
     def _check_size(self, inertia: tuple[float, ...]) -> None:
-        """Moments of a body of this mass that lies within `FARTHEST` of its centre of mass."""
+        """Check that the body can be within `FARTHEST` of its centre of mass."""
         name, value = max(zip(INERTIA_KEYS, inertia, strict=True), key=lambda pair: abs(pair[1]))
         if abs(value) > self.mass * FARTHEST**2:
             raise PayloadError(
@@ -90,13 +90,13 @@ class Payload:
             )
 
     def known_part(self) -> "KnownPayload":
-        """What an estimator may use of it."""
+        """Return the parameters that an estimator may use."""
         names = {"all": INERTIAL, "com": INERTIAL[6:], "mass": INERTIAL[9:], "none": ()}[self.known]
         chi = standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
         return KnownPayload(names=names, chi=chi, spread=self._spread())
 
     def _spread(self) -> Array:
-        """Factor F with covariance F F^T of the known standard parameters, as the stated deviations imply, (10, 10)."""
+        """Factor F of the covariance F F^T of the known parameters, from stated standard deviations, (10, 10)."""
         if self.known == "none":
             return np.zeros((10, 10))
         if self.known == "mass":
@@ -106,7 +106,9 @@ class Payload:
         if self.known == "com":
             std[4:] = 0.0
         J = np.empty((10, 10))
-        for k in range(10):  # the parameters are polynomials of low degree: central differences are exact to rounding
+        for k in range(
+            10
+        ):  # central differences are exact to rounding, as the parameters are polynomials of low degree
             step = np.zeros(10)
             step[k] = 1e-4
             above, below = (standard_parameters(x[0], x[1:4], x[4:]) for x in (values + step, values - step))
@@ -118,11 +120,11 @@ class Payload:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KnownPayload:
-    """Those of a payload's ten standard parameters that are known, in the frame of the last link.
+    """Known standard parameters of a payload, in the frame of the last link.
 
     Attributes:
-        names: Names of the known ones, among `INERTIAL`.
-        chi: Values in the order of `INERTIAL`; only those of `names` count, shape (10,).
+        names: Names of the known parameters, a subset of `INERTIAL`.
+        chi: Values in the order of `INERTIAL`, of which only those of `names` are used, shape (10,).
         spread: Factor F of their covariance F F^T, shape (10, k).
     """
 
@@ -132,12 +134,12 @@ class KnownPayload:
 
     @property
     def mask(self) -> Mask:
-        """Which of `INERTIAL` are known, shape (10,)."""
+        """Mask of known parameters, shape (10,)."""
         return np.array([name in self.names for name in INERTIAL])
 
 
 def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequence[float] | Array) -> Array:
-    """Standard parameters of a rigid body at the origin of its frame (Huygens-Steiner).
+    """Return the standard parameters of a rigid body at the origin of its frame (Huygens-Steiner).
 
     Args:
         mass: Mass [kg].
@@ -154,10 +156,10 @@ def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequ
 
 
 def check_inertia(inertia: tuple[float, ...]) -> None:
-    """Refuse an inertia about the centre of mass that no rigid body can have.
+    """Refuse a physically impossible inertia about the centre of mass.
 
     Raises:
-        PayloadError: Naming the condition that is violated.
+        PayloadError: If it is impossible; the message names the violated condition.
     """
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     moments = np.linalg.eigvalsh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))

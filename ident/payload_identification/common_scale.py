@@ -1,9 +1,9 @@
-"""Whether the joints agree with each other on how far the scale is off: then no single gain is to blame.
+"""Test whether the joints agree on a common error of the mass, which no single gain explains.
 
-A wrong weight on the scale, as one with which all gains were found, makes the mass of every joint wrong by one share;
-a gain that is off makes that of its joint so. With x_j = log(m_j / m) of the mass that joint j alone finds, the most
-joints that one x explains speak for all, unless one of them alone makes it. Where there is no scale, the mass of all
-joints stands in its place: a gain that is off makes that of its joint differ from it.
+A wrong weighed mass, here or in the identification of the gains, gives all joints the same relative error of the mass;
+a wrong gain affects only its own joint. With x_j = log(m_j / m) of the mass from joint j alone, the largest group of
+joints with a common x is selected, unless a single one of them causes it. Without a weighed mass, the mass from all
+joints replaces it: a wrong gain makes the mass of its joint differ from it.
 """
 
 from collections.abc import Sequence
@@ -21,17 +21,17 @@ from ident.support.arrays import Array
 from ident.support.errors import NegativeMass
 
 LEAST = 2
-"""Joints that have to agree."""
+"""Least number of agreeing joints."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """A joint that departs from the others.
+    """A joint that differs from the others.
 
     Attributes:
         joint: The joint, from 0.
-        rel_error: Its mass over that of the others, less one.
-        rel_std: Its standard deviation.
+        rel_error: Ratio of its mass to that of the others, minus one.
+        rel_std: Standard deviation of `rel_error`.
     """
 
     joint: int
@@ -41,13 +41,13 @@ class Departure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommonError:
-    """A mass on which joints agree, and which the scale does not say.
+    """A common error of the mass of several joints.
 
     Attributes:
-        joints: Those that agree, from 0.
+        joints: Agreeing joints, from 0.
         rel_error: (found - stated) / stated.
-        rel_std: Its standard deviation, that of the scale included.
-        apart: Joints that depart from them beyond their intervals.
+        rel_std: Standard deviation of `rel_error`, including that of the scale.
+        apart: Joints that differ significantly from them.
     """
 
     joints: tuple[int, ...]
@@ -57,7 +57,7 @@ class CommonError:
 
 
 def common_error(found: Verification) -> CommonError | None:
-    """What joints have in common beyond the deviation of it; None where they agree with the scale or not at all."""
+    """Return a significant common error of the joints; None if they agree with the scale or have no common error."""
     if found.passed:
         return None
     masses = {each.joint: each.mass for each in found.joints if each.joint is not None and _sure(each.mass)}
@@ -67,7 +67,7 @@ def common_error(found: Verification) -> CommonError | None:
     sharing = sharing_joints(x, C).tolist() if len(x) >= LEAST else []
     if len(sharing) < LEAST:
         return None
-    # errors that all gains have alike, as of the weight that they were found with, do not average out
+    # common errors of all gains, as from the payload's mass, do not average out
     alike = min(each.gain_std / each.value for each in weighed), found.payload.mass_std / found.payload.mass
 
     def of(kept: Sequence[int]) -> CommonScale:
@@ -101,12 +101,12 @@ def _departures(
 
 
 def _sure(mass: Quantity | None) -> bool:
-    """Whether it has a logarithm with a deviation."""
+    """Return whether it has a logarithm with a standard deviation."""
     return mass is not None and mass.value > 0.0 and mass.std > 0.0
 
 
 def check_mass(body: FoundBody) -> None:
-    """Refuse a mass that is below zero beyond doubt.
+    """Refuse a significantly negative mass.
 
     Raises:
         NegativeMass: If it is.
@@ -118,7 +118,7 @@ def check_mass(body: FoundBody) -> None:
 
 
 def negative_mass(mass: Quantity) -> NegativeMass | None:
-    """What is wrong with a mass that is below zero beyond doubt, None with another one."""
+    """Return the message for a significantly negative mass, None for another one."""
     if mass.value >= -SURE * mass.std:
         return None
     return NegativeMass(
@@ -128,14 +128,14 @@ def negative_mass(mass: Quantity) -> NegativeMass | None:
 
 
 def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
-    """The mass from each joint alone beside that from all, as against a scale; empty where no mass is sure.
+    """Return the mass from each joint alone compared with that from all; empty if the latter is not significant.
 
-    The centre of mass that was found, with its deviations, serves each joint, the inertia is left free. Deviations of
-    one joint and of all together count as independent, which says "differs" less often than `LEVEL`.
+    Each joint uses the estimated centre of mass with its standard deviations; the inertia is free. Errors of one joint
+    and of all together are assumed independent, which makes false alarms rarer than `LEVEL`.
 
     Args:
-        found: The payload found with these gains.
-        body: Of it.
+        found: The payload estimated with these gains.
+        body: Body of the payload.
         gains: The gains.
     """
     payload = _as_stated(body)
@@ -143,7 +143,7 @@ def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> 
 
 
 def _as_stated(body: FoundBody) -> Payload | None:
-    """What was found, as if it were stated."""
+    """Return the estimate as a stated payload."""
     mass, centre = body.of("mass"), [each for each in map(body.of, CENTRE) if each is not None]
     if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
         return None

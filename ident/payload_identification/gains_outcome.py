@@ -1,6 +1,6 @@
-"""What motions give with gains in use: a weight beside its scale, and the arm, whose torque they then predict.
+"""Results with given gains: a payload compared with its weighed mass, and the arm, whose torque is then predicted.
 
-Found once with gains that are believed and once with gains that were identified, it says what believing them costs.
+Results with a-priori and with identified gains show the effect of the former.
 """
 
 from collections.abc import Sequence
@@ -24,14 +24,14 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
 
 UNKNOWN = Payload(mass=1.0, known="none")
-"""A payload of which nothing is known; its mass is not used."""
+"""An unknown payload; its mass is not used."""
 PLAIN = AllJointsOptions(friction="viscous-coulomb")
-"""Model of methods other than `nls`: their gains hold whatever friction grows with the load."""
+"""Model for methods other than `nls`, whose gains include load-dependent friction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmInUse:
-    """An arm as its bare motions show it with gains in use.
+    """An arm identified from bare motions with given gains.
 
     Attributes:
         gains: The gains.
@@ -42,7 +42,7 @@ class ArmInUse:
     arm: BareArm
 
     def base(self, structure: Structure) -> Array:
-        """The arm's base parameters, friction that of the first motion, zero where they do not show, shape (b,)."""
+        """Base parameters of the arm, with friction of the first motion, zero if not identifiable, shape (b,)."""
         found = {each.name: each.value for each in self.arm.inertial}
         for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
             for each in self.arm.friction[j]:
@@ -50,11 +50,11 @@ class ArmInUse:
         return np.array([found.get(name, 0.0) for name in structure.base.names])
 
     def covariance(self, structure: Structure, options: GainOptions) -> Array:
-        """Covariance of `base` from the residuals, the gains taken as exact, shape (b, b).
+        """Covariance of `base` from the residuals, with exact gains, shape (b, b).
 
         Args:
-            structure: Of the arm.
-            options: How uncertainty is found.
+            structure: Identifiable structure of the arm.
+            options: Method for the uncertainty.
         """
         final, names = self.arm.selected.final, structure.base.names
         fit, arm = final.fit, shared_arm(structure.base)
@@ -62,24 +62,24 @@ class ArmInUse:
         influence[arm] = fit.theta_influence[: len(arm)]
         for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
             own = zip(final.own[j].names, fit.phi_influence[j], strict=True)
-            for name, row in reversed(list(own)):  # the first motion has the last word
+            for name, row in reversed(list(own)):  # values of the first motion are kept
                 influence[names.index(f"{name}{j + 1}")] = gain * row
         return UNCERTAINTIES[options.uncertainty](fit.rows, influence, options.serial_s)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainsOutcome(ArmInUse):
-    """What motions give with gains in use: the arm, and a weight.
+    """Arm and payload estimated with given gains.
 
     Attributes:
-        weighed: The weight from all joints and from each alone, beside its scale; its centre and inertia.
+        weighed: Payload from all joints and from each alone, compared with its weighed mass; its centre and inertia.
     """
 
     weighed: Verification
 
 
 def arm_in_use(problem: Problem, gains: KnownGains) -> ArmInUse:
-    """Find the arm with gains in use, from the bare motions of a problem.
+    """Identify the arm with given gains, from the bare motions of a problem.
 
     Raises:
         NotIdentifiable: If no motion is bare.
@@ -92,35 +92,35 @@ def arm_in_use(problem: Problem, gains: KnownGains) -> ArmInUse:
 
 
 def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options: object) -> GainsOutcome:
-    """Find weight and arm with gains in use.
+    """Estimate payload and arm with given gains.
 
     Args:
-        problem: Bare motions and those of one mounting, of whose payload nothing is known.
-        weight: As weighed; what is known of its shape serves each joint alone.
-        gains: Of the arm's joints, of all or some.
-        options: Of the method that found or would find gains; of another one than `nls`, `PLAIN` takes their place.
+        problem: Bare motions and those of one mounting, with an unknown payload.
+        weight: The stated payload; its known shape is used for single joints.
+        gains: Gains of all or some joints.
+        options: Options of the method of the gains; for methods other than `nls`, `PLAIN` is used.
 
     Raises:
-        NotIdentifiable: If no motion is bare or none is loaded, or the mass does not show.
+        NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.
         GainsError: If the gains are not of this arm.
-        PayloadError: If nothing of the weight is known.
+        PayloadError: If no parameter of the payload is known.
     """
     found = payload_of(problem, gains, options if isinstance(options, AllJointsOptions) else PLAIN)
     return GainsOutcome(gains=gains, weighed=verified(found, weight, gains), arm=arm_in_use(problem, gains).arm)
 
 
 def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object) -> GainsOutcome:
-    """Find the heaviest weight of motions that gains were found from, and the arm, with other gains.
+    """Estimate the heaviest payload of motions used for identification, and the arm, with other gains.
 
     Args:
         problem: Bare and loaded motions.
-        gains: As of a data sheet.
-        options: As for `gains_outcome`.
+        gains: Gains, for example of a data sheet.
+        options: As in `gains_outcome`.
 
     Raises:
-        NotIdentifiable: If no motion is bare or none is loaded, or the mass does not show.
+        NotIdentifiable: If no motion is bare or none is loaded, or the mass is not identifiable.
         GainsError: If the gains are not of this arm.
-        PayloadError: If nothing of the weight is known.
+        PayloadError: If no parameter of the payload is known.
     """
     problem.check_difference()
     weight = max(problem.payloads, key=lambda each: each.mass)
@@ -129,11 +129,11 @@ def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object)
 
 
 def with_unknown_weight(problem: Problem, loaded: Sequence[ObservedMotion]) -> Problem:
-    """The bare motions of a problem, and loaded ones of whose weight nothing is known.
+    """Return the bare motions of a problem, and loaded ones with an unknown payload.
 
     Args:
         problem: Bare and loaded motions.
-        loaded: Of one mounting.
+        loaded: Motions of one mounting.
     """
     bare = [motion for motion in problem.motions if motion.payload is None]
     unknown = [ObservedMotion(motion.observation, UNKNOWN) for motion in loaded]
@@ -141,22 +141,22 @@ def with_unknown_weight(problem: Problem, loaded: Sequence[ObservedMotion]) -> P
 
 
 def predicted_torque(system: PooledSystem, base: Array, payload: Payload) -> Array:
-    """Torque that arm and payload take on the rows of a loaded motion, friction included [N m], shape (r,).
+    """Return the torque of arm and payload on the rows of a loaded motion, including friction [N m], shape (r,).
 
     Args:
         system: Its rows.
         base: Base parameters of the arm, shape (b,).
-        payload: That it carries; what is known of it is used.
+        payload: Its payload, of which known parameters are used.
     """
     return system.W @ base + system.W_L @ payload.known_part().chi
 
 
 def rel_errors(error: Array, measured: Array, joint: Indices) -> dict[int, float]:
-    """Norm of an error over that of what was measured, by joint from 0.
+    """Return the norm of an error over that of the measured values, by joint from 0.
 
     Args:
-        error: Of a prediction, shape (r,).
-        measured: What it predicts, in the same unit, shape (r,).
+        error: Prediction error, shape (r,).
+        measured: Measured values in the same unit, shape (r,).
         joint: Joint of each row, from 0, shape (r,).
     """
     rows = {int(j): joint == j for j in np.unique(joint)}

@@ -1,7 +1,8 @@
-"""The mass of a payload from each joint alone: shows the joint whose gain is off.
+"""The mass of a payload from each joint alone, which shows which gain is wrong.
 
-The joint's rows, its friction as the fit of all joints has it, and a column of what one kilogram of the payload puts on
-it; all other columns are free. A gain that is too large by a share makes the mass too large by the same share.
+The system has the joint's rows, its friction columns from the fit of all joints, and the column of the torque per
+kilogram of the payload; all other columns are free. A relative error of the gain is the same relative error of the
+mass.
 """
 
 from dataclasses import dataclass
@@ -21,23 +22,23 @@ from ident.payload_identification.payload_estimate import FoundPayload
 from ident.support.arrays import Array
 
 DEPENDENT = 1e-9
-"""Relative size of a unit column's new part under which it has none."""
+"""Relative norm of the independent part of a unit column below which it is dependent."""
 NEW = 1e-6
-"""Part of the unit column of a kilogram that the others may not imitate."""
+"""Least independent part of the unit column of the mass."""
 WEAK = 0.25
-"""Relative deviation from which a joint alone says nothing of the mass."""
+"""Relative standard deviation above which a joint's estimate of the mass is inconclusive."""
 
 
 @dataclass(frozen=True, slots=True)
 class NoMass:
-    """A joint that does not show the mass alone, and why."""
+    """A joint that does not identify the mass alone, with the reason."""
 
     reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Solved:
-    """Mass on a joint alone, its derivative by each row's current, and the rows."""
+    """Mass from one joint, its derivative with respect to each row's current, and the rows."""
 
     mass: float
     influence: Array
@@ -46,12 +47,12 @@ class _Solved:
 
 
 def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tuple[Quantity | NoMass, ...]:
-    """The mass from each joint alone [kg], one result a joint.
+    """Return the mass from each joint alone [kg], one result per joint.
 
     Args:
-        found: The payload found from all joints, with the model.
-        payload: What is stated of it; of its shape, what is known is used.
-        gains: The gains in use.
+        found: The payload estimated from all joints, with the model.
+        payload: The stated payload, whose known shape is used.
+        gains: The gains.
     """
     n = found.ready.n
     results: list[Quantity | NoMass] = [NoMass("its gain is not known")] * n
@@ -72,9 +73,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
         one, other = (_solved(found.ready, fitted, j, gain, known) for fitted in (each.final, each.other))
         if one is not None and other is not None:
             shares.append(each.share * (other.mass - one.mass))
-    spread = (
-        known.spread[:, 1:] if len(known.names) > 1 else np.zeros((10, 0))
-    )  # of the shape; the mass is what is found
+    spread = known.spread[:, 1:] if len(known.names) > 1 else np.zeros((10, 0))  # of the shape; the mass is estimated
     stated = found.ready.columns[j].payload[0] @ spread
     shares += (solved.influence @ stated / gain).tolist()
     quantity = Quantity(
@@ -91,7 +90,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
 
 
 def _solved(ready: Setting, fitted: Fitted, j: int, gain: float, known: KnownPayload) -> _Solved | None:
-    """Least squares of one joint's rows, whose column of the mass is last."""
+    """Solve the least squares of one joint's rows; the column of the mass is last."""
     columns, own = fitted.columns[j], fitted.own[j]
     W_L = columns.payload[0]
     mass = known.chi[9]
@@ -127,7 +126,7 @@ def _solved(ready: Setting, fitted: Fitted, j: int, gain: float, known: KnownPay
 
 
 def _others(ready: Setting, columns: JointColumns, own: OwnColumns, known: KnownPayload) -> Array:
-    """All columns of a joint but that of the mass: its own, the arm's, what is unknown of the payload, compliance.
+    """Return a joint's columns except that of the mass: own, the arm's, the payload's unknown ones, compliance.
 
     Shared columns are the arm's, then the unknown ones of the payload, then compliance.
     """

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of a payload from its standard parameters, with deviations."""
+"""Mass, centre of mass and inertia of a payload from its standard parameters, with standard deviations."""
 
 from dataclasses import dataclass
 
@@ -10,22 +10,22 @@ from ident.payload_identification.payload_estimate import FoundPayload
 from ident.support.arrays import Array
 
 SURE = 3.0
-"""Deviations that a mass must be from zero for a centre of mass to be taken from it."""
+"""Significance of the mass, in standard deviations, required for a centre of mass."""
 STEP = 1e-30
-"""Step into the imaginary, by which derivatives are exact to rounding."""
+"""Complex step, with which derivatives are exact to rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A number with its deviations.
+    """A number with its standard deviations.
 
     Attributes:
-        name: What.
+        name: Name of the quantity.
         unit: Its unit.
         value: Estimate.
         residual_std: Standard deviation from the residuals.
-        gain_std: From the gains.
-        model_std: From what the model takes for granted.
+        gain_std: Standard deviation from the gains.
+        model_std: Standard deviation from the model's assumptions.
     """
 
     name: str
@@ -37,18 +37,18 @@ class Quantity:
 
     @property
     def std(self) -> float:
-        """Standard deviation, all shares together."""
+        """Total standard deviation."""
         return float(np.linalg.norm((self.residual_std, self.gain_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundBody:
-    """What was found of a body.
+    """Estimated properties of a body.
 
     Attributes:
-        quantities: Mass, centre and inertia about it, as many as can be given.
-        refused: Why the others cannot, by name.
-        possible: Whether a body can have all ten parameters; None where not all are known.
+        quantities: Mass, centre and inertia about the centre, as far as identifiable.
+        refused: Reasons for the others, by name.
+        possible: Whether the ten parameters are physically consistent; None if not all are known.
     """
 
     quantities: tuple[Quantity, ...]
@@ -56,7 +56,7 @@ class FoundBody:
     possible: bool | None
 
     def of(self, name: str) -> Quantity | None:
-        """The quantity of that name, None if it is refused."""
+        """Return the quantity of that name, None if refused."""
         return next((each for each in self.quantities if each.name == name), None)
 
 
@@ -67,11 +67,11 @@ NEEDS = {
     **{axis: (f"M{axis.upper()}", "M") for axis in CENTRE},
     **dict.fromkeys(INERTIA_KEYS, INERTIAL),
 }
-"""Standard parameters that each quantity follows from."""
+"""Standard parameters that determine each quantity."""
 
 
 def body_of(found: FoundPayload) -> FoundBody:
-    """Mass, centre of mass and inertia, each with its deviations to first order."""
+    """Return mass, centre of mass and inertia with first-order standard deviations."""
     chi = np.zeros(len(INERTIAL))
     chi[found.place] = found.value
     refused = dict[str, str]()
@@ -105,7 +105,7 @@ def body_of(found: FoundPayload) -> FoundBody:
 
 
 def body_values(chi: Array) -> Array:
-    """Mass, centre, and inertia about it in the order of `INERTIA_KEYS`, shape (10,); inverse of Huygens-Steiner.
+    """Return mass, centre, and inertia about it in the order of `INERTIA_KEYS`, shape (10,).
 
     Args:
         chi: Standard parameters in the order of `INERTIAL`, real or complex, shape (10,).
@@ -118,11 +118,11 @@ def body_values(chi: Array) -> Array:
 
 
 def _std(J: Array, covariance: Array) -> Array:
-    """Deviations of J x where x has the covariance; a variance that rounding made negative is none."""
+    """Return the standard deviations of J x for a covariance of x; negative variances due to rounding are 0."""
     return np.sqrt(np.maximum(np.einsum("ik,kl,il->i", J, covariance, J), 0.0))
 
 
 def _jacobian(chi: Array) -> Array:
-    """Derivative of `body_values`, shape (10, 10)."""
+    """Return the derivative of `body_values`, shape (10, 10)."""
     steps = 1j * STEP * np.eye(len(chi))
     return np.column_stack([body_values(chi + step).imag / STEP for step in steps])

@@ -1,8 +1,8 @@
-"""The parameters of an unknown payload from all joints at once, the gains held (paper, eq. 25).
+"""The parameters of an unknown payload from all joints together, with fixed gains (paper, eq. 25).
 
-V_j = h_j (A_j theta + W_L chi_L) + F_j phi_j with h = 1/g given: friction and offset in drive units, of each motion its
-own, and whatever else `nls` lets data choose, so that gains mean the same here as where they were found. What their
-uncertainty adds is exact to first order: d chi_L / d log h is what a row of the prior on log h does to chi_L.
+V_j = h_j (A_j theta + W_L chi_L) + F_j phi_j with given h = 1/g; friction and offset are in drive units and separate
+for each motion. Other terms are selected as in `nls`, so that gains have the same meaning as in their identification.
+Their uncertainty is propagated to first order: d chi_L / d log h is the influence of a row of the prior on log h.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
 
 NEW = 1e-6
-"""Part of a unit column of the payload that no other column of it may imitate."""
+"""Least independent part of a unit column of the payload."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,13 +30,13 @@ class FoundPayload:
     """Parameters of a payload at the origin of the last frame; k of the ten.
 
     Attributes:
-        place: Which of `INERTIAL`, shape (k,).
+        place: Indices in `INERTIAL`, shape (k,).
         value: Their values [kg m^2, kg m, kg], shape (k,).
         residual: Covariance from the residuals, shape (k, k).
-        gains: Covariance from that of the gains, shape (k, k).
-        model: Covariance from what the model takes for granted, shape (k, k).
-        refused: Why the others have no value, by name.
-        ready: The problem that was solved.
+        gains: Covariance from the gains, shape (k, k).
+        model: Covariance from the model's assumptions, shape (k, k).
+        refused: Reasons why the others have no value, by name.
+        ready: The solved problem.
         selected: The model, and its fit.
     """
 
@@ -51,7 +51,7 @@ class FoundPayload:
 
     @property
     def covariance(self) -> Array:
-        """Of the values, all shares together, shape (k, k)."""
+        """Total covariance of the values, shape (k, k)."""
         return self.residual + self.gains + self.model
 
     @property
@@ -60,7 +60,7 @@ class FoundPayload:
         return tuple(INERTIAL[p] for p in self.place)
 
     def at(self, name: str) -> int:
-        """Where a parameter is among those that have a value.
+        """Return the index of a parameter among those that have a value.
 
         Raises:
             NotIdentifiable: If it has none; the message says why.
@@ -71,15 +71,15 @@ class FoundPayload:
 
 
 def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
-    """Find the parameters of a payload with the gains in use.
+    """Estimate the parameters of a payload with given gains.
 
     Args:
-        problem: Bare motions and those of one mounting, of whose payload nothing is known (`known = "none"`).
-        gains: Gains of the arm's joints, of all or some; a joint without one adds little.
-        options: Model of the arm, as it was where the gains were found.
+        problem: Bare motions and those of one mounting, with an unknown payload (`known = "none"`).
+        gains: Gains of all or some joints; a joint without a gain contributes little.
+        options: Options of the model, as in the identification of the gains.
 
     Raises:
-        NotIdentifiable: If no motion is bare or none is loaded, or nothing of the payload shows.
+        NotIdentifiable: If no motion is bare or none is loaded, or no parameter of the payload is identifiable.
         GainsError: If the gains are not of this arm.
     """
     problem.check_difference()
@@ -102,7 +102,9 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
             )
             refused[name] = alone
     if not place:
-        raise NotIdentifiable("no payload parameter is identifiable from these motions; move it more, or further")
+        raise NotIdentifiable(
+            "no payload parameter is identifiable from these motions; use larger or more varied motions"
+        )
     belief = final.fit.theta_belief[at]
     rivals = [
         each.share * (each.other.fit.found.theta[at] - each.final.fit.found.theta[at]) for each in selected.rivals
@@ -122,7 +124,7 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
 
 
 def separable(structure: Structure) -> Array:
-    """Which of `INERTIAL` put a torque on the arm's joints that no others imitate, shape (10,) of truth values."""
+    """Return a mask of `INERTIAL` parameters with an independent torque on the arm's joints, shape (10,)."""
     W = np.vstack(list(structure.payload_probes))
     norms = np.linalg.norm(W, axis=0)
     unit = W / np.where(norms > 0.0, norms, 1.0)

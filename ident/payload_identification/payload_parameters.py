@@ -1,11 +1,11 @@
-"""The payload's inertial parameters with the drive gains in use (paper, section III.A, eq. 23 to 25).
+"""The payload's inertial parameters with given drive gains (paper, section III.A, eq. 23 to 25).
 
     g V = [W_a 0    0   ] [chi   ]
           [W_b W_ul W_kl] [chi_ul]        all joints stacked, each joint's rows weighted by its own residual (eq. 22)
                           [chi_kl]
 
-Gains that were themselves identified are uncertain. The solution is linear in them, so what they add to its
-covariance is exact: a change of g_j moves chi by the solution whose left side is V on joint j's rows, zero elsewhere.
+Identified gains are uncertain. The solution is linear in them, so their contribution to the covariance is exact: the
+derivative of chi with respect to g_j is the solution with left side V on joint j's rows and zero elsewhere.
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable, PayloadError
 
 ESSENTIAL_REL_STD = 0.1
-"""Relative standard deviation under which a parameter is essential: the usual limit of IDIM-LS."""
+"""Relative standard deviation below which a parameter is essential, as usual with IDIM-LS."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,10 +29,10 @@ class PayloadParameter:
 
     Attributes:
         name: One of `INERTIAL`.
-        value: Estimate, or the value that was given [kg m^2, kg m or kg].
-        residual_std: Share of its standard deviation from the residual (eq. 20), 0 if given.
-        gain_std: Share from the uncertainty of the gains, 0 if given.
-        known: Whether it was given.
+        value: Estimate, or the given value [kg m^2, kg m or kg].
+        residual_std: Standard deviation from the residual (eq. 20), 0 if given.
+        gain_std: Standard deviation from the uncertainty of the gains, 0 if given.
+        known: Whether the value was given.
     """
 
     name: str
@@ -43,7 +43,7 @@ class PayloadParameter:
 
     @property
     def std(self) -> float:
-        """Standard deviation from residual and gains together."""
+        """Total standard deviation from residual and gains."""
         return float(np.hypot(self.residual_std, self.gain_std))
 
     @property
@@ -53,7 +53,7 @@ class PayloadParameter:
 
     @property
     def essential(self) -> bool:
-        """Whether it was identified with a relative standard deviation under `ESSENTIAL_REL_STD`."""
+        """Whether it was identified with a relative standard deviation below `ESSENTIAL_REL_STD`."""
         return not self.known and self.rel_std < ESSENTIAL_REL_STD
 
 
@@ -63,14 +63,14 @@ class PayloadEstimate:
 
     Attributes:
         parameters: The ten parameters, in the order of `INERTIAL`.
-        covariance: Of all ten, residual and gains together, zero for given ones, shape (10, 10).
-        gain: The gains in use [N m / drive unit], shape (n,).
+        covariance: Total covariance of all ten from residual and gains, zero for given ones, shape (10, 10).
+        gain: The given gains [N m / drive unit], shape (n,).
         method: "ols" or "wls".
-        unknowns: Arm and payload parameters solved for.
+        unknowns: Number of estimated arm and payload parameters.
         error_norm: Norm of the residual of the solved system, which is weighted for "wls" (table 4 of the paper).
-        rel_error_norm: The same over the norm of its left side.
-        sigma: Standard deviation of its residual (eq. 19).
-        system: The rows it was found from.
+        rel_error_norm: `error_norm` over the norm of its left side.
+        sigma: Standard deviation of the residual (eq. 19).
+        system: Its rows.
         torque: Torques of the fitted model on those rows [N m], shape (r,).
     """
 
@@ -103,20 +103,20 @@ def payload_parameters(
 
     Args:
         system: Rows of unloaded and loaded motions of an arm with n joints.
-        gain: Drive gains in use [N m / drive unit], shape (n,).
-        gain_std: Their standard deviations, zero for gains taken as exact, shape (n,). Gains are taken as independent
-            of the rows; for gains found from the same rows the result is larger than the truth, never smaller.
-        known: Payload parameters that are given, by name; the others are identified.
-        weighted: Weight each joint's rows by its own residual (eq. 22), or all alike.
-        rank_tol: Smallest relative singular value that counts as observed.
+        gain: Given drive gains [N m / drive unit], shape (n,).
+        gain_std: Their standard deviations, zero for gains taken as exact, shape (n,). Gains are assumed independent of
+            the rows; for gains identified from the same rows the result is conservative.
+        known: Given payload parameters by name; the others are identified.
+        weighted: Whether each joint's rows are weighted by its own residual (eq. 22).
+        rank_tol: Smallest relative singular value for full rank.
 
     Returns:
         All ten payload parameters and the quality of the fit.
 
     Raises:
-        PayloadError: If gains have the wrong length or are not finite, or a known parameter has no such name.
-        NotIdentifiable: If no row carries a payload.
-        NotExcited: If the motions do not show every unknown.
+        PayloadError: If gains have the wrong length or are not finite, or the name of a known parameter is wrong.
+        NotIdentifiable: If no row has a payload.
+        NotExcited: If the motions do not determine every unknown.
     """
     n = int(system.joint.max()) + 1
     gain, gain_std = np.asarray(gain, dtype=np.float64), np.asarray(gain_std, dtype=np.float64)
@@ -169,6 +169,6 @@ def payload_parameters(
 
 
 def _gain_sensitivity(fit: LeastSquares, W: Array, weight: Array, system: PooledSystem, n: int) -> Array:
-    """Change of the solution per change of each gain, shape (unknowns, n)."""
+    """Return the derivative of the solution with respect to each gain, shape (unknowns, n)."""
     of_joint: Indices = np.eye(n, dtype=np.intp)[system.joint]
     return fit.cofactor @ (W * weight[:, None]).T @ (of_joint * (weight * system.V)[:, None])

@@ -1,4 +1,4 @@
-"""Gains against a scale: the mass of another payload, which identification has not seen, from its currents."""
+"""Verification of gains: the mass of another payload that was not used for identification, estimated from currents."""
 
 from dataclasses import dataclass
 
@@ -13,23 +13,23 @@ from ident.payload_identification.payload_estimate import FoundPayload
 from ident.support.errors import PayloadError
 
 LEVEL = 0.05
-"""How often all masses together may be told wrong where the gains and their deviations are right."""
+"""False-alarm rate of all verdicts together, for correct gains and standard deviations."""
 WEAK = 0.1
-"""Relative deviation of the mass from which nothing is said of the gains."""
+"""Relative standard deviation of the mass above which the result is inconclusive."""
 AGREES, DIFFERS, SAYS_NOTHING = "agrees", "differs", "says nothing"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighed:
-    """A mass from currents beside the stated one.
+    """A mass from currents compared with the stated one.
 
     Attributes:
-        joint: Joint that it is from, from 0; None for all together.
-        mass: What was found [kg], None where the joint does not show it.
-        rel_error: (found - stated) / stated: by this share the gains that made it are too large; None without a mass.
-        rel_std: Its standard deviation, that of the scale included; None without a mass.
+        joint: The joint, from 0; None for all together.
+        mass: Estimated mass [kg], None if not identifiable.
+        rel_error: (found - stated) / stated, which equals the relative error of the gains; None without a mass.
+        rel_std: Standard deviation of `rel_error`, including that of the scale; None without a mass.
         verdict: `AGREES`, `DIFFERS` or `SAYS_NOTHING`.
-        reason: Why it says nothing.
+        reason: Why it is inconclusive.
     """
 
     joint: int | None
@@ -42,15 +42,15 @@ class Weighed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """What a scale says of drive gains.
+    """Result of a verification.
 
     Attributes:
-        payload: As weighed.
-        together: From all joints.
-        joints: From each joint alone.
-        body: Mass, centre and inertia found.
-        limit: Deviations beyond which a mass differs: all verdicts together err once in 1 / `LEVEL` times.
-        remarks: What was chosen on the way, in words.
+        payload: The weighed payload.
+        together: Mass from all joints.
+        joints: Mass from each joint alone.
+        body: Estimated mass, centre and inertia.
+        limit: Standard deviations above which a mass differs, for a total false-alarm rate of `LEVEL`.
+        remarks: Remarks on automatic choices.
     """
 
     payload: Payload
@@ -62,24 +62,23 @@ class Verification:
 
     @property
     def passed(self) -> bool:
-        """Whether the masses agree, and say something."""
+        """Whether the masses agree and are conclusive."""
         return self.together.verdict == AGREES and not any(each.verdict == DIFFERS for each in self.joints)
 
 
 def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verification:
-    """Hold a payload found with gains against its scale.
+    """Compare a payload estimated with gains with its weighed mass.
 
-    The gains count as found without this recording; a bare recording that both share makes their errors common, which
-    is not counted.
+    The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
 
     Args:
-        found: The payload found with these gains.
-        payload: As weighed; of its shape, what is known is used for each joint alone.
+        found: The payload estimated with these gains.
+        payload: The weighed payload, whose known shape is used for single joints.
         gains: The gains.
 
     Raises:
         PayloadError: If the payload's mass is not known.
-        NotIdentifiable: If the mass does not show.
+        NotIdentifiable: If the mass is not identifiable.
     """
     if payload.known == "none":
         raise PayloadError("payload: known = 'none', but a verification needs its mass; weigh it, known = 'mass'")

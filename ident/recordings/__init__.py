@@ -1,4 +1,4 @@
-"""Recordings: what a robot's controller logged of one motion, and what was mounted; their files and clocks.
+"""Recordings of one motion by a robot's controller, with payloads; their files and clocks.
 
-It may know `payload`. Every log format has a file in `formats`.
+It may import `payload`. Every log format has a file in `formats`.
 """

@@ -1,8 +1,8 @@
-"""What a log file shows that no robot does: a clock in other units, positions that jump, currents that are no currents.
+"""Checks for implausible logs: clocks in other units, jumps of positions, spikes of currents.
 
-A spike of a few samples is small in no least-squares sense: it decides the gain, or hides it under a residual that
-says nothing of where it is. Each check compares with the other samples of the same channel, so that it needs no unit,
-and asks for what no motion does, so that it does not alarm on one:
+A few spikes can dominate a least-squares estimate or increase the residual without a hint at the cause. Each check
+compares samples with others of the same channel, so it needs no unit, and its limits exceed those of any motion, so it
+raises no false alarms:
 
     step of q    faster than `FASTEST`, and `UNUSUAL` times what 99 % of the channel's steps stay below
     v            `UNUSUAL` times as far from the median as 99 % of the samples, for at most `BURST` samples
@@ -10,9 +10,9 @@ and asks for what no motion does, so that it does not alarm on one:
     many spikes  `UNUSUAL` times as far from the median of `NEAR` samples to either side as half the samples are, and
                  by half of the channel's own range, or what a joint would do at `FASTEST`
 
-Of Gaussian noise alone, a sample would have to lie 50 standard deviations out by the second, 13 by the third. The third
-is for spikes in more than `MANY` of the samples, which are usual by the others' measure; smaller ones are not found.
-Channels that are logged in coarse steps flicker by one of them, which is no spike.
+For Gaussian noise, the limits are 50 standard deviations in the second check and 13 in the third. The third detects
+spikes in more than `MANY` of the samples, which affect the quantiles of the other checks; smaller spikes are not
+detected. A change of a coarsely quantised channel by one quantum is not a spike.
 """
 
 from collections.abc import Iterator
@@ -28,36 +28,36 @@ from ident.support.arrays import Array, Mask
 from ident.support.errors import RecordingError
 
 SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
-"""Sampling intervals [s] beyond which time is in other units: at 5 Hz no motion of a robot can be differentiated."""
+"""Plausible sampling intervals [s]: at 5 Hz motions of a robot cannot be differentiated."""
 FASTEST = 50.0
-"""Speed that no joint of a robot has [rad/s or m/s]; wrists of small arms reach 20."""
+"""Largest plausible speed of a joint [rad/s or m/s]; wrists of small arms reach 20."""
 UNUSUAL = 20.0
 """Ratio to the 99 % quantile of the channel."""
 BURST = 10
-"""Samples that a spike lasts at most; what lasts longer is taken for a motion."""
+"""Largest duration of a spike in samples; a longer one is considered a motion."""
 NEAR = 3
-"""Samples to either side whose median stands for what a sample should be; a spike may last as many."""
+"""Number of samples to either side for the median; a spike may last as long."""
 LEVELS = 3
-"""Values that a coarse channel has at least: of two, one may be a fault."""
+"""Least number of values of a coarse channel: of two, one may be a fault."""
 WHOLE = 0.01
-"""What a difference of two values of a coarse channel may be off a multiple of its step, in steps."""
+"""Largest deviation of a difference from a multiple of the quantum, in quanta."""
 MANY = 0.001
-"""Share of the samples from which spikes of that size are too many; fewer decide no gain."""
+"""Smallest share of samples with such spikes that is reported; fewer have no effect on a gain."""
 CHANCE = 1e-9
-"""Probability with which spikes all follow a step of the encoder though they have another cause."""
+"""Probability that all spikes follow an encoder step by chance."""
 SHARE = 0.99
 MIDDLE = (0.05, 0.95)
-"""Quantiles that a channel's own range lies between; spikes in fewer samples than that do not widen it."""
+"""Quantiles that define a channel's range; spikes in fewer samples do not change it."""
 TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
 
 
 class LogFault(NamedTuple):
-    """Something that no robot does.
+    """An implausible feature of a log.
 
     Attributes:
-        joint: The joint, from 0; None where it is the clock.
-        sentence: What was found, and where.
-        advice: What it may be, or what to do.
+        joint: The joint, from 0; None for the clock.
+        sentence: The finding and its place.
+        advice: Probable cause or recommended action.
     """
 
     joint: int | None
@@ -66,36 +66,36 @@ class LogFault(NamedTuple):
 
 
 def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
-    """Refuse a recording whose clock, positions or currents no robot can have.
+    """Refuse a recording with implausible clock, positions or currents.
 
     Args:
-        recording: As read.
-        t_unit: What its time is said to have been in; None if nothing is said.
+        recording: The recording.
+        t_unit: Declared unit of time; None if not declared.
 
     Raises:
-        RecordingError: Naming the channel and the rows, and what it looks like.
+        RecordingError: If there is a finding; the message names channel, rows and probable cause.
     """
     for fault in log_faults(recording, t_unit=t_unit):
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
 
 
 def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
-    """Refuse a recording whose time is in other units; arguments as `check_log`.
+    """Refuse a recording with time in other units; arguments as `check_log`.
 
     Raises:
-        RecordingError: Naming the unit that it looks like.
+        RecordingError: If it has; the message names the probable unit.
     """
     for fault in _clock_faults(recording, t_unit):
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
 
 
 def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[LogFault]:
-    """Everything of a recording that no robot can have, channel by channel, the clock first."""
+    """Return all implausible features of a recording, the clock first, then channel by channel."""
     yield from _clock_faults(recording, t_unit)
     yield from _sample_faults(recording)
 
 
-@lru_cache(maxsize=4)  # a log is checked when it is read, when it is told of, and before it is used
+@lru_cache(maxsize=4)  # cached, as a log is checked several times
 def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
     return tuple(_faults_by_channel(recording))
 
@@ -112,7 +112,7 @@ def _faults_by_channel(recording: Recording) -> Iterator[LogFault]:
 
 
 def spikes(recording: Recording) -> tuple[Mask, Mask]:
-    """Samples of positions and of currents that are spikes, both of shape (N, n)."""
+    """Return masks of spikes of positions and of currents, both of shape (N, n)."""
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
     q, v = np.zeros(recording.q.shape, dtype=np.bool_), np.zeros(recording.v.shape, dtype=np.bool_)
     for j in range(recording.n):
@@ -122,7 +122,7 @@ def spikes(recording: Recording) -> tuple[Mask, Mask]:
 
 
 def jumps(recording: Recording, j: int) -> Mask:
-    """Rows after which a joint moves faster than any does, shape (N - 1,)."""
+    """Return a mask of rows followed by an implausible speed, shape (N - 1,)."""
     interval, size = np.diff(recording.t), np.abs(np.diff(recording.q[:, j]))
     jumped = size > FASTEST * interval
     if not jumped.any():
@@ -171,10 +171,10 @@ def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
 
 
 def _few_spikes(v: Array) -> Mask:
-    """Samples of a current that are far out for a short time, none where they are steps of a coarse one."""
+    """Return a mask of short outliers of a current, none if they are quanta of a coarse channel."""
     away = np.abs(v - np.median(v))
     if np.count_nonzero(away > float(away.max()) / UNUSUAL) > (1.0 - SHARE) * len(v) + 2.0:
-        return np.zeros(len(v), dtype=np.bool_)  # the quantile is further out than that
+        return np.zeros(len(v), dtype=np.bool_)  # the quantile is larger
     found = _short(away > UNUSUAL * float(np.quantile(away, SHARE)))
     return found & (not found.any() or not _flickers(v, away[found]))
 
@@ -195,7 +195,7 @@ def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
 
 
 def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
-    """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
+    """Return a mask of spikes, empty if they are few, and the median of each sample's neighbours."""
     if _is_smooth(x, far):
         return np.zeros(len(x), dtype=np.bool_), x
     near: Array = running_median(x, NEAR)
@@ -209,14 +209,15 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
 
 
 def _is_smooth(x: Array, far: float) -> bool:
-    """Whether no sample can be as far from the median of its neighbours as a spike, which is told without the median.
+    """Return whether spikes are impossible, without computing medians.
 
-    The median of a window is a sample of it, so that none is further away than the largest change over `NEAR` samples.
+    The median of a window is one of its samples, so no sample differs from it by more than the largest change over
+    `NEAR` samples.
     """
     change = max(float(np.abs(x[k:] - x[:-k]).max(initial=0.0)) for k in range(1, NEAR + 1))
     if change >= far:
         return False
-    middle, beyond = float(x.mean()), MIDDLE[0] * len(x) + 2.0  # quantiles are as far out as so many samples
+    middle, beyond = float(x.mean()), MIDDLE[0] * len(x) + 2.0  # quantiles reach that number of samples
     low, high = (int(np.count_nonzero(each)) for each in (x < middle - change, x > middle + change))
     return min(low, high) > beyond
 
@@ -235,7 +236,7 @@ def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterat
 
 
 def _answers(spikes: Mask, q: Array) -> bool:
-    """Whether all spikes of a current follow a step of its encoder, which chance does not do: a controller's answer."""
+    """Return whether all spikes of a current follow encoder steps, as a response of the controller."""
     follow = np.zeros(len(q), dtype=np.bool_)
     stepped = np.flatnonzero(np.diff(q) != 0.0) + 1
     for later in range(NEAR + 1):
@@ -244,7 +245,7 @@ def _answers(spikes: Mask, q: Array) -> bool:
 
 
 def _flickers(x: Array, away: Array) -> bool:
-    """Whether samples are away by one step of a channel that has few values, multiples of this step."""
+    """Return whether samples differ by one quantum of a channel with few values."""
     steps = np.diff(np.unique(x))
     if len(steps) + 1 < LEVELS:
         return False
@@ -253,5 +254,5 @@ def _flickers(x: Array, away: Array) -> bool:
 
 
 def _short(far: Mask) -> Mask:
-    """Of the samples that are far out, those in runs of at most `BURST`."""
+    """Return outliers in runs of at most `BURST` samples."""
     return far & ~long_runs(far, BURST + 1)

@@ -1,8 +1,9 @@
-"""Whether recordings share samples, as a copy that was cut, thinned or put together with others does.
+"""Detection of shared samples of recordings, as of partial, subsampled or concatenated copies.
 
-No two motions show the same positions and currents of all joints at once: noise is in every one. Hashes of rows mark a
-recording, by the numbers without the last digits, which other formats leave out. Rows that a recording repeats, as of
-an arm at rest, are left out; of the others the smallest hashes are kept, so that parts of a recording keep their share.
+Because of noise, no two motions have the same positions and currents of all joints in one sample. Hashes of rows
+identify a recording, computed from numbers without their last digits, which other formats may omit. Repeated rows, as
+of an arm at rest, are ignored. Of the others the smallest hashes are used, so that parts of a recording retain their
+share.
 """
 
 from collections.abc import Sequence
@@ -14,35 +15,35 @@ from numpy.typing import NDArray
 from ident.recordings.recording import Recording
 
 MARKS = 64
-"""Of a recording: two of them are in 99 of 100 copies of a tenth of its rows."""
+"""Number of hashes of a recording: a copy of a tenth of its rows has two of them in 99 of 100 cases."""
 TWO = 2
-"""Marks that a copy has; one may be chance, with coarse numbers, or the row where a log was cut in two."""
+"""Number of common hashes of a copy; a single one may be a coincidence, or the row at which a log was split."""
 BITS = 12
-"""Of a number, 3.6 digits; a log written with six keeps nearly all of its hashes."""
+"""Bits of a number, 3.6 digits; a log written with six digits has nearly all of its hashes."""
 ODD, SHIFT, DIGITS = np.uint64(0x9E3779B97F4A7C15), np.uint64(29), np.uint64(2**48 - 1)
 
 
 def marks(recording: Recording) -> tuple[str, ...]:
-    """Marks of a recording, hexadecimal; fewer than `MARKS` where fewer rows occur once."""
+    """Return the hashes of a recording, hexadecimal; fewer than `MARKS` if fewer rows are unique."""
     return tuple(f"{int(each & DIGITS):012x}" for each in _hashes(recording)[:MARKS])
 
 
 def holds_marks(recording: Recording, given: Sequence[str]) -> bool:
-    """Whether a recording holds rows of one that is marked so."""
+    """Return whether a recording has rows of one with these hashes."""
     own = _hashes(recording) & DIGITS
     return int(np.isin(np.array([int(each, 16) for each in given], np.uint64), own).sum()) >= TWO
 
 
 def share_samples(one: Recording, other: Recording) -> bool:
-    """Whether one recording holds rows of the other: all of them or some."""
+    """Return whether one recording has some or all rows of the other."""
     return holds_marks(one, marks(other)) or holds_marks(other, marks(one))
 
 
 @lru_cache(maxsize=16)  # every pair of logs asks for both
 def _hashes(recording: Recording) -> NDArray[np.uint64]:
-    """Hashes of the rows that occur once, in rising order."""
+    """Return the hashes of unique rows, in increasing order."""
     fraction, power = np.frexp(np.hstack((recording.q, recording.v)))
-    rounded = np.ldexp(np.rint(np.ldexp(fraction, BITS)), power - BITS) + 0.0  # of -0.0 as well
+    rounded = np.ldexp(np.rint(np.ldexp(fraction, BITS)), power - BITS) + 0.0  # also for -0.0
     rows = np.ascontiguousarray(rounded, dtype="<f8").view("<u8")
     found = np.zeros(len(rows), np.uint64)
     for column in rows.T:

@@ -1,4 +1,4 @@
-"""Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be.
+"""Reading and writing of recordings: one row per sample, columns `t`, `q1` .., `v1` .. or declared ones.
 
 In a recording time is in seconds, positions in radians or metres, v in one unit.
 """
@@ -27,7 +27,7 @@ from ident.support.naming import one_line, shown
 
 Value = TypeVar("Value", str, float)
 TEMPERATURES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
-"""Patterns of columns with the temperatures of joints, and the number of the first joint's."""
+"""Patterns of temperature columns, and the number of the first joint."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +36,8 @@ class Log:
 
     Attributes:
         recording: The recording that it holds.
-        read: Which columns were taken for what.
-        notes: What one should know of how it was read.
+        read: The columns that were used.
+        notes: Remarks on its interpretation.
     """
 
     recording: Recording
@@ -46,27 +46,27 @@ class Log:
 
 
 def read_recording(path: str | Path, description: LogDescription | None = None) -> Recording:
-    """Read a recording from a file of any format of `formats.LOGS`; what none claims is CSV, packed by gzip or not.
+    """Read a recording from a file of any format of `formats.LOGS`; others are read as CSV, also gzipped.
 
     A CSV file has a header line with the column names; `#` starts a comment. Further columns are ignored.
 
     Args:
         path: The file.
-        description: What its columns are, where they are not ours or of a layout that is known.
+        description: Description of its columns, unless they have standard names or a known layout.
 
     Raises:
-        RecordingError: If the file is missing or unreadable, a column is missing or not numeric, joints are
-            unequal, or the values fail the checks of `Recording` or `check_log`.
+        RecordingError: If the file is missing or unreadable, a column is missing or not numeric, numbers of columns
+            differ, or the values fail the checks of `Recording` or `check_log`.
     """
     return read_log(path, description or LogDescription()).recording
 
 
 def read_log(path: str | Path, description: LogDescription) -> Log:
-    """Read a recording, and what was taken for what.
+    """Read a recording, with the columns that were used.
 
     Args:
         path: The file.
-        description: What is said of it.
+        description: Description of the log.
 
     Raises:
         RecordingError: As `read_recording`.
@@ -77,10 +77,10 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
 
 
 def read_unrepaired(path: str | Path, description: LogDescription) -> Log:
-    """Read a recording that `ident.preparation` checks once it has repaired what needs no guess.
+    """Read a recording that `ident.preparation` repairs and checks.
 
     Raises:
-        RecordingError: As `read_recording`, but for what jumps.
+        RecordingError: As `read_recording`, except for jumps.
     """
     log = read_unchecked(path, description)
     check_clock(log.recording, t_unit=_stated_unit(log, description))
@@ -88,10 +88,10 @@ def read_unrepaired(path: str | Path, description: LogDescription) -> Log:
 
 
 def read_unchecked(path: str | Path, description: LogDescription) -> Log:
-    """Read a recording as `read_log` does, but with whatever jumps and spikes it has.
+    """Read a recording as `read_log`, without checks for jumps and spikes.
 
     Raises:
-        RecordingError: As `read_recording`, but for the checks of `check_log`.
+        RecordingError: As `read_recording`, except for the checks of `check_log`.
     """
     path = Path(path)
     found: list[Resolved] = []
@@ -106,17 +106,17 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
 
 
 def _stated_unit(log: Log, description: LogDescription) -> str | None:
-    """The unit that time is said to have; None where nothing is said, or it is a date."""
+    """Return the declared unit of time; None if not declared, or for dates."""
     unit = log.read.description.t.unit
     return unit[0] if unit and description.t.unit and unit[0] != ISO else None
 
 
 def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str]], Chosen]) -> Request:
-    """What is asked of a file of which something is said.
+    """Return the request for a file with a description.
 
     Args:
-        description: What is said; the header of a text is found by the columns that it or a known layout names.
-        chosen: Of the names of all columns, those to read.
+        description: The description; the header of a text is found by the columns of it or of a known layout.
+        chosen: Function that selects columns to read from all names.
     """
     meant = re.compile("|".join((OURS.pattern, UR_COLUMNS, *map(re.escape, _stated_columns(description)))))
     return Request(
@@ -130,19 +130,19 @@ def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str
 
 
 def _stated_columns(description: LogDescription) -> list[str]:
-    """Names of columns that a description says, the joints' filled in."""
+    """Return the column names of a description, with joint names inserted."""
     names = (*description.t.columns, *description.q.columns, *description.v.columns, *dict(description.only))
     joints = description.joints or ("",)
     return [name.replace("{joint}", joint) for name in names for joint in joints]
 
 
 def write_recording(recording: Recording, path: str | Path, *, signal: str = "") -> None:
-    """Write a recording as Parquet (`.parquet`) or CSV (any other ending), every digit kept.
+    """Write a recording as Parquet (`.parquet`) or CSV (any other ending), with all digits.
 
     Args:
         recording: The recording.
         path: The file.
-        signal: What v is, for people who read the file: a comment of CSV, metadata of Parquet.
+        signal: Quantity of v, for readers of the file: a comment of CSV, metadata of Parquet.
     """
     path = Path(path)
     names = ["t", *(f"{kind}{j + 1}" for kind in "qv" for j in range(recording.n))]
@@ -159,15 +159,15 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
 
 
 def converted(path: Path, table: Columns, description: LogDescription) -> Recording:
-    """The recording that columns are.
+    """Return the recording of columns.
 
     Args:
         path: The file, for messages.
         table: Its columns.
-        description: What they are, complete.
+        description: Complete description of the columns.
 
     Raises:
-        RecordingError: If no row is wanted, or the values fail the checks of `Recording`.
+        RecordingError: If no row is selected, or the values fail the checks of `Recording`.
     """
     kept = _kept(path, table, description)
     t = _scaled(_of(table, description.t.columns[0], kept), TIME[description.t.unit[0]])
@@ -180,7 +180,7 @@ def converted(path: Path, table: Columns, description: LogDescription) -> Record
 
 
 def _kept(path: Path, table: Columns, description: LogDescription) -> Mask | None:
-    """Rows that are wanted, None for all."""
+    """Return the selected rows, None for all."""
     if not description.only:
         return None
     kept = np.ones(len(table[description.only[0][0]]), dtype=bool)
@@ -214,7 +214,7 @@ def _position(x: Array, channels: Channels, joint: int) -> Array:
 
 
 def _v_scale(description: LogDescription, joint: int) -> float:
-    """Factor from the logged v to that of the recording."""
+    """Return the factor from the logged v to that of the recording."""
     scale = _each(description.v.sign, joint) if description.v.sign else 1.0
     if description.signal is not None:
         scale *= MEANINGS[description.signal].units[_each(description.v.unit, joint)]
@@ -222,7 +222,7 @@ def _v_scale(description: LogDescription, joint: int) -> float:
 
 
 def _each(values: tuple[Value, ...], joint: int) -> Value:
-    """The entry of a joint, or that of all joints."""
+    """Return the entry of a joint, or the common entry of all joints."""
     return values[joint if len(values) > 1 else 0]
 
 
@@ -235,15 +235,15 @@ class _NotThere(Exception):
 
 
 def read_temperatures(path: Path, description: LogDescription, joints: int) -> Array | None:
-    """Temperatures of all joints [degrees Celsius], one row a row of the file, shape (N, n); None where there are none.
+    """Return temperatures of all joints [degrees Celsius], one row per row of the file, (N, n); None without them.
 
     Args:
-        path: A log that has been read as a recording before.
-        description: What is said of it.
-        joints: Of the arm; a column must be there for each.
+        path: A log that has already been read as a recording.
+        description: Description of the log.
+        joints: Number of joints; each needs a column.
 
     Raises:
-        RecordingError: If a cell of such a column is no number.
+        RecordingError: If a cell of such a column is not a number.
     """
 
     def chosen(path: Path, names: Sequence[str]) -> Chosen:

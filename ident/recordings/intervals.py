@@ -1,8 +1,8 @@
-"""The intervals of a log's clock: which of them miss samples, and how even the others are.
+"""Intervals of a log's clock: missing samples and jitter.
 
-Where a sample is missing, all stamps after it are later by a period for good. Where a stamp is only late, as by jitter,
-those after it are on time: jitter shortens intervals as much as it lengthens others. So samples are missing in a long
-interval if no jitter is as large, by the shortest interval, or if the stamps after it stay late.
+After a missing sample, all stamps are later by a period. After a late stamp due to jitter, the following ones are on
+time: jitter shortens intervals as much as it lengthens others. Samples are therefore missing in a long interval if it
+exceeds the jitter indicated by the shortest interval, or if the following stamps stay late.
 """
 
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ from ident.recordings.recording import LARGEST_GAP
 from ident.support.arrays import Array, Indices
 
 LOST = 1.5
-"""Interval, in medians, from which on a sample may be missing: nearer to two periods than to one."""
+"""Interval relative to the median above which a sample may be missing: nearer to two periods than to one."""
 BESIDE = 10
-"""Stamps to either side of an interval, the medians of whose lateness are compared."""
+"""Number of stamps to either side of an interval whose median delays are compared."""
 SURE = 3.0
-"""Deviations of such a comparison by which it must exceed half a period."""
+"""Number of standard deviations by which such a difference must exceed half a period."""
 ROUNDS = 3
-"""Times that all intervals are judged, each time with what was found of those beside them."""
+"""Number of iterations over all intervals, each with the results of the neighbours."""
 DEVIATION = 1.4826
-"""Standard deviation of a normal variable over its median size."""
+"""Ratio of a normal variable's standard deviation to its median magnitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Intervals:
-    """What time stamps say of the samples between them.
+    """Sampling intervals and missing samples of a log.
 
     Attributes:
         usual: Median interval [s].
-        mean: Of those that miss nothing [s].
-        jitter: Largest deviation of one of these from the median, as a share of it.
-        missing: Samples missing in each interval, shape (N - 1,).
+        mean: Mean interval without missing samples [s].
+        jitter: Largest deviation of such an interval from the median, relative to it.
+        missing: Number of samples missing in each interval, shape (N - 1,).
     """
 
     usual: float
@@ -42,17 +42,17 @@ class Intervals:
 
     @property
     def lost(self) -> int:
-        """Samples that are missing."""
+        """Number of missing samples."""
         return int(self.missing.sum())
 
     @property
     def gaps(self) -> int:
-        """Intervals that miss some."""
+        """Intervals with missing samples."""
         return int((self.missing > 0).sum())
 
 
 def intervals_of(t: Array) -> Intervals:
-    """What sample times [s], shape (N,), say."""
+    """Return the intervals of sample times [s], shape (N,)."""
     intervals = np.diff(t)
     usual = float(np.median(intervals))
     missing = _missing(intervals / usual)
@@ -66,7 +66,7 @@ def intervals_of(t: Array) -> Intervals:
 
 
 def _missing(periods: Array) -> Indices:
-    """Samples missing in intervals that take so many periods, shape (N - 1,)."""
+    """Return the number of samples missing in intervals, given in periods, shape (N - 1,)."""
     missing = supposed = np.where(periods > LOST, np.rint(periods - 1.0), 0.0)
     if not supposed.any():
         return supposed.astype(np.intp)
@@ -81,7 +81,7 @@ def _missing(periods: Array) -> Indices:
 
 
 def _later(periods: Array) -> Array:
-    """How much later the stamps after each interval are than those before, for their number, shape (N - 1,)."""
+    """Return the increase of the delay of stamps across each interval, shape (N - 1,)."""
     t = np.concatenate(([0.0], np.cumsum(periods)))  # (N,)
     beside = min(BESIDE, len(periods))
     late = t - np.median(t[beside:] - t[:-beside]) / beside * np.arange(len(t))

@@ -1,8 +1,8 @@
-"""Recordings to a dataset of LeRobot, version 3, an episode each, that reads back bit for bit.
+"""Writing of recordings as episodes of a LeRobot dataset, version 3, without loss of digits.
 
 `observation.state` has the positions, then v, of all joints as float64, and `timestamp` is t as it was recorded,
-float64 too. Beside the keys of LeRobot the feature has `units` of its entries and `signal`, what v is. Recordings do
-not know what was commanded: there is no `action`.
+float64 too. In addition to the keys of LeRobot, the feature has `units` of its entries and `signal`, the quantity of v.
+Recordings have no commands, so there is no `action`.
 """
 
 import json
@@ -31,7 +31,7 @@ PANDAS = {
     ],
     "pandas_version": "2.0.0",
 }
-"""What makes `task` the index of the table of tasks, by which LeRobot finds them."""
+"""Metadata that make `task` the index of the table of tasks, as LeRobot requires."""
 
 
 def write_dataset(
@@ -44,13 +44,13 @@ def write_dataset(
     """Write recordings as the episodes of a dataset.
 
     Args:
-        recordings: Of the same joints at one rate, at least one.
-        folder: Where; made if it is not there.
+        recordings: At least one, with the same joints and rate.
+        folder: The folder, created if missing.
         joints: Names of the joints, base to flange; `joint_1` .. if None.
-        signal: What v is, a name of `MEANINGS`; None for drive units.
+        signal: Quantity of v, a name of `MEANINGS`; None for drive units.
 
     Raises:
-        RecordingError: If recordings differ in their joints or rates, or the folder holds other data.
+        RecordingError: If recordings differ in joints or rates, or the folder has other data.
     """
     folder = Path(folder)
     names = _names(recordings, joints)
@@ -58,7 +58,9 @@ def write_dataset(
     others = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
     foreign = [path for path in others if path not in (folder / DATA, folder / EPISODES)]
     if foreign:
-        raise RecordingError(f"{one_line(folder)}: holds another dataset, {one_line(foreign[0])}; give another folder")
+        raise RecordingError(
+            f"{one_line(folder)}: contains another dataset, {one_line(foreign[0])}; give another folder"
+        )
     for name in FILES:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
     unit = MEANINGS[signal].unit if signal else ""
@@ -107,7 +109,7 @@ def _names(recordings: Sequence[Recording], joints: Sequence[str] | None) -> tup
 
 
 def _fps(recordings: Sequence[Recording]) -> float:
-    """Frames per second [1/s], whole where the clock is within its jitter."""
+    """Return the frames per second [1/s], rounded to an integer if within jitter."""
     rates = [1.0 / each.period for each in recordings]
     if max(rates) > (1.0 + FPS_TOL) * min(rates):
         raise RecordingError(
@@ -119,7 +121,7 @@ def _fps(recordings: Sequence[Recording]) -> float:
 
 
 def _columns(recordings: Sequence[Recording]) -> dict[str, np.ndarray]:
-    """Columns of all episodes, one after the other, (N,) and (N, 2 n)."""
+    """Return the concatenated columns of all episodes, (N,) and (N, 2 n)."""
     lengths = [len(each.t) for each in recordings]
     return {
         STATE: np.concatenate([np.column_stack((each.q, each.v)) for each in recordings]),
@@ -137,7 +139,7 @@ def _write_tables(folder: Path, columns: Mapping[str, np.ndarray], lengths: Sequ
 
     data = {name: _arrow(x) for name, x in columns.items()}
     ends = np.cumsum(lengths).tolist()
-    with pq.ParquetWriter(folder / DATA, pa.table(data).schema) as writer:  # a row group an episode, as LeRobot has it
+    with pq.ParquetWriter(folder / DATA, pa.table(data).schema) as writer:  # one row group per episode, as in LeRobot
         for end, length in zip(ends, lengths, strict=True):
             writer.write_table(pa.table(data).slice(end - length, length))
     zeros = [0] * len(lengths)
@@ -158,7 +160,7 @@ def _write_tables(folder: Path, columns: Mapping[str, np.ndarray], lengths: Sequ
 
 
 def _arrow(x: np.ndarray) -> "object":
-    """A column of numbers, or of rows of them."""
+    """Return a column of numbers or arrays."""
     import pyarrow as pa
 
     values = arrow_array(x.reshape(-1))
@@ -166,7 +168,7 @@ def _arrow(x: np.ndarray) -> "object":
 
 
 def _stats(columns: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
-    """Statistics of each feature, by which policies scale it."""
+    """Return statistics of each feature, with which policies scale it."""
     wide: dict[str, Array] = {name: x.reshape(len(x), -1).astype(np.float64) for name, x in columns.items()}
     return {
         name: {

@@ -1,4 +1,4 @@
-"""A motion: what was recorded, and what was mounted; several in the order of their clocks."""
+"""Motions: recordings with payloads, and their order in time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 
 ABSOLUTE = 1e8
-"""Time stamps [s] from which a clock counts from 1970; one that starts with its motion would have run three years."""
+"""Smallest time stamp [s] of an absolute clock, from 1970; three years for a clock that starts with its motion."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """A recording, and what was mounted.
+    """A recording and its payload.
 
     Attributes:
-        recording: One motion.
-        payload: As weighed and drawn, None for a bare flange. Recordings of one mounting share one object: whatever of
-            the payload is not known is the same for all of them.
+        recording: Recording of one motion.
+        payload: The stated payload, None for a bare flange. Recordings of one mounting share one object, and thus its
+            unknown parameters.
     """
 
     recording: Recording
@@ -31,24 +31,24 @@ class Motion:
 def read(
     path: str | Path, payload: str | Path | Payload | None = None, description: LogDescription | None = None
 ) -> Motion:
-    """Read a motion, ready for `identify`, which repairs what needs no guess and refuses what is wrong with it.
+    """Read a motion for `identify`, which makes unambiguous repairs and refuses faults.
 
     Args:
         path: The log, of any format of `formats.LOGS`.
-        payload: What was mounted: a file of it, or what `read_payload` gave; None for a bare flange. Several motions
-            of one mounting are given one `Payload`.
-        description: What the log's columns are, where they are not ours or of a layout that is known.
+        payload: Payload file, or result of `read_payload`; None for a bare flange. Use one `Payload` object for all
+            motions of one mounting.
+        description: Description of the log's columns, unless they have standard names or a known layout.
 
     Raises:
-        RecordingError: If the log is missing or unreadable, or is none.
-        PayloadError: If the payload's file is missing, or describes none.
+        RecordingError: If the log is missing, unreadable or not valid.
+        PayloadError: If the payload file is missing or not valid.
     """
     recording = read_unrepaired(path, description or LogDescription()).recording
     return Motion(recording, payload if payload is None or isinstance(payload, Payload) else read_payload(payload))
 
 
 def in_order_of_time(motions: Sequence[Motion]) -> tuple[Motion, ...]:
-    """Motions by the time of their first samples if all have absolute time, as they are given if not."""
+    """Return motions sorted by their first samples if all have absolute time, otherwise in the given order."""
     starts = [float(motion.recording.t[0]) for motion in motions]
     if not all(start >= ABSOLUTE for start in starts):
         return tuple(motions)

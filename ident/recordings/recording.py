@@ -1,4 +1,4 @@
-"""A recording: what a robot's controller logs of one motion, and nothing else."""
+"""Recordings: the log of a robot's controller for one motion."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -10,22 +10,22 @@ from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import RecordingError
 
 LARGEST_GAP = 10.0
-"""Sampling interval, in medians, above which samples count as missing instead of late."""
+"""Sampling interval relative to the median above which samples are missing instead of late."""
 LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
-"""Sizes that no position [rad or m] and no current in whatever drive unit has; squares of them stay finite."""
+"""Largest plausible position [rad or m] and current [any drive unit]; their squares are finite."""
 JITTER_TOL = 1e-3
-"""Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
+"""Relative deviation of a sampling interval from the mean above which a clock has jitter."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """One motion as the robot's controller logs it. Checked when built; the arrays are read-only.
+    """The log of one motion by the robot's controller. Checked at creation; the arrays are read-only.
 
     Attributes:
         t: Sample times [s], shape (N,), strictly increasing.
         q: Joint positions [rad or m], shape (N, n).
         v: Current references [drive units], shape (N, n).
-        name: Where it came from, for messages.
+        name: Name of its source, for messages.
 
     Raises:
         RecordingError: If shapes disagree, a value is not finite, time does not increase, or it is too short.
@@ -58,18 +58,18 @@ class Recording:
         return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
 
 
-NO_JOINT = "; leave out what is no joint of the arm, such as a gripper, by naming the others: q=NAME[{0..5}]"
-"""How columns of rows of numbers are read in part."""
+NO_JOINT = "; to leave out a gripper or another column that is not a joint of the arm, name the others: q=NAME[{0..5}]"
+"""Partial reading of columns of arrays."""
 
 
-@lru_cache(maxsize=4)  # checks and the observation of one recording ask for it
+@lru_cache(maxsize=4)  # cached for the checks and the observation of a recording
 def resampled(recording: Recording) -> Recording:
-    """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
+    """Return the recording on a uniform clock of the same mean rate: q by cubic spline, v by linear interpolation.
 
-    A recording whose clock is uniform within `JITTER_TOL` comes back unchanged.
+    A recording whose clock is uniform within `JITTER_TOL` is returned unchanged.
 
     Raises:
-        RecordingError: If samples are missing: nothing may be invented for a hole.
+        RecordingError: If samples are missing, as gaps are not interpolated.
     """
     if recording.jitter <= JITTER_TOL:
         return recording
@@ -130,7 +130,7 @@ def _check(recording: Recording) -> None:
 
 
 def _why_not_rising(recording: Recording, back: Indices) -> str:
-    """What rows whose time is not after that of the row before look like."""
+    """Advice for rows whose time does not increase."""
     t, q, v = recording.t, recording.q, recording.v
     if (t[back + 1] < t[back]).all():
         return (

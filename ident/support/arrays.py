@@ -9,11 +9,11 @@ Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 Indices: TypeAlias = npt.NDArray[np.intp]
 MaskedArray: TypeAlias = np.ma.MaskedArray[tuple[int, ...], np.dtype[np.float64]]
-"""Numbers of which some may not exist."""
+"""Numbers, some of which may be None."""
 
 
 def readonly(values: npt.ArrayLike) -> Array:
-    """A read-only float64 copy of `values`, so that no two objects share writable memory."""
+    """Return a read-only float64 copy of `values`, so that no two objects share writable memory."""
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

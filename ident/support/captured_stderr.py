@@ -1,4 +1,4 @@
-"""What C++ libraries print on their own goes into a list instead of the user's terminal."""
+"""Capture of standard error of C++ libraries."""
 
 import os
 import sys
@@ -21,7 +21,7 @@ def captured_stderr() -> Generator[list[str]]:
     lines: list[str] = []
     try:
         kept = os.dup(STDERR)
-    except OSError:  # a process without stderr shows nothing either
+    except OSError:  # nothing to capture without stderr
         yield lines
         return
     try:

@@ -1,4 +1,4 @@
-"""What can go wrong in identification: one base class, one class per cause."""
+"""Errors of the identification: one base class, one class per cause."""
 
 
 class IdentificationError(ValueError):
@@ -6,14 +6,14 @@ class IdentificationError(ValueError):
 
 
 class RecordingError(IdentificationError):
-    """A recording that cannot be used as it stands.
+    """A recording that cannot be used.
 
     Attributes:
-        reason: Why; the message has the recording's name before it, where that is given.
+        reason: The reason; in the message, the recording's name precedes it, if given.
     """
 
     def __init__(self, reason: str, recording: str = "") -> None:
-        """State why, and of which recording."""
+        """State the reason and the recording."""
         super().__init__(f"{recording}: {reason}" if recording else reason)
         self.reason = reason
 
@@ -27,15 +27,15 @@ class PayloadError(IdentificationError):
 
 
 class NotIdentifiable(IdentificationError):
-    """Data that cannot give a single drive gain, whatever the joint."""
+    """Data from which no drive gain is identifiable."""
 
 
 class NegativeMass(IdentificationError):
-    """A mass found that is below zero beyond doubt."""
+    """A significantly negative estimate of a mass."""
 
 
 class OptionError(IdentificationError):
-    """An option of the identification that does not exist or has a value that makes no sense."""
+    """An option of the identification that does not exist or has an invalid value."""
 
 
 class TooFewRows(IdentificationError):
@@ -43,24 +43,24 @@ class TooFewRows(IdentificationError):
 
 
 class NotExcited(IdentificationError):
-    """A linear system that does not show every unknown: the motion leaves some of them free."""
+    """A linear system that does not determine every unknown."""
 
 
 class NotConverged(IdentificationError):
-    """A search that found no end."""
+    """An iterative method that did not converge."""
 
 
 class Contradiction(IdentificationError):
-    """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""
+    """Data that contradict the model or the payload: a sign, a zero, a column or the model is wrong."""
 
 
 class NoBody(IdentificationError):
-    """A link that no rigid body can be, where one is needed."""
+    """A link that is not physically consistent."""
 
 
 class GainsError(IdentificationError):
-    """Drive gains that no drives have, that are of another arm, or that are missing where they are needed."""
+    """Drive gains that are impossible, of another arm, or missing."""
 
 
 class LogDescriptionError(IdentificationError):
-    """What is said of a foreign log cannot be meant."""
+    """An invalid description of a foreign log."""

@@ -1,4 +1,4 @@
-"""Packages that only some of what one can do needs: which extra of this project brings each."""
+"""Optional packages, and the extras of this project that install them."""
 
 PROJECT = "rx90-drive-gain-testbench"
 EXTRAS: dict[str, tuple[str, str]] = {
@@ -15,15 +15,15 @@ EXTRAS: dict[str, tuple[str, str]] = {
     "PIL": ("film", "pictures"),
     "distributed": ("cluster", "Dask"),
 }
-"""By the name that is imported: the extra, and what needs it."""
+"""By import name: the extra, and its use."""
 
 
 def needed_extra(package: str | None, wider: str | None = None) -> str | None:
-    """What to say of a package that is not there, with the command that installs it; None where no extra brings it.
+    """Return the message for a missing package, with the command that installs it; None if it is not in an extra.
 
     Args:
-        package: As it is imported, or a module of it.
-        wider: Extra that brings it with all else that is needed, where that is known.
+        package: Import name of the package or of one of its modules.
+        wider: Extra that includes it and all other required packages, if known.
     """
     name = (package or "").partition(".")[0]
     if name not in EXTRAS:

@@ -1,7 +1,6 @@
-"""Opening what a user named: a regular file of bounded size, or one line that says why not.
+"""Access to files of the user: regular files of bounded size, or a one-line error.
 
-Nothing is read before the file is known to be a regular one, so that a pipe cannot block and a device cannot feed for
-ever.
+A file is read only after it is known to be regular, so that pipes cannot block and devices cannot deliver endless data.
 """
 
 import os
@@ -20,12 +19,12 @@ KINDS = (
 
 
 def check_file(path: Path, *, most_bytes: int, error: type[ValueError]) -> None:
-    """Refuse what is no regular file, is empty, too large or may not be read.
+    """Check that a file is regular, not empty, not too large, and readable.
 
     Args:
         path: The file.
-        most_bytes: Size up to which it is read.
-        error: What to raise.
+        most_bytes: Largest size [bytes].
+        error: Class of the error.
 
     Raises:
         ValueError: Of class `error`, one line that begins with the path.
@@ -50,7 +49,7 @@ def check_file(path: Path, *, most_bytes: int, error: type[ValueError]) -> None:
 
 
 def read_bytes(path: Path, *, most_bytes: int, error: type[ValueError]) -> bytes:
-    """The content of a regular file.
+    """Return the content of a regular file.
 
     Raises:
         ValueError: Of class `error`, as `check_file`.

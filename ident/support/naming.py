@@ -1,35 +1,35 @@
-"""What messages say of the things a user wrote: the nearest known name, a value in one short line."""
+"""Text for messages: nearest known name, values in one short line."""
 
 import difflib
 import reprlib
 from collections.abc import Iterable, Sequence
 
 LONGEST = 60
-"""Characters of a value that a message shows."""
+"""Largest number of characters of a value in a message."""
 
 
 def nearest(key: str, known: Iterable[str]) -> str:
-    """`; did you mean 'x'?` for the nearest known key, empty if none is near."""
+    """Return `; did you mean 'x'?` for the nearest known key, empty if none is near."""
     close = difflib.get_close_matches(key, list(known), n=1)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def shown(value: object) -> str:
-    """A value as Python writes it, cut in the middle where it is long, on one line whatever it holds."""
+    """Return the representation of a value on one line, shortened in the middle if long."""
     text = _SHORT.repr(value)
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2 - 2]}...{text[2 - LONGEST // 2 :]}"
 
 
 def one_line(text: object) -> str:
-    """Text without line breaks or control characters, for names of files and messages of libraries."""
+    """Return text without line breaks or control characters, for file names and messages of libraries."""
     return "".join(c if c.isprintable() else " " for c in str(text)).strip()
 
 
 class _Short(reprlib.Repr):
-    """Whole numbers beyond the digits that Python converts are named by their size."""
+    """Whole numbers beyond Python's limit of digits are replaced by their size."""
 
     def repr_int(self, x: int, level: int) -> str:
-        """A whole number, or how many bits it has."""
+        """Return a whole number, or its number of bits."""
         return repr(x) if x.bit_length() <= 128 else f"a whole number of {x.bit_length()} bits"
 
 

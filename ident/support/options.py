@@ -1,4 +1,4 @@
-"""Options of an identification: frozen dataclasses that check themselves, made from a table or from words."""
+"""Options of the identification: frozen dataclasses with validation, created from a table or from words."""
 
 import types
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,25 +10,25 @@ from ident.support.naming import nearest
 
 Options = TypeVar("Options")
 NAMES = "names"
-"""Key of a field's metadata: the names that it may have; a command line lists them."""
+"""Key of a field's metadata: the allowed names, which a command line lists."""
 MEASURED = "measured"
-"""Key of a field's metadata: what `auto` in its place measures in the logs; the number may be negative."""
+"""Key of a field's metadata: what `auto` estimates from the logs; the number may be negative."""
 
 
 def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
-    """What is wrong with an option whose value is none of its names."""
+    """Return the message for an option whose value is not an allowed name."""
     return OptionError(f"{option} = {value!r}: expected one of {', '.join(known)}{nearest(value, known)}")
 
 
 def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
-    """Make an options object from keys and values, as a TOML table holds them.
+    """Create an options object from a table, as in TOML.
 
     Args:
         kind: A frozen dataclass with a default for every field.
-        table: Values by field name; what is left out keeps its default.
+        table: Values by field name; omitted fields have defaults.
 
     Raises:
-        OptionError: At an unknown key or a value of another type or outside its range.
+        OptionError: If a key is unknown, or a value has the wrong type or is out of range.
     """
     hints = option_types(kind)
     for name, value in table.items():
@@ -40,23 +40,23 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
 
 
 def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
-    """Make an options object from words `KEY=VALUE`, as a command line gives them.
+    """Create an options object from words `KEY=VALUE`.
 
     Raises:
-        OptionError: At a word of another form, a key given twice, and as `options_from_table`.
+        OptionError: If a word has another form, a key is duplicate, and as `options_from_table`.
     """
     return options_from_table(kind, table_from_words(kind, words))
 
 
 def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
-    """Keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
+    """Return keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
 
     Args:
-        kind: The options' class; values are read as its fields have them.
-        words: As a command line gives them.
+        kind: Class of the options, whose fields determine the types.
+        words: Words of a command line.
 
     Raises:
-        OptionError: At a word of another form or a key given twice.
+        OptionError: If a word has another form or a key is duplicate.
     """
     hints, table = option_types(kind), dict[str, object]()
     for word in words:
@@ -71,7 +71,7 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
 
 
 def option_types(kind: type) -> dict[str, object]:
-    """Types of an options class by field name."""
+    """Return the types of an options class by field name."""
     if not is_dataclass(kind):
         raise TypeError(f"{kind.__name__} is no dataclass")
     hints = get_type_hints(kind)
@@ -83,7 +83,7 @@ def _choices(hint: object) -> tuple[object, ...]:
 
 
 def _fits(value: object, hint: object) -> bool:
-    """Whether a value is of the type; whole numbers are numbers, truth values are not."""
+    """Return whether a value has the type; integers are numbers, booleans are not."""
     for kind in _choices(hint):
         if kind is None or kind is type(None):
             if value is None:
@@ -109,7 +109,7 @@ def _converted(value: object, hint: object) -> object:
 
 
 def _read(text: str, hint: object) -> object:
-    """The value a word stands for; the text itself where it is none of the type's."""
+    """Return the value of a word; the text itself if it does not match the type."""
     kinds = _choices(hint)
     if bool in kinds and text.lower() in ("true", "false"):
         return text.lower() == "true"

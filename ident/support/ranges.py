@@ -1,6 +1,6 @@
-"""Ranges that stand beside the values they hold for: `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`.
+"""Ranges as annotations: `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`.
 
-Options, model errors and sensors are checked by them; scenario files and their schema read the same annotations.
+They validate options, model errors and sensors; scenario files and their schema use the same annotations.
 """
 
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ def refuse_outside(values: "DataclassInstance", error: type[Exception], place: s
     """Check every number of a dataclass against its annotated range.
 
     Args:
-        values: A dataclass whose fields are numbers, or not numbers and left alone.
-        error: Raised.
-        place: What it is part of, for the message.
+        values: A dataclass; fields that are not numbers are ignored.
+        error: Class of the error.
+        place: Context for the message.
 
     Raises:
         Exception: As `error`, if a number is not finite or outside its range.
@@ -61,5 +61,5 @@ def _expected(interval: Interval) -> str:
     return f"{low} to {high}"
 
 
-def _number(bound: Any) -> float:  # annotated_types knows bounds of any type
+def _number(bound: Any) -> float:  # bounds of annotated_types may have any type
     return float(bound)

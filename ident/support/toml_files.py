@@ -8,9 +8,9 @@ from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 
 LARGEST = 4_000_000
-"""Bytes; the largest file of this project is a motion of a thousand harmonics, 0.3 MB."""
+"""Largest size [bytes]; a motion of a thousand harmonics has 0.3 MB."""
 DEEPEST = 16
-"""Tables within tables, arrays within arrays."""
+"""Largest nesting depth of tables and arrays."""
 _DOTTED = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){{{DEEPEST}}}""")
 _PLACE = re.compile(r"at line (\d+), column (\d+)")
 
@@ -20,17 +20,17 @@ def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
 
     Args:
         path: The file.
-        error: What to raise.
+        error: Class of the error.
 
     Raises:
-        ValueError: Of class `error`, one line that begins with the path, if it cannot be read, is no TOML, or is
+        ValueError: Of class `error`, one line that begins with the path, if it cannot be read, is not TOML, or is
             nested deeper than `DEEPEST`.
     """
     content = read_bytes(path, most_bytes=LARGEST, error=error)
     too_deep = f"{one_line(path)}: tables or arrays are nested deeper than {DEEPEST}"
     try:
         text = content.decode("utf-8-sig")
-        if _DOTTED.search(text):  # before the parser, which takes time in the square of a key's parts
+        if _DOTTED.search(text):  # before parsing, whose time is quadratic in the parts of a key
             raise error(too_deep)
         table = tomllib.loads(text)
     except UnicodeDecodeError as fault:
@@ -49,7 +49,7 @@ def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
 
 
 def _decimal_comma(content: bytes, fault: tomllib.TOMLDecodeError) -> str:
-    """What to do about a number with a comma, where that is the fault."""
+    """Return advice for a number with a decimal comma, if that is the fault."""
     place = _PLACE.search(str(fault))
     if place is None:
         return ""
@@ -60,7 +60,7 @@ def _decimal_comma(content: bytes, fault: tomllib.TOMLDecodeError) -> str:
 
 
 def _depth(table: dict[str, object]) -> int:
-    """How deep tables and arrays are nested."""
+    """Return the nesting depth of tables and arrays."""
     depth, level = 0, list[object]([table])
     while level and depth <= DEEPEST:
         inner: list[object] = []

@@ -1,4 +1,4 @@
-"""Methods held against each other, and the published experiment repeated.
+"""Comparison of methods, and repetition of the published experiment.
 
-It may know `experiments` and `results`.
+It may import `experiments` and `results`.
 """

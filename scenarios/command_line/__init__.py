@@ -1,4 +1,4 @@
-"""What commands share: types of arguments, groups of options, output, progress, exit statuses.
+"""Common parts of commands: types of arguments, groups of options, output, progress, exit statuses.
 
-It may know everything but `commands`.
+It may import everything but `commands`.
 """

@@ -1,4 +1,4 @@
-"""Types of command line arguments; each complains in words of what it expected."""
+"""Types of command-line arguments, with messages that state the expected form."""
 
 import argparse
 import math
@@ -9,23 +9,23 @@ from pathlib import Path
 from scenarios.support.seeds import SEEDS
 
 LONGEST = 40
-"""Characters of an argument that a complaint repeats."""
+"""Number of characters of an argument in a message."""
 AUTO = "auto"
-"""In place of a number that is measured."""
+"""Word in place of a number that is to be estimated."""
 
 
 def is_text(word: str) -> bool:
-    """Whether a word of the command line is UTF-8; records, formats of logs and MuJoCo know no other names of files."""
+    """Return whether an argument is UTF-8; records, log formats and MuJoCo support no other file names."""
     return not any("\ud800" <= c <= "\udfff" for c in word)
 
 
 def escaped(word: str) -> str:
-    """A word of the command line; bytes of it that are no UTF-8 are escaped as Python does."""
+    """Return an argument; bytes that are not UTF-8 are escaped as in Python."""
     return os.fsencode(word).decode("utf-8", "backslashreplace")
 
 
 def quoted(text: str) -> str:
-    """An argument as it was given, or how it begins."""
+    """Return an argument or its beginning."""
     return repr(text) if len(text) <= LONGEST else f"{text[:LONGEST]!r}..."
 
 
@@ -57,7 +57,7 @@ def seed(text: str) -> int:
 
 
 def folder(text: str) -> Path:
-    """A folder, which may not be there yet."""
+    """A folder, which may not exist yet."""
     if not text:
         raise argparse.ArgumentTypeError("expected the name of a folder")
     return Path(text)
@@ -79,7 +79,7 @@ def not_negative(text: str) -> float:
 
 
 def number_or_auto(text: str) -> float | str:
-    """A finite number, or the word for one that is measured."""
+    """A finite number, or the word for one that is estimated."""
     try:
         return text if text == AUTO else number(text)
     except argparse.ArgumentTypeError as error:
@@ -95,7 +95,7 @@ def count(text: str) -> int:
 
 
 def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
-    """A type: a whole number between bounds, both included."""
+    """Return a type: a whole number between bounds, both included."""
 
     def bounded(text: str) -> int:
         value = whole(text)
@@ -107,7 +107,7 @@ def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
 
 
 def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
-    """A type: a number between bounds, both included."""
+    """Return a type: a number between bounds, both included."""
 
     def bounded(text: str) -> float:
         value = number(text)
@@ -119,10 +119,10 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
 
 
 def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:
-    """Declare that files of others may be written over; `more` is what else it allows."""
+    """Declare --force, which allows overwriting files of others; `more` states what else it allows."""
     parser.add_argument("--force", action="store_true", help=f"overwrite files that this command did not write{more}")
 
 
 def add_quiet_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare that nothing is said while work is under way; notes and complaints are."""
+    """Declare --quiet, which suppresses progress but not notes and errors."""
     parser.add_argument("--quiet", action="store_true", help="no progress on standard error")

@@ -18,7 +18,7 @@ ENDINGS = (".json", ".toml")
 
 
 def gains_path(text: str) -> Path:
-    """A file of gains, whose ending says what it is written as."""
+    """A file of gains, whose ending determines the format."""
     path = arguments.file(text)
     if path.suffix.lower() not in ENDINGS:
         raise argparse.ArgumentTypeError(
@@ -28,7 +28,7 @@ def gains_path(text: str) -> Path:
 
 
 def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
-    """A file of gains, or the gains of all joints themselves, separated by commas."""
+    """A file of gains, or the gains of all joints, separated by commas."""
     if "," in text and Path(text).suffix.lower() not in ENDINGS:
         return tuple(map(arguments.number, text.split(",")))
     try:
@@ -38,15 +38,15 @@ def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
 
 
 def add_compared_gains(parser: argparse.ArgumentParser, said: str) -> None:
-    """Declare other gains; `said` is what becomes of them."""
+    """Declare other gains; `said` is the help."""
     parser.add_argument("--compare-with", type=gains_or_numbers, metavar="G", help=said)
 
 
 def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
-    """Gains of an arm, of a file or the numbers themselves, which count as exact.
+    """Return the gains of an arm, from a file or from numbers, which are taken as exact.
 
     Raises:
-        ScenarioError: If the file holds none.
+        ScenarioError: If the file is not valid.
         GainsError: If they are not of this arm.
     """
     from ident.estimation.known_gains import stated_gains
@@ -61,17 +61,17 @@ def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
 
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:
-    """Declare where the gains are written to, and that files of others may be written over."""
+    """Declare --gains-out and --force."""
     said = "write the gains with covariance and origin, .toml or .json"
     parser.add_argument("--gains-out", type=gains_path, metavar="FILE", help=said)
     add_force_argument(parser)
 
 
 def claimed(options: argparse.Namespace, command: str) -> Claim | None:
-    """The right to write the file that is asked for, None if none is.
+    """Return the permission to write the requested file, None if there is none.
 
     Raises:
-        ScenarioError: If a file is there that the command did not write.
+        ScenarioError: If a file exists that the command did not write.
         OSError: If it cannot be written.
     """
     path: Path | None = options.gains_out

@@ -1,4 +1,4 @@
-"""What commands that weigh with known gains take and read alike."""
+"""Common arguments of commands that estimate payloads with known gains."""
 
 import argparse
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: s
 
 
 def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare options in place of those that the gains file has."""
+    """Declare options that replace those of the gains file."""
     for name, what in (("--option", "of nls"), ("--observe", "of filtering and decimation")):
         parser.add_argument(
             name,
@@ -37,7 +37,7 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def observe_words(options: argparse.Namespace) -> list[str]:
-    """Options of how a recording is observed, as words `KEY=VALUE`; a delay that is measured is no part of them."""
+    """Return options of filters and decimation as words `KEY=VALUE`, without a delay to be estimated."""
     delay = options.current_delay
     return [*options.observe, *([] if delay is None else [f"current_delay={0.0 if delay == AUTO else delay}"])]
 
@@ -45,14 +45,14 @@ def observe_words(options: argparse.Namespace) -> list[str]:
 def weigh(
     options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
 ) -> "tuple[FoundPayload, Diagnosed, Prepared]":
-    """Read recordings and find their payload with the gains of a file.
+    """Read recordings and estimate their payload with the gains of a file.
 
     Returns:
-        The payload, what is said of the recordings, and these as they were used.
+        The payload, diagnoses, and the recordings as used.
 
     Raises:
-        ScenarioError: If the gains were found from a loaded recording, or with a payload in a bare one.
-        IdentificationError: If the payload cannot be found.
+        ScenarioError: If a loaded recording was used for the gains, or a bare one was loaded then.
+        IdentificationError: If the payload is not identifiable.
     """
     from threadpoolctl import threadpool_limits
 

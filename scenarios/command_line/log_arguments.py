@@ -1,4 +1,4 @@
-"""Arguments that say what a foreign log is: a description in a file, or in few words."""
+"""Arguments that describe a foreign log: a file, or options."""
 
 import argparse
 from collections.abc import Sequence
@@ -41,16 +41,16 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
     add("--episode", type=arguments.whole, metavar="N", help="episode of a LeRobot dataset, counted from 0")
-    add("--joints", type=_names, metavar="J,J,..", help="the log's names of the joints, base to flange")
+    add("--joints", type=_names, metavar="J,J,..", help="names of the joints in the log, base to flange")
 
 
 def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:
-    """What is said of logs. `joint_names`, the arm's, are taken where no others are said.
+    """Return the description of logs. `joint_names`, those of the arm, are the default.
 
     Raises:
-        ScenarioError: If file and options both say something; if the names said are the arm's in another order, or of
-            another number.
-        IdentificationError: If what is said cannot be meant.
+        ScenarioError: If both file and options are given; if the given names are those of the arm in another order, or
+            differ in number.
+        IdentificationError: If the description is not valid.
     """
     nothing = LogDescription()
     said = nothing if options.log_description is None else read_description(options.log_description)
@@ -72,14 +72,14 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
 
 
 def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
-    """Recordings of which something is said, to be repaired and checked; how a foreign log was read is told at once."""
+    """Return recordings for checks and repairs; the interpretation of a foreign log is reported immediately."""
     import ident.recordings.files as files
 
     return told([files.read_unrepaired(path, said) for path in paths])
 
 
 def told(logs: "Sequence[Log]") -> "list[Recording]":
-    """The recordings of logs; how they were read is told."""
+    """Return the recordings of logs; their interpretation is reported."""
     for log in logs:
         for note in log.notes:
             complain(f"{log.recording.name}: {note}")

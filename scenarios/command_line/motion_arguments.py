@@ -1,4 +1,4 @@
-"""Arguments that name recordings: bare, loaded with a payload behind them, and a motion that no fit has seen."""
+"""Arguments that name recordings: bare, loaded with a payload, and a motion that was not used in any fit."""
 
 import argparse
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ HELP = {
 
 @dataclass(frozen=True, slots=True)
 class MountedFiles:
-    """Files of motions that carry the same, in the order given; no payload for a bare flange."""
+    """Files of motions with the same payload, in the order given; no payload for a bare flange."""
 
     recordings: tuple[Path, ...]
     payload: Path | None
@@ -33,18 +33,18 @@ class MountedFiles:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """One option of the command line and the files behind it."""
+    """One option of the command line and its files."""
 
     option: str
     files: tuple[Path, ...]
 
     def __str__(self) -> str:
-        """As it was given."""
+        """The option as given."""
         return " ".join([self.option, *map(one_line, self.files)])
 
 
 class _InOrder(argparse.Action):
-    """Keeps these options in the order of the command line."""
+    """Action that keeps options in the order of the command line."""
 
     def __call__(
         self,
@@ -53,7 +53,7 @@ class _InOrder(argparse.Action):
         values: str | Sequence[Path] | None,
         option_string: str | None = None,
     ) -> None:
-        """Keep one more."""
+        """Append an option."""
         given = Given(self.option_strings[0], tuple(map(Path, values or ())))
         setattr(namespace, self.dest, (*getattr(namespace, self.dest), given))
 
@@ -80,12 +80,12 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
-    """Recordings with what they carry, in the order of the command line.
+    """Return recordings with payloads, in the order of the command line.
 
-    Where there is one payload and one loaded group, they belong together in either order.
+    A single payload and a single loaded group belong together in either order.
 
     Raises:
-        ScenarioError: If there is no recording, or payloads and loaded recordings do not go together.
+        ScenarioError: If there is no recording, or payloads and loaded recordings do not match.
     """
     if not any(each.option != PAYLOAD for each in given):
         raise ScenarioError(f"no recording is given; expected {UNLOADED} A and {LOADED} B {PAYLOAD} P")
@@ -110,7 +110,7 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
 
 
 def _payload_last(given: Sequence[Given]) -> Sequence[Given]:
-    """The options, an only payload moved behind an only loaded group."""
+    """Return the options, with a single payload moved after a single loaded group."""
     payloads, loaded = ([each for each in given if each.option == option] for option in (PAYLOAD, LOADED))
     if len(payloads) != 1 or len(loaded) != 1:
         return given
@@ -126,19 +126,19 @@ def _check_described(waiting: Given | None) -> None:
 
 def add_unseen_arguments(parser: argparse.ArgumentParser, said: str) -> None:
     """Declare the motion and its payload."""
-    group = parser.add_argument_group("a motion that no fit has seen", said)
+    group = parser.add_argument_group("a motion that was not used in any fit", said)
     group.add_argument("--unseen", type=arguments.file, metavar="LOG", help="its recording")
     said = "payload that it carries, with its centre of mass; without it a bare flange"
     group.add_argument("--unseen-payload", type=arguments.file, metavar="P", help=said)
 
 
 def unseen_log(options: argparse.Namespace, said: "LogDescription") -> "Motion | None":
-    """The motion that is named, None where none is.
+    """Return the named motion, None if there is none.
 
     Raises:
-        ScenarioError: If a payload is named alone.
+        ScenarioError: If only a payload is named.
         RecordingError: If it cannot be read.
-        PayloadError: If its payload cannot be.
+        PayloadError: If its payload cannot be read.
     """
     if options.unseen is None:
         if options.unseen_payload is not None:

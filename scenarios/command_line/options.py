@@ -1,4 +1,4 @@
-"""Command line options from an options dataclass: names, defaults and help come from the class itself."""
+"""Command-line options from an options dataclass: names, defaults and help are those of the class."""
 
 import argparse
 from collections.abc import Callable, Mapping
@@ -34,7 +34,7 @@ def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
 
 
 def add_current_delay(parser: argparse.ArgumentParser) -> None:
-    """Declare the delay of the currents alone, where the other filters are those of a file."""
+    """Declare only the delay of the currents, if other filters are those of a file."""
     (field,) = (each for each in fields(ObserveOptions) if MEASURED in each.metadata)
     said = _said(field, attribute_docs(ObserveOptions))
     parser.add_argument(
@@ -43,7 +43,7 @@ def add_current_delay(parser: argparse.ArgumentParser) -> None:
 
 
 def _said(field: "Field[object]", docs: Mapping[str, str]) -> str:
-    """What a field is, and what it may be."""
+    """Return the type of a field and its range."""
     said = docs.get(field.name, "").replace("%", "%%")
     if NAMES in field.metadata:
         return f"{said}: {', '.join(field.metadata[NAMES])}"
@@ -53,25 +53,25 @@ def _said(field: "Field[object]", docs: Mapping[str, str]) -> str:
 
 
 def chosen(kind: "type[Options]", options: argparse.Namespace) -> "Options":
-    """The options dataclass as given on the command line; what is to be measured begins with its default."""
+    """Return the options dataclass from the command line; a value to be estimated has its default."""
     given = {field.name: getattr(options, field.name) for field in fields(kind)}
     return kind(**{name: value for name, value in given.items() if value != arguments.AUTO})
 
 
 def policy_of(options: argparse.Namespace) -> "Policy":
-    """How far the logs are trusted: whether a delay of their currents is to be measured."""
+    """Return the policy for logs: whether a delay of the currents is to be estimated."""
     from ident.preparation import DOUBTED
 
     return replace(DOUBTED, undelay=options.current_delay == arguments.AUTO)
 
 
 def flag(name: str) -> str:
-    """The option of a field."""
+    """Return the option of a field."""
     return f"--{name.replace('_', '-')}"
 
 
 def type_of(field: "Field[object]") -> Callable[[str], str | float]:
-    """What turns the option's text into the field's value."""
+    """Return the function that converts the option's text to the field's value."""
     if MEASURED in field.metadata:
         return arguments.number_or_auto
     return str if isinstance(field.default, str) else arguments.not_negative

@@ -1,4 +1,4 @@
-"""What a command writes: a result on standard output, its form, width and colours; progress on standard error."""
+"""Output of commands: results on standard output with format, width and colours; progress on standard error."""
 
 import argparse
 import os
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from scenarios.support.stages import Stages
 
 NO_CURSOR = ("dumb", "unknown")
-"""What TERM says of terminals without colours, whose cursor goes one way."""
+"""Values of TERM for terminals without colours and cursor control."""
 
 
 def add_form_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the form that a result is told in."""
+    """Declare the output format."""
     group = parser.add_mutually_exclusive_group()
     forms = "; ".join(f"{name}: {what}" for name, what in RENDERERS.items())
     group.add_argument("--format", metavar="F", choices=RENDERERS, help=f"{forms} (default text)")
@@ -30,36 +30,36 @@ def add_form_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def show(report: Report, options: argparse.Namespace) -> None:
-    """Tell a report on standard output.
+    """Write a report to standard output.
 
     Raises:
         NoOutput: If it cannot be written.
-        BrokenPipeError: If its reader has gone.
+        BrokenPipeError: If its reader has ended.
     """
     tell(renderer(form(options))(report, page()))
 
 
 def form(options: argparse.Namespace) -> str:
-    """The form asked for."""
+    """Return the requested format."""
     return "json" if options.json else options.format or "text"
 
 
 def page() -> Page:
-    """As wide as the terminal, or as COLUMNS says; 80 characters into a pipe or file."""
+    """Return the width of the terminal or of COLUMNS; 80 characters for a pipe or file."""
     return Page(width=shutil.get_terminal_size().columns, colour=coloured(terminal=sys.stdout.isatty()))
 
 
 def coloured(*, terminal: bool) -> bool:
-    """Whether colours are shown: on a terminal that has them, unless NO_COLOR is set; elsewhere if FORCE_COLOR is."""
+    """Return whether to use colours: on a terminal with colours unless NO_COLOR is set; elsewhere if FORCE_COLOR is."""
     if os.environ.get("NO_COLOR"):
         return False
     return bool(os.environ.get("FORCE_COLOR")) or (terminal and os.environ.get("TERM") not in NO_CURSOR)
 
 
 def console(options: argparse.Namespace) -> "Console":
-    """Where progress is shown: bars on a terminal that can move its cursor, lines elsewhere, nothing with `--quiet`.
+    """Return the console for progress: bars on a terminal with cursor control, otherwise lines, nothing with `--quiet`.
 
-    Colours are left to `rich`, which heeds NO_COLOR; FORCE_COLOR makes no terminal of a pipe.
+    `rich` handles colours and NO_COLOR; FORCE_COLOR does not make a pipe a terminal.
     """
     from rich.console import Console
 
@@ -69,7 +69,7 @@ def console(options: argparse.Namespace) -> "Console":
 
 @contextmanager
 def under_way(options: argparse.Namespace, stage: str) -> "Generator[Stages]":
-    """Show what is under way until it is done."""
+    """Show the current stage until the work is done."""
     from scenarios.support.stages import stages_of
 
     with stages_of(stage, console(options)) as stages:

@@ -1,4 +1,4 @@
-"""A parser whose complaints are one line, and that takes every option once."""
+"""A parser with one-line errors that accepts every option once."""
 
 import argparse
 import contextlib
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from _typeshed import SupportsWrite
 
 GIVEN = "options given"
-"""Attribute of a namespace that remembers them; with a space, so that no option can have its name."""
+"""Attribute of a namespace for given options; the name has a space, so no option can have it."""
 
 
 NARROW = 60
-"""Columns of a terminal on which a usage line that names every option would not fit."""
+"""Width of a terminal below which a usage line does not list the options."""
 
 
 NEGATIVE = re.compile(r"-\.?\d")
@@ -29,7 +29,7 @@ NEGATIVE = re.compile(r"-\.?\d")
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose complaints are one line; options are spelled out, and not given twice."""
+    """A parser with one-line errors; options may not be abbreviated or repeated."""
 
     def __init__(self, **settings: object) -> None:
         super().__init__(allow_abbrev=False, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
@@ -39,20 +39,20 @@ class OneLineParser(argparse.ArgumentParser):
         self.register("action", "store_true", TrueOnce)
 
     def format_help(self) -> str:
-        """The help; on a narrow terminal its first line leaves to the list which options there are."""
+        """Return the help; on a narrow terminal the usage line omits the options."""
         if shutil.get_terminal_size().columns < NARROW:
             places = [action.metavar or action.dest for action in self._actions if not action.option_strings]
             self.usage = " ".join(["%(prog)s", *map(str, places), "..."])
         return super().format_help()
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
-        """Tell; argparse would take it for told if the disk is full."""
+        """Print; unlike argparse, report an error if it cannot be written."""
         tell(message)
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride] # as it is called by argparse itself
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse; what nobody takes is refused where it stands, before anything is missed that may be there mistyped."""
+        """Parse; unknown words are reported before missing ones, which may be mistyped."""
         if self._subparsers is None:
             self._refuse([word for word in args or () if self._is_no_option(word)])
         parsed, left = super().parse_known_args(args, namespace or argparse.Namespace())
@@ -60,19 +60,19 @@ class OneLineParser(argparse.ArgumentParser):
         return parsed, left
 
     def _is_no_option(self, word: str) -> bool:
-        """Whether argparse would take a word for an option, and there is none of that name."""
+        """Return whether a word looks like an option but is unknown."""
         name = word.partition("=")[0]
         return name.startswith("--") and len(name) > 2 and " " not in word and name not in self._option_string_actions
 
     def _refuse(self, words: Sequence[str]) -> None:
-        """Complain about words that nobody takes, with the option that may have been meant."""
+        """Report unknown words, with the nearest option."""
         if words:
             options = [word.partition("=")[0] for word in words if word.startswith("-")]
             advice = nearest(options[0], self._option_string_actions) if options else ""
             self.error(f"unrecognized arguments: {' '.join(words)}{advice}")
 
     def _check_value(self, action: argparse.Action, value: object) -> None:
-        """Refuse what is none of the choices; argparse would not say which one was meant."""
+        """Check choices; unlike argparse, suggest the nearest one."""
         if action.choices is not None and value not in action.choices:
             names = [str(choice) for choice in action.choices]
             raise argparse.ArgumentError(
@@ -81,13 +81,13 @@ class OneLineParser(argparse.ArgumentParser):
             )
 
     def error(self, message: str) -> NoReturn:
-        """Complain and exit with status 2."""
+        """Report an error and exit with status 2."""
         complain(f"{message}; see {self.prog} --help", self.prog)
         sys.exit(Status.BAD_INPUT)
 
 
 class StoreOnce(argparse.Action):
-    """Store a value; a second one would replace the first in silence."""
+    """Store a value, and refuse a second one."""
 
     def __call__(
         self,
@@ -127,11 +127,11 @@ class TrueOnce(StoreOnce):
 
 
 def complain(message: str, program: str = "rx90") -> None:
-    """Say what is wrong in one line on stderr, whatever characters the message has."""
-    with contextlib.suppress(OSError):  # nobody may be left to read it
+    """Write an error message in one line to stderr, with any characters."""
+    with contextlib.suppress(OSError):  # the reader may have ended
         print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
 
 
 def printable(text: str) -> str:
-    """The text in one line of characters that any file and terminal takes; others are escaped as Python does."""
+    """Return the text in one line with printable characters; others are escaped as in Python."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -1,4 +1,4 @@
-"""Arguments that name the model of a robot, and the arm that is read from it."""
+"""Arguments for the model of a robot."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ def add_model_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare what a model file does not tell of its arm."""
+    """Declare properties of the arm that a model file does not state."""
     add = parser.add_argument
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     said = "motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists"
@@ -24,10 +24,10 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def named_structure(options: argparse.Namespace) -> "Structure":
-    """The structure of the arm that the command line names.
+    """Return the structure of the arm of the command line.
 
     Raises:
-        RobotModelError: If the file holds none.
+        RobotModelError: If the file is not an arm.
     """
     from ident.model.structure import structure_of
     from scenarios.experiments.robot_models import read_arm

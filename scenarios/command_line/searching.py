@@ -1,4 +1,4 @@
-"""A search for a motion on the command line: its options, where it runs, its progress, what Ctrl-C leaves of it."""
+"""A search for a motion on the command line: options, processes, progress, interruption."""
 
 import argparse
 from collections.abc import Generator
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from scenarios.design.searched_motion import Unfinished
 
 FASTEST = 5.0
-"""Fastest harmonic [Hz] that the search samples twice a period."""
+"""Highest harmonic [Hz] that the search samples twice per period."""
 HARMONICS = arguments.count_from(
     2, 100, "a motion with 1 cannot begin and end at rest, a search cannot handle more than 100"
 )
 DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
 EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a day")
 FEW = 1000
-"""Motions that are tried sooner than processes are started."""
+"""Number of motions below which starting processes takes longer than the search."""
 
 
 def add_search_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare what every search for a motion takes."""
+    """Declare the common arguments of searches for a motion."""
     add = parser.add_argument
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
     add("--harmonics", type=HARMONICS, default=20, help="harmonics of the series (default 20)")
@@ -38,27 +38,27 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check_harmonics(options: argparse.Namespace) -> None:
-    """Check that the search sees what it may use.
+    """Check that the sampling rate of the search is sufficient.
 
     Raises:
-        ScenarioError: If the fastest harmonic is too fast.
+        ScenarioError: If the highest harmonic is too high.
     """
     if options.harmonics > FASTEST * options.duration:
         raise ScenarioError(
-            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest is at "
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the highest harmonic is at "
             f"{options.harmonics / options.duration:.3g} Hz; the search resolves up to {FASTEST:g} Hz"
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Outcome:
-    """What a search came to.
+    """Result of a search.
 
     Attributes:
-        first: What it began with, None if it was stopped before.
-        found: The best motion, the same or better.
-        kept: Better and better motions, that one last; empty if there is none.
-        interrupt: What stopped it, None if it came to its end.
+        first: Initial motion, None if stopped before.
+        found: The best motion.
+        kept: Successively better motions, the best last; empty if there are none.
+        interrupt: The interruption, None if completed.
     """
 
     first: "Found | None"
@@ -70,7 +70,7 @@ class Outcome:
 def searched(
     design: "Design", series: "Searchable", options: argparse.Namespace, before: "Unfinished | None"
 ) -> Outcome:
-    """Search as the options say, with progress on stderr."""
+    """Search with the given options, with progress on stderr."""
     import numpy as np
 
     from scenarios.design.fitting import with_better
@@ -100,7 +100,7 @@ def searched(
 
 
 def kept_of(outcome: Outcome) -> "tuple[Found, ...]":
-    """Better and better motions of a search that came to its end.
+    """Return successively better motions of a completed search.
 
     Raises:
         KeyboardInterrupt: If it was stopped.
@@ -112,7 +112,7 @@ def kept_of(outcome: Outcome) -> "tuple[Found, ...]":
 
 @contextmanager
 def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
-    """Motions judged in this process if they are few, or by others."""
+    """Return the evaluation of motions, in this process if they are few, otherwise in others."""
     from scenarios.design.search import judge_here, judge_in
 
     if options.jobs == "1" or options.evaluations < FEW:

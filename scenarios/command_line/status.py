@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """How a command ended."""
+    """Exit status of a command."""
 
     PASSED = 0
     MISSED = 1
@@ -28,4 +28,4 @@ MEANINGS = {
     Status.NOBODY_READS: "broken pipe: the reader closed the output, as in rx90 list | head -1",
     Status.ENDED: "terminated (SIGTERM)",
 }
-"""What each means, as `rx90 --help` says it."""
+"""Meanings, for `rx90 --help`."""

@@ -1,4 +1,4 @@
-"""What can happen to a command from outside: signals, and streams that are closed, full or left by their reader."""
+"""Handling of signals, and of closed, full or broken streams."""
 
 import contextlib
 import io
@@ -16,7 +16,7 @@ ENDINGS = {name: status for name, status in (("SIGTERM", Status.ENDED), ("SIGHUP
 
 
 class Ended(KeyboardInterrupt):
-    """A signal that ends the command, raised as an interrupt: what tidies up after Ctrl-C does so after this."""
+    """A signal that ends the command, raised as an interrupt with the same cleanup as Ctrl-C."""
 
     def __init__(self, status: Status) -> None:
         super().__init__()
@@ -34,8 +34,8 @@ def ending(interrupt: KeyboardInterrupt) -> Status:
 
 @contextlib.contextmanager
 def signals_as_interrupts() -> Generator[None]:
-    """Raise `Ended` on SIGTERM and SIGHUP, unless they are ignored as under nohup; a second one ends at once."""
-    if threading.current_thread() is not threading.main_thread():  # the only one that may handle signals
+    """Raise `Ended` on SIGTERM and SIGHUP, unless ignored as under nohup; a second one ends immediately."""
+    if threading.current_thread() is not threading.main_thread():  # only the main thread may handle signals
         yield
         return
     ours: list[int] = []
@@ -60,18 +60,18 @@ def _raiser(status: Status) -> Callable[[int, FrameType | None], None]:
 
 
 def open_streams() -> None:
-    """Fill the places of closed streams, and let the others take any character.
+    """Replace closed streams, and make the others accept any character.
 
-    A file that is opened where standard output was would get what libraries print there.
+    Otherwise a file with the descriptor of standard output would receive output of libraries.
 
     Raises:
-        NoOutput: If standard output is closed: nothing that is found could be told.
+        NoOutput: If standard output is closed, as no result could be written.
     """
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
+            os.open(os.devnull, os.O_RDWR)  # the lowest free descriptor is this one
     if sys.stderr is None:  # pyright: ignore[reportUnnecessaryComparison] # it is, where it was closed
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
@@ -83,11 +83,11 @@ def open_streams() -> None:
 
 
 def tell(text: str) -> None:
-    """Write text to standard output, and out.
+    """Write text to standard output and flush.
 
     Raises:
         NoOutput: If it cannot be written.
-        BrokenPipeError: If its reader has gone.
+        BrokenPipeError: If its reader has ended.
     """
     try:
         sys.stdout.write(text)
@@ -99,6 +99,6 @@ def tell(text: str) -> None:
 
 
 def abandon_output() -> None:
-    """Point standard output at nothing: what is buffered has nowhere to go."""
+    """Redirect standard output to the null device, as buffered output cannot be written."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""What the commands that carry out a study share: arguments, workers, what an interrupt says, the resuming command."""
+"""Common parts of commands that run studies: arguments, workers, interruption, resuming command."""
 
 import argparse
 import os
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from scenarios.experiments.studies.study import Study
 
 PATIENCE = 5.0
-"""How long an interrupted study may take to end [s]."""
+"""Timeout for the end of an interrupted study [s]."""
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare scenario, folder, seed, where trials run and how the result is told."""
+    """Declare scenario, folder, seed, workers and output format."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     said = "folder of the study; finished trials in it are kept"
     parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
@@ -38,7 +38,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "StudyFolder":
-    """Carry out a study where the options say."""
+    """Run a study with the workers of the options."""
     from scenarios.experiments.studies.study import carry_out
 
     with interruptible(command), open_workers(options) as workers:
@@ -46,14 +46,14 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
 
 
 def resuming_command(name: str, options: argparse.Namespace, own: Sequence[str]) -> str:
-    """The command that repeats or resumes a study."""
+    """Return the command that repeats or resumes a study."""
     words = ["rx90", name, options.scenario, *own, "--out", str(options.out), "--seed", str(options.seed)]
     return shlex.join([*words, *worker_words(options)])
 
 
 @contextmanager
 def summary_of(folder: Path) -> Generator[None]:
-    """What cannot be written of a summary loses no row."""
+    """Write a summary; an error loses no rows."""
     try:
         yield
     except OSError as error:
@@ -64,21 +64,21 @@ def summary_of(folder: Path) -> Generator[None]:
 
 
 def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
-    """The report with a last line that says where rows and files are."""
+    """Return the report with a last line on the location of rows and files."""
     files = ", ".join(path.name for path in written)
     return replace(report, parts=(*report.parts, Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")))
 
 
 @contextmanager
 def interruptible(command: str) -> Generator[None]:
-    """On Ctrl-C or a signal that ends, say how to go on."""
+    """On Ctrl-C or a signal, print how to continue."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
         complain(f"stopped; finished trials are kept; continue with: {command}")
         status = ending(interrupt)
-        leave = threading.Timer(PATIENCE, os._exit, [status])  # should Python wait for a pool cut off half-way
+        leave = threading.Timer(PATIENCE, os._exit, [status])  # in case Python waits for an interrupted pool
         leave.daemon = True
         leave.start()
-        sys.unraisablehook = lambda _: None  # nor does it matter what Python stumbles over on the way out
+        sys.unraisablehook = lambda _: None  # errors at exit are irrelevant
         raise SystemExit(status) from None

@@ -1,4 +1,4 @@
-"""What the shell sets that was meant for other programs: packages of another Python, an OpenGL that is not there."""
+"""Environment variables meant for other programs: packages of another Python, missing OpenGL backends."""
 
 import contextlib
 import os
@@ -8,15 +8,15 @@ from importlib.machinery import PathFinder
 from scenarios.support.import_path import COMPILED, FOREIGN
 
 OPENGL = "MUJOCO_GL"
-"""Environment variable that names the OpenGL that MuJoCo looks for as it is imported."""
+"""Environment variable for the OpenGL backend of MuJoCo, read at import."""
 ASKED = "RX90_MUJOCO_GL"
-"""Where its value, empty for none, waits for a command that draws, in this process or one that it starts."""
+"""Environment variable that keeps its value, empty for none, for commands that render."""
 
 
 @contextlib.contextmanager
 def without_opengl() -> Generator[None]:
-    """Let MuJoCo be imported without an OpenGL: what computes alone needs none, whatever the shell asks for."""
-    # In a process that a command started: what its shell asked.
+    """Import MuJoCo without OpenGL, which is needed only for rendering."""
+    # In a child process: the value of the shell.
     asked = os.environ.get(ASKED, os.environ.get(OPENGL, ""))
     os.environ[OPENGL], os.environ[ASKED] = "disable", asked
     try:
@@ -27,7 +27,7 @@ def without_opengl() -> Generator[None]:
 
 
 def with_opengl() -> None:
-    """Give MuJoCo the OpenGL that the shell asks for, before it is imported."""
+    """Restore the OpenGL backend of the shell before MuJoCo is imported."""
     if ASKED in os.environ:
         _ask_for(os.environ.pop(ASKED))
 
@@ -40,10 +40,10 @@ def _ask_for(opengl: str) -> None:
 
 
 def foreign_packages(error: Exception) -> str | None:
-    """Why an import may have failed: a compiled package that a folder of PYTHONPATH has.
+    """Return the probable cause of a failed import: a compiled package in a folder of PYTHONPATH.
 
     Returns:
-        What to say, None where PYTHONPATH has no such package or the error is another.
+        The message, None if PYTHONPATH has no such package or the error is another one.
     """
     for folder in os.environ.get(FOREIGN, "").split(os.pathsep):
         found = [name for name in COMPILED if folder and _has(folder, name)]
@@ -56,12 +56,12 @@ def foreign_packages(error: Exception) -> str | None:
 
 
 def _by_import(error: Exception, names: Sequence[str]) -> bool:
-    """Whether an error is of an import, or of something that a package of some names lacks."""
+    """Return whether an error is due to an import, or a missing attribute of some packages."""
     lacking = isinstance(error, AttributeError) and any(f"module '{name}" in str(error) for name in names)
     return lacking or isinstance(error, ImportError)
 
 
 def _has(folder: str, name: str) -> bool:
-    """Whether a package would be imported from a folder; one without a file gives way to any other."""
+    """Return whether a package would be imported from a folder; namespace packages have the lowest priority."""
     found = PathFinder.find_spec(name, [folder])
     return found is not None and found.loader is not None and found.origin is not None

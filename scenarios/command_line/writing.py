@@ -1,4 +1,4 @@
-"""The right of a command to write files: none that it reads, and others' only with --force; the folder of `--save`."""
+"""Write access of commands: never to files that they read, to files of others only with --force; folder of `--save`."""
 
 import argparse
 import os
@@ -9,15 +9,15 @@ import scenarios.command_line.arguments as arguments
 from scenarios.results.write_access import Claim, claim
 
 WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render", "seal"})
-"""Options that name what a command writes."""
+"""Options that name written files."""
 
 
 def right_to_write(options: argparse.Namespace, folder: Path, names: Iterable[str], *, command: str) -> Claim:
-    """Find out whether a command may write files of a folder, and can.
+    """Check whether a command may and can write files of a folder.
 
     Raises:
-        ScenarioError: If the folder cannot be written; if a file is one that the command line names to be read; if one
-            is there that the command did not write, and --force is not given.
+        ScenarioError: If the folder is not writable; if a file is one that the command reads; if a file exists that the
+            command did not write, without --force.
         OSError: If a file cannot be written.
     """
     names = tuple(names)
@@ -28,7 +28,7 @@ def right_to_write(options: argparse.Namespace, folder: Path, names: Iterable[st
 
 
 def files_read(options: argparse.Namespace) -> tuple[Path, ...]:
-    """Every path of a command line but those that are written; a word is one too if it names what is there."""
+    """Return all paths of a command line except written ones, including words that are existing paths."""
     return tuple(path for name, value in vars(options).items() if name not in WRITTEN for path in _paths(value))
 
 
@@ -51,10 +51,10 @@ def add_save_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def claimed_folder(options: argparse.Namespace, motions: int, command: str) -> Claim | None:
-    """The right to write the folder that is asked for, None if none is.
+    """Return the permission to write the requested folder, None if there is none.
 
     Raises:
-        ScenarioError: If a file is there that the command did not write.
+        ScenarioError: If a file exists that the command did not write.
         OSError: If it cannot be written.
     """
     if options.save is None:

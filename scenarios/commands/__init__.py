@@ -1,4 +1,4 @@
-"""The commands of `rx90`: one file each, with its arguments (`add_arguments`) and what it does (`main`)."""
+"""The commands of `rx90`: one file each, with its arguments (`add_arguments`) and its function (`main`)."""
 
 from importlib import import_module
 from types import ModuleType
@@ -12,7 +12,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "your robot": {
         "new-robot": "create a robot and scenario from a model file",
-        "excite": "search for the motion with the least gain uncertainty",
+        "excite": "search for the motion with the smallest gain uncertainty",
         "payload": "design a payload that identifies every gain",
     },
     "record": {
@@ -23,7 +23,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "identify": {"identify": "identify the gains of a robot from recordings"},
     "validate": {
-        "verify": "test gains on a known payload, or cross-validate",
+        "verify": "test gains with a known payload, or cross-validate",
         "compare-gains": "test two sets of gains for significant changes",
     },
     "use": {
@@ -44,17 +44,17 @@ GROUPS: dict[str, dict[str, str]] = {
         "completion": "let the shell complete commands, options and names",
     },
 }
-"""What one can do, in the order one would: each command with a one-line summary."""
+"""Commands in the order of use, each with a one-line summary."""
 NEEDED = {
     **dict.fromkeys(("excite", "payload", "paper", "sensitivity", "monte-carlo", "compare"), "study"),
     **dict.fromkeys(("report", "scoreboard"), "pages"),
     "view": "film",
 }
-"""The extra that has all that a command needs, of those that the core is not enough for."""
+"""The package extra that a command needs, if any."""
 COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
 """All of them; `monte-carlo` is the module `monte_carlo` here."""
 
 
 def command(name: str) -> ModuleType:
-    """Import the module of a command in `COMMANDS`: `add_arguments` declares its arguments, `main` carries it out."""
+    """Import the module of a command in `COMMANDS`: `add_arguments` declares its arguments, `main` runs it."""
     return import_module(f"{__name__}.{name.replace('-', '_')}")

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, check, tell."""
+    """Read, check, report."""
     from threadpoolctl import threadpool_limits
 
     from ident.check import check
@@ -51,7 +51,7 @@ def main(options: argparse.Namespace) -> Status:
         raise ScenarioError("--loaded: no payload is given; describe what was mounted, --payload P.toml")
     saving = claimed_folder(options, len(options.log) + len(options.loaded), "rx90 check --save")
     limits = GainOptions()
-    with under_way(options, "checking"), threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
+    with under_way(options, "checking"), threadpool_limits(1):  # threads of a BLAS do not speed up small matrices
         couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
         robot = named_robot(options.robot, couplings, flange=options.flange)
         said = log_description(options, robot.structure.arm.joint_names)

@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Give every trial to every method, tell who solved what; or check one, seal problems, open them."""
+    """Run every method on every trial and report scores; or test one method, seal problems, open them."""
     if options.check is not None:
         return _checked(options)
     if options.seal is not None:
@@ -88,7 +88,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _saved(subjects: Sequence[str]) -> str:
-    """What to say of a folder that a command saved: it is no problem and no scenario."""
+    """Message for a result folder, which is neither a problem nor a scenario."""
     from scenarios.results.record import RECORD
 
     folder = next((subject for subject in subjects if (Path(subject) / RECORD).is_file()), None)
@@ -101,7 +101,7 @@ def _saved(subjects: Sequence[str]) -> str:
 
 
 def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[Method]", limits: "Limits") -> Status:
-    """Write down what each method answers to each problem; what is there already is not asked again."""
+    """Save the answer of each method to each problem; existing answers are reused."""
     from scenarios.benchmark.methods.answers import ANSWERS, answered
     from scenarios.reports.answers import answers_report
 
@@ -115,7 +115,7 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
 
 
 def _sealed(options: argparse.Namespace) -> Status:
-    """Publish problems."""
+    """Write sealed problems."""
     from scenarios.benchmark.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.content import Paragraph, Report
@@ -131,14 +131,14 @@ def _sealed(options: argparse.Namespace) -> Status:
         sealed = seal(loaded, options.trials, seed, options.seal, stages=stages)
     said = (
         Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
-        Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers have arrived; then publish it."),
+        Paragraph(f"Keep {options.seal / TRUTH} secret until the answers have arrived; then publish it."),
     )
     show(Report(f"{sealed.problems} problems sealed", said, sealed.model_dump(mode="json")), options)
     return Status.PASSED
 
 
 def _opened(options: argparse.Namespace) -> Status:
-    """Score answers against the truth that was sealed."""
+    """Score answers with the sealed true gains."""
     from scenarios.benchmark.comparison.seal import SEAL, TRUTH, revealed, scored
     from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, summaries
     from scenarios.benchmark.methods.answers import read_answers
@@ -172,7 +172,7 @@ def _limits(options: argparse.Namespace) -> "Limits":
 
 
 def _checked(options: argparse.Namespace) -> Status:
-    """Ask one method for what any method should keep; 1 if a promise is broken."""
+    """Test one method for required properties; status 1 if one is violated."""
     from scenarios.benchmark.comparison.contract import contract
     from scenarios.benchmark.methods import method_of
     from scenarios.reports.comparison import contract_report
@@ -235,7 +235,7 @@ def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -
 
 
 def _about(command: str) -> dict[str, str]:
-    """What a report must say so that it can be repeated."""
+    """Return what is needed to repeat a report."""
     from datetime import UTC, datetime
 
     from scenarios.support.versions import versions
@@ -248,17 +248,17 @@ def _about(command: str) -> dict[str, str]:
 
 
 def _elsewhere(methods: "list[Method]") -> dict[str, str]:
-    """Files and packages of methods from elsewhere, if there are any."""
+    """Return files and packages of external methods, if any."""
     told = [
         f"{method.text} with {', '.join(' '.join(pair) for pair in method.digests)}"
         for method in methods
         if method.digests
     ]
-    return {"Methods from elsewhere": "; ".join(told)} if told else {}
+    return {"External methods": "; ".join(told)} if told else {}
 
 
 def _command(options: argparse.Namespace) -> str:
-    """The command that repeats or resumes it."""
+    """Return the command that repeats or resumes it."""
     words = ["rx90", "compare", *options.subjects]
     for text in options.method:
         words += ["--method", text]

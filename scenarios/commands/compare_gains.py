@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, compare, tell; 1 if something moved."""
+    """Read, compare, report; status 1 if a change is significant."""
     from ident.estimation.gain_comparison import compared
     from scenarios.experiments.files.gains import check_units, read_gains
     from scenarios.reports.compare_gains import comparison_report

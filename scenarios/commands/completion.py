@@ -15,16 +15,16 @@ SHELLS = {
     "zsh": "rx90 completion zsh > a folder of $fpath/_rx90",
     "fish": "rx90 completion fish > ~/.config/fish/completions/rx90.fish",
 }
-"""Names with how their script is used."""
+"""Names of shells with the use of their scripts."""
 SCENARIOS, ROBOTS, METHODS = "scenarios", "robots", "methods"
 KINDS = {"SCENARIO": SCENARIOS, "SCENARIO|FOLDER": SCENARIOS, "MOTION": SCENARIOS, "ROBOT": ROBOTS, "M": METHODS}
-"""What an argument that is a word takes, by what the help calls it."""
+"""Values of an argument, by its name in the help."""
 FUNCTIONS = {
     "bash": "_rx90_{kind}() {{ compgen -W '{names}' -- $1; compgen -f -- $1; }}",
     "zsh": "_rx90_{kind}() {{ _alternative 'names:{kind}:({names})' 'files:file:_files' }}",
     "fish": "function _rx90_{kind}\n  string split ' ' '{names}'\n  __fish_complete_path (commandline -ct)\nend",
 }
-"""Functions of the shells that complete a name, or a file beside the built-in ones."""
+"""Shell functions that complete a name or a file."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +57,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def functions(shell: str) -> str:
-    """What the script of a shell begins with: its functions that complete names."""
+    """Return the beginning of a shell's script: its functions that complete names."""
     return "\n".join(FUNCTIONS[shell].format(kind=kind, names=" ".join(each)) for kind, each in _names().items())
 
 
@@ -70,10 +70,10 @@ def _names() -> Mapping[str, list[str]]:
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """Every argument of a parser and of its commands, which are told to `shtab` too."""
+    """Yield all arguments of a parser and of its commands."""
     for action in parser._actions:  # pyright: ignore[reportPrivateUsage] # argparse has no other way to list them
         if isinstance(action, argparse._SubParsersAction):  # pyright: ignore[reportPrivateUsage]
-            action.help = "what to do"  # the overview stands in its place in the help; shtab skips what has none
+            action.help = "what to do"  # the overview replaces it in the help; shtab skips commands without help
             for below in action.choices.values():
                 yield from _actions(below)
         else:

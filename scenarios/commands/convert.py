@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, write, tell what was taken for what."""
+    """Read, write, report the columns that were used."""
     dataset = options.out.suffix.lower() == ENDING
     folder, names = (options.out, FILES) if dataset else (options.out.parent, [options.out.name])
     if dataset and options.out.exists() and options.log.exists() and options.out.samefile(options.log):

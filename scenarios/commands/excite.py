@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
-"""Options that the motion depends on."""
+"""Options that affect the motion."""
 PROTOCOLS = {
     "motion": "joints move together, up to their limits",
     "holds": "slow sweeps between poses that are held; --duration 72 and --evaluations 3000 unless given",
@@ -32,7 +32,7 @@ USUAL = {
     "motion": {"harmonics": 20, "duration": 20.0, "evaluations": 40000},
     "holds": {"duration": 72.0, "evaluations": 3000},
 }
-"""What a search takes where the options say nothing."""
+"""Defaults of a search."""
 AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenario's error sources"}
 
 
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
     add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
     add_search_arguments(parser)
-    parser.set_defaults(harmonics=None, duration=None, evaluations=None)  # the usual ones depend on the protocol
+    parser.set_defaults(harmonics=None, duration=None, evaluations=None)  # defaults depend on the protocol
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Search, write the motion, tell what it predicts; of a search that is stopped, write the best so far."""
+    """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     _fill_in(options)
     PROCESSES.prepare()
@@ -109,7 +109,7 @@ def main(options: argparse.Namespace) -> Status:
         comments = search_comments(command, deviations, tried=found.tried, wanted=wanted)
         write_motion(motion, options.out, comments)
     if interrupt is not None:
-        complain(f"stopped; the best so far is in {options.out}, repeat the command to continue")
+        complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
         return ending(interrupt)
     result = Searched(
         out=str(options.out),
@@ -127,7 +127,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _fill_in(options: argparse.Namespace) -> None:
-    """State what the options leave to their protocol."""
+    """Set default options of the protocol."""
     from scenarios.support.errors import ScenarioError
 
     if options.protocol == "holds":
@@ -144,7 +144,7 @@ def _fill_in(options: argparse.Namespace) -> None:
 
 
 def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable, Mask]":
-    """The problem as the protocol states it, the motions among which it is solved, and which joints they can show."""
+    """Return the problem of the protocol, the parametrisation of motions, and the joints that it can identify."""
     import numpy as np
 
     from scenarios.design.holds import Holds, hold_problem
@@ -163,7 +163,7 @@ def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Probl
 
 
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
-    """The problem, against the errors that the options name."""
+    """Return the problem with the error sources of the options."""
     from scenarios.design.excitation import SEARCHED_HZ, design_problem
     from scenarios.experiments.build import setup_of
     from scenarios.prediction.sources_along import SourcesAlong
@@ -180,9 +180,9 @@ def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) 
 def _beside(
     own: "FourierTrajectory", found: "FourierTrajectory", design: "Design", options: argparse.Namespace
 ) -> "FourierTrajectory":
-    """The motion to write where the scenario's own is the better one: that one if it was to be improved."""
+    """Return the motion to write if the scenario's own is better: its own if it was to be improved."""
     said = (
-        "the scenario's own motion is better: its worst gain has a standard deviation of "
+        "the scenario's own motion is better: the largest standard deviation of its gains is "
         f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(found):.3g} %"
     )
     if options.improve:
@@ -193,7 +193,7 @@ def _beside(
 
 
 def found_by(options: argparse.Namespace) -> str:
-    """The command that finds the same motion."""
+    """Return the command that finds the same motion."""
     words = ["rx90", "excite", options.scenario]
     words += ["--protocol", options.protocol] if options.protocol != "motion" else []
     for name in (each for each in OPTIONS if getattr(options, each) is not None):

@@ -31,20 +31,20 @@ from scenarios.commands import identify_bare
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments; those of the options classes come with the classes' own descriptions."""
+    """Declare the arguments; help of options is from the docstrings of their classes."""
     add = parser.add_argument
     add_model_arguments(parser)
     add_motion_arguments(parser)
     add_log_arguments(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
-    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
     said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
     gains_file_arguments.add_compared_gains(parser, said)
-    said = "Predicted with the gains found; with --compare-with, status 1 unless the gains found predict it better."
+    said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
     add_unseen_arguments(parser, said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, identify, tell."""
+    """Read, identify, report."""
     from threadpoolctl import threadpool_limits
 
     from ident.estimation.known_gains import estimated_gains
@@ -82,7 +82,7 @@ def main(options: argparse.Namespace) -> Status:
     given = options.compare_with
     other = None if given is None else gains_file_arguments.known_gains(given, structure.arm)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
-    # small matrices gain nothing from a threaded BLAS, and stall now and then
+    # threads of a BLAS do not speed up small matrices, and sometimes block
     with under_way(options, "identifying"), threadpool_limits(1):
         started = time.perf_counter()
         found = identify(
@@ -136,7 +136,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:
-    """The motions of one mounting; how a foreign log was read is told at once."""
+    """Return the motions of one mounting; the interpretation of a foreign log is reported immediately."""
     from ident.payload.files import read_payload
 
     recordings = read_unrepaired(files.recordings, said)

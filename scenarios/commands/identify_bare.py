@@ -11,10 +11,10 @@ from scenarios.support.errors import ScenarioError
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
-    """Whether ratios of gains are what the recordings give: none carries a payload, and no option gives a gain.
+    """Return whether only ratios of gains are identifiable: no payload, and no option states a gain.
 
     Raises:
-        ScenarioError: If something is asked for that goes with the other kind of recordings alone.
+        ScenarioError: If an option is not applicable to the recordings.
     """
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
     if not bare and options.gains is not None:
@@ -23,7 +23,7 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
     if bare and options.compare_with is not None:
         raise ScenarioError(
-            "--compare-with: bare recordings have no payload to weigh; add "
+            "--compare-with: bare recordings have no payload to estimate; add "
             "--loaded B --payload P.toml, or use --gains G"
         )
     if bare and options.unseen is not None:
@@ -38,10 +38,10 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
 
 
 def found(options: argparse.Namespace, structure: Structure, motions: Sequence[Motion], saving: Claim | None) -> Report:
-    """Ratios, base parameters and friction, saved if that is asked for.
+    """Identify ratios, base parameters and friction, and save them on request.
 
     Raises:
-        IdentificationError: If the recordings cannot be those of this arm, or show no ratio.
+        IdentificationError: If the recordings are not of this arm, or determine no ratio.
         OptionError: If the method is not `nls`.
     """
     from ident.estimation.estimators.nls import NAME, AllJointsOptions

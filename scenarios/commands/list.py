@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Name every built-in scenario with its description, a line each where that fits."""
+    """List every built-in scenario with its description."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
     if form(options) != "text":
         from scenarios.results.written import listed

@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
+    """Run the study, report, plot; status 1 if a joint contradicts the scenario's pass rate."""
     prepare_workers(options)
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.studies.monte_carlo import monte_carlo

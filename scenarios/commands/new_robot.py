@@ -20,7 +20,7 @@ TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
 MASS = arguments.number_from(LIGHTEST, HEAVIEST, "kg", "check the unit")
 EVALUATIONS = arguments.count_from(1, 10**6, "the largest number takes an hour")
 USUAL = 400
-"""Motions that are tried."""
+"""Default number of motions to try."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,17 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     add("--name", help="name of the robot (default: that of the model)")
-    what = "largest torque of each joint [N m, N] (default: the file's, or by a rule of thumb)"
+    what = "largest torque of each joint [N m, N] (default: from the file, or by a rule of thumb)"
     add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
     add(
         "--rated-load",
         type=MASS,
         metavar="KG",
-        help="largest mass that the arm may carry, an upper limit for the payload",
+        help="rated load of the arm, an upper limit for the payload",
     )
     what = "what is mounted: payload file, or mass [kg] of a steel bar (default: a bar that the arm can carry)"
     add("--payload", type=_payload, metavar="FILE|KG", help=what)
-    what = "start pose [rad, m], one number per joint (default: the file's, or the first one clear of obstacles)"
+    what = "start pose [rad, m], one number per joint (default: from the file, or a pose clear of floor and arm)"
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     add("--evaluations", type=EVALUATIONS, default=USUAL, help="motions to try (default %(default)d)")
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
+    """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
     PROCESSES.prepare()
     from scenarios.command_line.writing import right_to_write
     from scenarios.design.new_robot import Given, described, moved
@@ -82,7 +82,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _payload(text: str) -> Path | float:
-    """A mass, or else a file."""
+    """Return a mass or a file."""
     try:
         arguments.number(text)
     except argparse.ArgumentTypeError:
@@ -91,7 +91,7 @@ def _payload(text: str) -> Path | float:
 
 
 def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
-    """Better and better motions that a search with another seed each time finds."""
+    """Yield successively better motions of searches with different seeds."""
     chosen = argparse.Namespace(
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )

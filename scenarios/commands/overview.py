@@ -16,7 +16,7 @@ FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
 
 
 def overview() -> str:
-    """Commands in the order of their use, as wide as the terminal."""
+    """Return the commands in order of use, formatted for the terminal."""
     indent = max(map(len, COMMANDS)) + 4
     parts = [_filled(PURPOSE)]
     for title, commands in GROUPS.items():
@@ -26,7 +26,7 @@ def overview() -> str:
 
 
 def statuses() -> str:
-    """Every exit status with its meaning."""
+    """Return the exit statuses with their meanings."""
     lines = [_filled(f"  {status:<4} {meaning}", 7) for status, meaning in MEANINGS.items()]
     return "\n".join(["exit statuses:", *lines])
 
@@ -36,7 +36,7 @@ def _filled(text: str, indent: int = 0) -> str:
 
 
 class Version(argparse.Action):
-    """Tells the versions that results depend on; they are looked up only then."""
+    """Prints the versions that results depend on."""
 
     def __init__(self, option_strings: Sequence[str], dest: str) -> None:
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="versions that results depend on")
@@ -48,14 +48,14 @@ class Version(argparse.Action):
         values: str | Sequence[object] | None,
         option_string: str | None = None,
     ) -> None:
-        """Tell and exit."""
+        """Print and exit."""
         tell(version_text())
         parser.exit(Status.PASSED)
 
 
 def version_text() -> str:
-    """This project's version, then what else results depend on, a line each."""
-    from importlib.metadata import PackageNotFoundError  # which every command would pay for
+    """Return the versions of this project and of packages, one per line."""
+    from importlib.metadata import PackageNotFoundError  # slow import
 
     from scenarios.support.versions import PACKAGES, versions
 
@@ -69,7 +69,7 @@ def version_text() -> str:
 
 
 def parser_of(wanted: Collection[str]) -> OneLineParser:
-    """The parser. Commands in `wanted` alone are imported, for their arguments."""
+    """Return the parser. Only commands in `wanted` are imported, for their arguments."""
     parser = OneLineParser(
         prog="rx90",
         usage="rx90 [-h] [--version] COMMAND ...",

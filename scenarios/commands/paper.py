@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Repeat the experiment; 1 if a claim fails."""
+    """Repeat the experiment; status 1 if a claim fails."""
     from scenarios.benchmark.paper.experiment import run_paper
     from scenarios.benchmark.paper.folder import FILES, case_rows, paper_result, write_raw_numbers
     from scenarios.command_line.writing import right_to_write

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, patch, write, tell every change."""
+    """Read, patch, write, report all changes."""
     written = [path for path in (options.out, options.ros_params) if path is not None]
     _check_files(options.model, written)
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
@@ -108,18 +108,18 @@ def _unseen(
     models: tuple[bytes, bytes],
     fitted: "BareFile | None",
 ) -> "Unseen | None":
-    """A motion as the copy with the gains predicts it, and its rival; None if no motion is given.
+    """Return the predictions of a motion by the copy and by its rival; None if no motion is given.
 
     Args:
-        options: Of the command.
-        structure: Of the arm.
-        gains: Of the copy.
-        nominal: Of the rival, None for the same.
+        options: Options of the command.
+        structure: Identifiable structure of the arm.
+        gains: Gains of the copy.
+        nominal: Gains of the rival, None for the same.
         models: Content of the copy and of the rival.
-        fitted: What the links of the copy were fitted to, None where they are those of the model file.
+        fitted: Cross-validation of the fit of the links, None if they are those of the model file.
 
     Raises:
-        ScenarioError: If the gains were found from it.
+        ScenarioError: If the motion was used for the gains.
         ModelFileError: If MuJoCo cannot read the masses of either model.
     """
     log = unseen_log(options, log_description(options, structure.arm.joint_names))
@@ -167,7 +167,7 @@ def _unseen(
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:
-    """The copy is read by the ending of the model, and no file is written twice or over the model."""
+    """Check that copy and model have the same ending, and that no file is written twice or over the model."""
     if written[0].suffix.lower() != model.suffix.lower():
         raise ScenarioError(
             f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Search the best weight of each shape, tell what they show, write the files; 1 if a joint stays unseen."""
+    """Search for the best payload of each shape, report, write the files; status 1 if a joint is not identifiable."""
     check_harmonics(options)
     held = None
     if options.out is not None:
@@ -74,7 +74,7 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
-    """The design with a motion searched for its weight, and that motion."""
+    """Return the design with a motion searched for its payload, and that motion."""
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
     from scenarios.design.search import Series

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, find the payload, tell."""
+    """Read, estimate the payload, report."""
     from ident.payload_identification.common_scale import check_mass, joint_agreement
     from ident.payload_identification.payload_body import body_of
     from scenarios.experiments.files.gains import read_gains

@@ -11,15 +11,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from ident.estimation.estimators import ESTIMATORS
 
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with its error sources")
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with error sources")
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
-    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Predict, tell."""
+    """Predict, report."""
     from threadpoolctl import threadpool_limits
 
     from scenarios.experiments.files.loading import load_scenario
@@ -28,7 +28,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.predict import prediction_report
 
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
-    # small matrices gain nothing from a threaded BLAS, and stall now and then
+    # threads of a BLAS do not speed up small matrices, and sometimes block
     with under_way(options, "predicting"), threadpool_limits(1):
         budget, found = predicted_budget(scenario)
     show(prediction_report(budget, found), options)

@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
     from ident.payload.payload import Payload
 
-KEPT = "kept, but it differs from the scenario's payload; unless it was measured, delete it and repeat the command"
-"""Of a payload's file that stood there before."""
+KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"
+"""Remark on an existing payload file."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives robot, motions, payloads and options")
-    said = "page to write, Markdown; a file of each payload is written beside it unless it exists"
+    said = "page to write, Markdown; a file of each payload is written to the same folder unless it exists"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Prepare the scenario, write the page, and files of its payloads where there are none."""
+    """Prepare the scenario, write the page, and missing payload files."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 recipe")
     from threadpoolctl import threadpool_limits
 
@@ -48,13 +48,13 @@ def main(options: argparse.Namespace) -> Status:
     setup, stated = setup_of(load_scenario(options.scenario)), payloads_as_stated(options.scenario)
     check_torque_limits(setup.experiments)
     payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
-    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+    with threadpool_limits(1):  # threads of a BLAS do not speed up small matrices, and sometimes block
         told = horizon(expected_preparation(setup, enough(setup)).logs())
     report = recipe_report(setup, payloads, options.scenario, COMMANDS, told)
     with held.writing():
         write_markdown(report, options.out)
     written, other = _write_payloads(payloads, held)
-    parts = [Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written]
+    parts = [Paragraph(printable(f"{name}: the payload as stated in the scenario")) for name in written]
     parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
     result = Written.model_validate({"out": str(options.out), "payloads": written})
     title = printable(f"{options.out}: {report.title}")
@@ -63,10 +63,10 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[list[str], list[str]]:
-    """Describe payloads beside the page; a file that is there holds what was measured, and stays.
+    """Write payload files; existing ones may have measured values and are kept.
 
     Returns:
-        Files that were written, and those that stay and say something else than the scenario.
+        Return written files, and kept files that differ from the scenario.
     """
     from ident.payload.files import read_payload, write_payload
     from ident.support.errors import PayloadError

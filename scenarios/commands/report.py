@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read the folder, draw the page."""
+    """Read the folder, render the page."""
     from scenarios.command_line.writing import right_to_write
     from scenarios.reports.pages import page_of
     from scenarios.reports.pages.still import with_picture

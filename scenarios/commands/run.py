@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Simulate, identify, judge; 1 if a tolerance is missed."""
+    """Simulate, identify, judge; status 1 if a tolerance is missed."""
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario

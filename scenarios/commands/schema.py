@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Print a schema, or name all of them."""
+    """Print a schema, or list all of them."""
     files = _files()
     if options.name is not None:
         tell(files[options.name].read_text(encoding="utf-8"))

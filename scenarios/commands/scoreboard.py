@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Run every method, write the page; 1 if nothing is there, or a gain is given where none can be."""
+    """Run every method, write the page; status 1 without recordings, or if an unidentifiable gain is given."""
     from scenarios.benchmark.methods import method_of
     from scenarios.benchmark.methods.call import Limits
     from scenarios.benchmark.scoreboard.board import ANSWERS, scoreboard

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Carry out both designs, rank the error sources."""
+    """Run both designs, rank the error sources."""
     prepare_workers(options)
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.studies.sensitivity import sensitivity

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Read, multiply, write."""
+    """Read, compute torques, write."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log

@@ -12,7 +12,7 @@ from scenarios.design.motion_formats import ENDINGS, FORMATS
 from scenarios.support.errors import ScenarioError
 
 RATE = 125.0
-"""Samples a second unless said otherwise: a rate that drivers of most arms take."""
+"""Default sampling rate, supported by drivers of most arms [Hz]."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Sample, write, tell how each joint moves."""
+    """Sample, write, report the motion of each joint."""
     form = options.form or _form(options.out)
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 trajectory")
     from scenarios.design.trajectory_source import from_source

@@ -30,13 +30,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_model_arguments(parser)
     add_gains_argument(
-        parser, needed=False, said="gains to test against the payload's known mass; without them, cross-validation"
+        parser, needed=False, said="gains to test with the payload's known mass; without them, cross-validation"
     )
     add_motion_arguments(parser)
     said = "gains of a data sheet, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     add_compared_gains(parser, said)
     said = (
-        "Predicted with the gains of --gains, or those found; with --compare-with, status 1 unless they predict it "
+        "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "
+        "predict it "
         "better than the gains of --compare-with."
     )
     add_unseen_arguments(parser, said)
@@ -46,9 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Weigh a known mass with the gains, or cross-validate; 1 if a mass differs."""
+    """Estimate a known mass with the gains, or cross-validate; status 1 if a mass differs."""
     if options.compare_with is not None and options.unseen is None:
-        raise ScenarioError("--compare-with: no motion is given to predict with both; add --unseen LOG")
+        raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
     files = mounted_files(options.given)
     return _cross_validated(options, files) if options.gains is None else _weighed(options, files)
 
@@ -75,7 +76,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 
 
 def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
-    """A motion that neither these gains nor the arm of the bare motions has seen, None where none is given."""
+    """Return the prediction of a motion that was not used in any fit, None if none is given."""
     from ident.unseen import predict_with
     from scenarios.gains_in_use.known_gains_problem import check_unseen
 

@@ -31,10 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Show every motion of a scenario, side by side."""
+    """Show all motions of a scenario, side by side."""
     with_opengl()
     if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
-        os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
+        os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo selects a window system at import unless this is set
     _check_opengl()
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.build import setup_of
@@ -79,10 +79,10 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _check_opengl() -> None:
-    """Import MuJoCo, which reads MUJOCO_GL then and there."""
+    """Import MuJoCo, which reads MUJOCO_GL at import."""
     try:
         import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport]
-    except (ImportError, AttributeError, RuntimeError) as error:  # as the libraries below it fail
+    except (ImportError, AttributeError, RuntimeError) as error:  # errors of the libraries below it
         raise NoPicture(
             f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: this OpenGL backend is not available ({error}); {ADVICE}"
         ) from error

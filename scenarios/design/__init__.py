@@ -1,1 +1,1 @@
-"""Designing an experiment before it is made."""
+"""Design of experiments: motions, payloads, robot files."""

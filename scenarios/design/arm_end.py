@@ -1,6 +1,7 @@
-"""Where an arm ends in a model file that has a gripper too, and where nobody names its last body.
+"""Detection of the end of the arm in a model file with a gripper.
 
-A payload is bolted to the flange, never to a jaw: joints of a gripper at the arm's end are held where they are drawn.
+A payload is mounted on the flange, never on a jaw: joints of a gripper at the arm's end are locked at their initial
+positions.
 """
 
 import re
@@ -15,21 +16,21 @@ from sim.silenced_mujoco import silenced
 GRIPPING = re.compile(r"grip|jaw|finger|claw|pincer|carriage|knuckle", re.IGNORECASE)
 """Names of a gripper's joints and of the bodies that they move."""
 OPENING = 2.5
-"""Largest travel of a jaw that turns [rad]; a wrist that carries a gripper's name turns farther."""
+"""Largest travel of a rotating jaw [rad]; a wrist with a gripper-like name has more."""
 SHORT = 0.1
-"""Largest travel of fingers that slide side by side and have no telling name [m]."""
+"""Largest travel of parallel sliding fingers without a known name [m]."""
 FEWEST = 2
-"""Least joints of an arm that ends before a gripper."""
+"""Least number of joints of an arm before a gripper."""
 MOVING = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 @dataclass(frozen=True, slots=True)
 class ArmEnd:
-    """Where an arm ends.
+    """End of an arm.
 
     Attributes:
-        flange: Its last body, None where all joints are its own.
-        held: Names of the joints that are taken for a gripper's.
+        flange: Its last body, None if all joints belong to the arm.
+        held: Names of the joints recognised as those of a gripper.
     """
 
     flange: str | None
@@ -38,13 +39,13 @@ class ArmEnd:
 
 @silenced()
 def arm_end(path: Path) -> ArmEnd:
-    """The body that carries the gripper, and the gripper's joints; no flange where the file has no gripper.
+    """Return the body that carries the gripper, and the gripper's joints; no flange if the file has no gripper.
 
     Args:
-        path: MJCF or URDF file; one that MuJoCo cannot read is left to those who say why.
+        path: MJCF or URDF file; a file that MuJoCo cannot read is reported elsewhere.
 
     Raises:
-        RobotError: If its joints form several chains, as of two arms.
+        RobotError: If its joints form several chains, as for two arms.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -53,7 +54,7 @@ def arm_end(path: Path) -> ArmEnd:
     joints = [joint for joint in spec.joints if joint.type in MOVING and not _floats(joint.parent)]
     above = [_above(k, joints) for k in range(len(joints))]
     held = set[int]()
-    for k, joint in enumerate(joints):  # those above come first; what a jaw carries is the gripper's too
+    for k, joint in enumerate(joints):  # parents first; bodies on a jaw belong to the gripper too
         beside = [j for j, other in enumerate(joints) if above[j] == above[k] and other.type == joint.type]
         fingers = len(beside) > 1 and not any(each in above for each in beside)
         if above[k] in held or _is_jaw(joint, fingers=fingers):
@@ -71,7 +72,7 @@ def arm_end(path: Path) -> ArmEnd:
 
 
 def _is_jaw(joint: mujoco.MjsJoint, *, fingers: bool) -> bool:
-    """Whether a joint is a gripper's; `fingers` of one that moves beside others alike and carries no joint."""
+    """Return whether a joint belongs to a gripper; `fingers`: whether it is one of several parallel joints."""
     travel = float(joint.range[1] - joint.range[0])
     slides = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
     if GRIPPING.search(joint.name):
@@ -82,7 +83,7 @@ def _is_jaw(joint: mujoco.MjsJoint, *, fingers: bool) -> bool:
 
 
 def _above(k: int, joints: list[mujoco.MjsJoint]) -> int | None:
-    """The joint that carries joint k: the one before it on the same body, or the last of the nearest body above."""
+    """Return the parent of joint k: the preceding one on its body, or the last one of the nearest parent body."""
     body = joints[k].parent
     if k and joints[k - 1].parent is body:
         return k - 1
@@ -94,7 +95,7 @@ def _above(k: int, joints: list[mujoco.MjsJoint]) -> int | None:
 
 
 def _floats(body: mujoco.MjsBody | None) -> bool:
-    """Whether a body is, or stands on, one that moves freely."""
+    """Return whether a body is free-floating or fixed to a free-floating one."""
     while body is not None:
         if any(joint.type not in MOVING for joint in body.joints):
             return True

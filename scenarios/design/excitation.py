@@ -1,4 +1,4 @@
-"""A motion as a design problem: how well it shows the wanted gains, and what it must respect."""
+"""The design problem of a motion: accuracy of the gains to identify, and constraints."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -33,42 +33,42 @@ from sim.plant import Plant
 from sim.trajectory import FourierTrajectory
 
 EXCESS = 0.03
-"""Excess over the shares of the limits and over the clearance that a found motion may have between its samples."""
+"""Largest relative violation of limits and clearance between samples of the search."""
 SAME_TORQUE = 1e-6
-"""Share of the largest torque by which identification model and MuJoCo may differ; equal models leave 1e-13."""
+"""Largest difference between identification model and MuJoCo, relative to the torque; equal models give 1e-13."""
 SEARCHED_HZ = 10.0
-"""Samples a second while a motion is searched."""
+"""Sampling rate during the search [Hz]."""
 FITTED_HZ = 200.0
-"""Samples a second that a found motion keeps its limits at."""
+"""Sampling rate for the final check of limits [Hz]."""
 SIZES = np.arange(1.0, 0.9, -0.01)
-"""Of a found motion, tried in this order until one keeps its limits."""
+"""Factors on the amplitude of a motion, tried in this order until the limits are met."""
 SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
-"""Of a motion for which these are not enough; smaller ones show little."""
+"""Further factors if these are not enough; smaller motions give little information."""
 
 
 def objective(deviations: Array) -> float:
-    """What a design makes small: logarithm of the wanted gains' deviations, mostly of the worst.
+    """Return the objective: logarithms of the standard deviations of the gains to identify, mostly of the worst.
 
-    `deviations` are relative, of the wanted gains, shape (w,).
+    `deviations` are relative standard deviations of the gains to identify, shape (w,).
     """
     return float(np.log(np.linalg.norm(deviations, ord=8)) + 0.2 * np.mean(np.log(deviations)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Problem:
-    """What a design problem is stated by; it can be sent to another process.
+    """Definition of a design problem; picklable.
 
     Attributes:
-        plant: The robot as believed when the motion is designed, with the payload that the distances are for.
+        plant: The assumed robot, with the payload for the distances.
         structure: Its identifiable structure.
-        limits: What the motion must respect.
-        joints: Joints whose gains are wanted, from 0.
-        carried: The payload, and what is known of it.
-        prediction: How deviations are predicted.
-        solids: Shapes of the payload, None for a cylinder of its inertia.
-        added: Errors besides those that are predicted, that a motion is designed against: root mean square relative
-            error of every gain along a motion at a rate, shape (n,).
-        searched_hz: Samples a second while a motion is searched.
+        limits: Limits of the motion.
+        joints: Joints whose gains are to be identified, from 0.
+        carried: The payload and its known parameters.
+        prediction: Model that predicts the standard deviations.
+        solids: Shapes of the payload, None for a cylinder with its inertia.
+        added: Further errors in the objective: root mean square relative error of every gain along a motion at a
+            sampling rate, shape (n,).
+        searched_hz: Sampling rate during the search [Hz].
     """
 
     plant: Plant
@@ -83,10 +83,10 @@ class Problem:
 
 
 def design_problem(setup: Setup) -> Problem:
-    """The problem of a scenario: what it believes of the first payload that it mounts, and which joints it wants.
+    """Return the problem of a scenario, with its first payload and the joints to identify.
 
     Raises:
-        ScenarioError: If it wants no joint's gain; if it mounts no payload.
+        ScenarioError: If there is no joint to identify, or no payload.
     """
     scenario = setup.scenario
     wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
@@ -108,36 +108,36 @@ def design_problem(setup: Setup) -> Problem:
 
 
 class Design:
-    """A design problem, ready to judge motions."""
+    """A prepared design problem, which evaluates motions."""
 
     def __init__(self, problem: Problem) -> None:
         """Prepare the problem.
 
         Raises:
-            TrajectoryError: If identification and simulation read the robot's model differently.
+            TrajectoryError: If identification model and MuJoCo model differ.
         """
         self.problem = problem
         self.arm = arm_model(problem.plant, problem.structure)
         self._clearance = Clearance(problem.plant, margin=2.0 * CLEARANCE, solids=problem.solids)
 
     def rows(self, trajectory: FourierTrajectory, rate_hz: float = ROWS_PER_SECOND) -> MotionRows:
-        """The motion, sampled."""
+        """Return the motion, sampled."""
         return self.arm.rows(trajectory, rate_hz)
 
     def deviations(self, rows: MotionRows) -> Deviations:
-        """Predicted relative standard deviations of every gain."""
+        """Return the predicted relative standard deviations of all gains."""
         return self.problem.prediction(rows, self.problem.structure)(self.problem.carried)
 
     def worst(self, trajectory: FourierTrajectory) -> float:
-        """Largest predicted relative deviation of a wanted gain."""
+        """Return the largest predicted relative standard deviation of the gains to identify."""
         return float(self.deviations(self.rows(trajectory)).total[self.problem.joints].max())
 
     def excess(self, rows: MotionRows) -> Array:
-        """How far a motion breaks its limits and distances, relative to them; all entries zero if it keeps them."""
+        """Return the relative violations of limits and distances; all zero if met."""
         return np.append(self._over_limits(rows).ravel(), self._too_near(rows))
 
     def broken(self, rows: MotionRows) -> str:
-        """What a motion breaks most, in words."""
+        """Return the largest violation of a motion, in words."""
         over = self._over_limits(rows)
         if over.max() >= self._too_near(rows).max():
             return worst_of(over, self.problem.structure.arm.joint_names, self.problem.limits.shares)
@@ -145,7 +145,7 @@ class Design:
         return f"{near} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
 
     def obstacles(self, positions: Array) -> str:
-        """What keeps most of some positions (k, n) from being held, in words, with its share."""
+        """Return why most of some positions (k, n) cannot be held, in words, with the share."""
         near, heavy = Counter[str](), Counter[str]()
         names = self.problem.structure.arm.joint_names
         for q in positions:
@@ -163,11 +163,11 @@ class Design:
         return self.problem.limits.excess(rows.motion, rows.torques(self.problem.carried.chi))
 
     def _too_near(self, rows: MotionRows) -> Array:
-        """Share by which each position falls short of the clearance, shape (N,)."""
+        """Return the relative shortfall of the clearance at each position, shape (N,)."""
         return np.maximum((CLEARANCE - self._clearance(rows.motion[0])) / CLEARANCE, 0.0)
 
     def cost(self, trajectory: FourierTrajectory) -> float:
-        """The objective of the wanted gains, plus a penalty on excess."""
+        """Return the objective plus a penalty on violations."""
         searched_hz, added = self.problem.searched_hz, self.problem.added
         rows = self.rows(trajectory, searched_hz)
         over, errors = self.excess(rows), self.deviations(rows).total
@@ -176,12 +176,12 @@ class Design:
         return objective(errors[self.problem.joints]) + 30.0 * float(over @ over) / searched_hz
 
     def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
-        """The motion, shrunk about its centre until it keeps every limit on a fine grid.
+        """Return the motion, scaled about its centre until it meets all limits on a fine grid.
 
         Factors `sizes` are tried in this order.
 
         Raises:
-            TrajectoryError: If none of them will do.
+            TrajectoryError: If no factor is enough.
         """
         smaller = trajectory
         for size in sizes:
@@ -193,31 +193,31 @@ class Design:
         raise TrajectoryError(f"even scaled to {100.0 * sizes[-1]:.0f} %, the motion {broken}")
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
-        """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
+        """Return whether limits are met on a fine grid; a coarse grid rejects most others at lower cost."""
         return all(
             self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (self.problem.searched_hz, FITTED_HZ)
         )
 
 
 def resting(q: Array) -> FourierTrajectory:
-    """A second at a position (n,)."""
+    """Return one second at rest at a position (n,)."""
     none = np.zeros((len(q), 1))
     return FourierTrajectory(q, none, none, 1.0)
 
 
 def near_words(distance: float) -> str:
-    """A distance [m] that is too small, in words, before what it is to."""
+    """Return a text for a distance [m] that is too small; the name of the obstacle follows."""
     return f"comes within {1e3 * distance:.0f} mm of" if distance > 0.0 else f"reaches {-1e3 * distance:.0f} mm into"
 
 
 def arm_model(plant: Plant, structure: Structure) -> ArmModel:
-    """The bare arm of a plant with its drives, as columns and standard parameters.
+    """Return the bare arm of a plant with its drives, as columns and standard parameters.
 
-    The inertial parameters are those of least norm that give MuJoCo's inverse dynamics on random states: what a torque
-    cannot show does not matter here, and no convention of frames stands between both models.
+    The inertial parameters are the minimum-norm solution for MuJoCo's inverse dynamics at random states. Parameters
+    without effect on torques are irrelevant here, and frame conventions of the models do not matter.
 
     Raises:
-        TrajectoryError: If the identification model cannot give these torques.
+        TrajectoryError: If the identification model cannot reproduce these torques.
     """
     arm, drives = structure.arm, plant.drives
     q, dq, ddq = np.random.default_rng(PROBE_SEED).uniform(-2.0, 2.0, (3, 10 * arm.n, arm.n))

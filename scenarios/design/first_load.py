@@ -1,8 +1,8 @@
-"""The weight of a first experiment: one that is given, or a steel bar that the arm may and can carry, with the reason.
+"""The payload of a first experiment: a given one, or a steel bar within rated load and joint torques, with the reason.
 
-What an arm may carry is its rated load. Where nobody states one, it is taken for that of usual arms, and what is
-heavier than the last link itself is warned of. What an arm can carry is what its joints hold: one that hardly holds
-itself where it stretches out carries less, and moves calmly among the positions that it holds more easily.
+Without a stated rated load, that of usual arms is assumed, and a warning is given for a payload heavier than the last
+link. The torques of the joints limit the payload too: a weak arm gets a lighter one, and moves slowly among positions
+that need less torque.
 """
 
 from collections.abc import Mapping
@@ -22,27 +22,26 @@ from sim.errors import RobotError
 from sim.plant import PayloadBody
 
 LOADED = 0.3
-"""Share of any joint's largest torque that the payload may ask for."""
+"""Largest torque of the payload, as a share of any joint's largest torque."""
 TORQUE_SHARE = 0.75
-"""Share of any joint's largest torque that arm and payload may ask for together; a search for a motion allows 0.8."""
+"""Largest torque of arm and payload, as a share of any joint's largest torque; the search for a motion allows 0.8."""
 CALMER = ((0.9, PACE), (0.6, 0.0), (0.3, 0.0), (0.1, 0.0))
-"""Shares of random states that a payload leaves room for, and their pace, tried in this order: a search for a motion
-keeps clear of the others."""
+"""Shares of random states that must be feasible, and their relative speeds, tried in this order."""
 LEAST = 0.01
-"""Least payload over the moving mass that is worth the next of these."""
+"""Smallest ratio of payload to moving mass before the next of these is tried."""
 HEAVIEST = 10.0
 """Largest payload [kg]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """A payload and why it is that one.
+    """A payload with its origin.
 
     Attributes:
         payload: The payload, complete.
-        source: Where it comes from, a sentence.
-        warning: What speaks against it, empty if nothing does.
-        rated: Largest mass that the arm may carry [kg], None if nobody says.
+        source: Origin of the payload, a sentence.
+        warning: Warning, empty if there is none.
+        rated: Rated load [kg], None if not stated.
     """
 
     payload: Payload
@@ -52,7 +51,7 @@ class Load:
 
     @property
     def body(self) -> PayloadBody:
-        """What is mounted."""
+        """The payload as a rigid body."""
         return body_of(self.payload)
 
 
@@ -65,19 +64,19 @@ def first_load(
     rated: float | None = None,
     payload: Path | float | None = None,
 ) -> Load:
-    """The payload of a first experiment.
+    """Return the payload of a first experiment.
 
     Args:
         arm: The arm.
         model: Its model file.
-        flange: Last body of the arm, None where all joints are its own.
+        flange: Last body of the arm, None if all joints belong to the arm.
         drives: Its drives.
-        rated: Largest mass that the arm may carry [kg], None if nobody says.
-        payload: A file that says what is mounted, or the mass of a bar [kg]; None for one that the arm can carry.
+        rated: Rated load [kg], None if not stated.
+        payload: A payload file, or the mass of a bar [kg]; None for a bar that the arm can carry.
 
     Raises:
         RobotError: If the bare arm alone needs more than a joint's largest torque.
-        PayloadError: If the file holds no payload.
+        PayloadError: If the file is not a payload file.
     """
     compiled, com = bare_arm(model, np.zeros(arm.n), flange), beside_the_axis(arm)
     own, moving = (float(compiled.body_subtreemass[compiled.jnt_bodyid[j]]) for j in (-1, 0))
@@ -85,18 +84,18 @@ def first_load(
         most, why = _allowed(rated, own, moving)
         can, weakest = _can_carry(arm, model, flange, drives, most, moving)
         stated = bar(can, com)
-        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the last joint's axis; {weakest or why}"
+        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the axis of the last joint; {weakest or why}"
     elif not isinstance(payload, Path):
         stated, source = bar(payload, com), "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
     else:
-        stated, source = read_payload(payload), f"as {payload.name} states it"
+        stated, source = read_payload(payload), f"as stated in {payload.name}"
         if stated.com is None or stated.inertia is None:
             raise PayloadError(f"{payload}: a simulation needs com and inertia of the payload; state both")
     return Load(stated, source, _warning(stated.mass, rated, own), rated)
 
 
 def _allowed(rated: float | None, own: float, moving: float) -> tuple[float, str]:
-    """Mass that an arm may carry [kg], and why."""
+    """Return the largest allowed mass [kg], and the reason."""
     if rated is not None:
         return min(rated, HEAVIEST), f"within the rated load of {rated:g} kg"
     usual = RATED * moving
@@ -109,7 +108,7 @@ def _allowed(rated: float | None, own: float, moving: float) -> tuple[float, str
 def _can_carry(
     arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated], most: float, moving: float
 ) -> tuple[float, str]:
-    """Mass up to `most` that leaves the joints room [kg], two digits; what keeps it below, empty if nothing does."""
+    """Return the largest mass up to `most` within the joint torques [kg], and what limits it or an empty text."""
     torque, speed, com = drives["current_limit"].value, drives["max_velocity"].value, beside_the_axis(arm)
     need = room = np.zeros(arm.n)
     for share, pace in CALMER:
@@ -122,7 +121,7 @@ def _can_carry(
         mass = min(most, float(masses.min()))
         if mass >= min(most, LEAST * moving):
             digits = 10.0 ** (np.floor(np.log10(mass)) - 1.0)
-            weakest = f"the most that the largest torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
+            weakest = f"the largest mass that the torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
             return float(f"{np.floor(mass / digits + 1e-9) * digits:.2g}"), weakest if mass < most else ""
     j = int(np.argmin(room / torque))
     raise RobotError(

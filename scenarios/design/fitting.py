@@ -1,4 +1,4 @@
-"""Of the motions that a search found one after another, the best that keeps its limits between the samples too."""
+"""Selection of the best motion of a search that meets its limits also between the samples."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,16 +10,16 @@ from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory
 
 APART = 0.01
-"""Costs of motions that are kept differ by so much: a deviation by 1 %. Nearer ones fail together."""
+"""Smallest cost difference of stored motions: 1 % of a standard deviation. Closer motions usually fail together."""
 
 LEAST_SIZES = (0.3, 0.25, 0.2, 0.15, 0.1)
-"""Of a motion that can be shrunk about one of its positions only."""
+"""Factors for a motion that can be scaled only about one of its positions."""
 QUICKEST = 1.5
-"""Fastest harmonic of a quickened motion [Hz]: position loops of arms follow it, and filters of logs keep it."""
+"""Highest harmonic of an accelerated motion [Hz]: position loops of arms follow it, and filters of logs pass it."""
 
 
 def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
-    """Motions that are kept, best last, with another one; the same if that is no better."""
+    """Return the stored motions, best last, with a new one if it is better."""
     if not kept:
         return (found,)
     if found.cost >= kept[-1].cost:
@@ -29,13 +29,13 @@ def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
 
 
 def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
-    """The best motion of a search, if a tenth less of it is enough; else the best of what else can be fitted.
+    """Return the best motion of a search if a reduction by 10 % is enough, otherwise the best alternative.
 
-    That is the same motion, shrunk farther, or an earlier one. With it, why it is not the best; empty if it is. Motions
-    are `kept` best last, one at least.
+    Alternatives are the same motion with a smaller amplitude, or an earlier one. Also returned is why it is not the
+    best, or an empty text. `kept` has at least one motion, the best last.
 
     Raises:
-        TrajectoryError: If none can be fitted; says what is wrong with the best.
+        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best.
     """
     best = series.motion(kept[-1].x)
     try:
@@ -50,12 +50,13 @@ def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tu
 
 
 def first_fitted(design: Design, series: Searchable, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
-    """The best motion of the first search whose best is fitted by a tenth less; if there is none, of what else can be.
+    """Return the best motion of the first search for which a reduction by 10 % is enough, or the best alternative.
 
-    No search is begun that is not needed.
+    Searches are started only as needed.
 
     Raises:
-        TrajectoryError: If nothing can be fitted; says what is wrong with the best of the last search.
+        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best of the last
+            search.
     """
     reason, motions = "", list[FourierTrajectory]()
     for kept in searches:
@@ -73,9 +74,9 @@ def first_fitted(design: Design, series: Searchable, searches: Iterable[Sequence
 
 
 def quickened(design: Design, motion: FourierTrajectory) -> FourierTrajectory:
-    """The motion, or the same path at a multiple of its pace and as often in its period, whatever shows the gains best.
+    """Return the motion, or the same path repeated faster within the period, whichever is more accurate.
 
-    A search in few slow harmonics ends where ranges and distances do, far below the speed that joints have.
+    Ranges and distances limit a search in few slow harmonics, far below the rated speeds of the joints.
     """
     best = motion
     for times in range(2, int(QUICKEST * motion.duration / motion.sine.shape[1]) + 1):
@@ -87,7 +88,7 @@ def quickened(design: Design, motion: FourierTrajectory) -> FourierTrajectory:
 
 
 def _repeated(motion: FourierTrajectory, times: int) -> FourierTrajectory:
-    """The path of a motion several times in its period: harmonic k becomes harmonic `times` k."""
+    """Return the path of a motion repeated within its period: harmonic k becomes harmonic `times` k."""
     sine, cosine = (np.zeros((motion.n, times * motion.sine.shape[1])) for _ in range(2))
     sine[:, times - 1 :: times], cosine[:, times - 1 :: times] = motion.sine, motion.cosine
     return FourierTrajectory(motion.center, sine, cosine, motion.duration)
@@ -101,7 +102,7 @@ def _shrunk(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory
 
 
 def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
-    """The motion shrunk about the middle one of its positions that can be held; empty if none can."""
+    """Return the motion scaled about the middle of its feasible positions; empty if there are none."""
     sampled = design.rows(motion, SEARCHED_HZ).motion[0]
     held = [q for q in sampled if not design.excess(design.rows(resting(q), 1.0)).any()]
     if not held:
@@ -118,7 +119,7 @@ def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTraje
 
 
 def _earlier(design: Design, series: Searchable, kept: Sequence[Found], cost: float) -> list[FourierTrajectory]:
-    """The best of these motions that can be fitted, if there is one below a cost."""
+    """Return the best of these motions that can be scaled to the limits, if there is one below a cost."""
     for found in reversed(kept):
         if found.cost >= cost:
             break

@@ -1,8 +1,8 @@
-"""Hold and creep: slow sweeps between poses that are held, there and back the same way, as a Fourier series.
+"""Holds and slow sweeps: slow motion between held poses, forward and back, as a Fourier series.
 
-The way has `LEGS` straight legs, with a hold at either end and one in the middle of each. Made there and back, every
-position is passed in both directions, and the hold in the middle of a leg is approached from both sides. Kinks are
-smoothed by a Gaussian, so that a series of `HARMONICS` cosines is the motion (`docs/derivations.md`).
+The path has `LEGS` straight legs, with a hold at each end and in the middle of each leg. It is followed forward and
+back, so every position is passed in both directions. Corners are smoothed by a Gaussian, so that a series of
+`HARMONICS` cosines represents the motion (`docs/derivations.md`).
 """
 
 from collections.abc import Callable
@@ -21,40 +21,39 @@ from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory, at_rest
 
 LEGS = 3
-"""Straight legs of the way there; 24 numbers of six joints are to be searched."""
+"""Number of straight legs of the forward path; a search then has 24 variables for six joints."""
 HOLD = 0.5
-"""Time of a hold in times of a sweep."""
+"""Ratio of the duration of a hold to that of a sweep."""
 SMOOTH = 0.2
-"""Deviation of the Gaussian that smooths kinks, in times of a hold: the middle of a hold is at rest."""
+"""Standard deviation of the smoothing Gaussian, relative to the duration of a hold: the middle of a hold is at rest."""
 HARMONICS = 108
-"""Of the series: faster than these the Gaussian leaves a thousandth of what is already small."""
+"""Number of harmonics; the smoothing attenuates higher ones to a thousandth."""
 GRID = 4096
-"""Samples of a period that the coefficients are found from."""
+"""Number of samples of a period for computing the coefficients."""
 FAST, SLOW = (0.5, 0.1), (0.1, 0.02)
-"""Speeds of a joint that turns [rad/s] and of one that slides [m/s], assumed: the largest, which any arm follows and a
-log of 30 Hz resolves, and that at which a row counts half, since slower ones leave the sign of friction to the encoder.
+"""Assumed speeds of revolute [rad/s] and prismatic joints [m/s]: the largest one, and that of a row weight of 1/2.
 """
 TORQUE_SHARE = 0.7
 """Share of a joint's torque at the current limit that arm and payload may take, assumed. It leaves room for a gain 15 %
 low, 10 % more torque against load-dependent friction and 5 % against other friction: 0.7 x 1.15 / 0.85 = 0.95.
 """
 LEAST_LOAD = 1e-6
-"""Share of the payload's largest torque at rest under which a joint counts as one that gravity does not load."""
+"""Share of the payload's largest torque at rest below which gravity does not load a joint."""
 STILL = 1e-6
-"""Of a row of a joint that is held, so that no column is empty."""
+"""Weight of a row at rest, so that no column is zero."""
 Predicting = Callable[[Carried], Deviations]
 SEARCHED_HZ = 4.0
-"""Samples a second while a motion so slow is searched."""
+"""Sampling rate during the search for such slow motions [Hz]."""
 SHORTEST = 36.0
 """Shortest motion [s]: sweeps of 2 s, holds of 1 s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Holds:
-    """Motions as points of a search: the poses at the ends of the legs, from -1 to 1 in the joints' ranges.
+    """Parametrisation of the search: poses at the ends of the legs, from -1 to 1 in the joints' ranges.
 
     Attributes:
-        limits: Give the ranges.
+        limits: The ranges.
         duration: Period [s].
     """
 
@@ -74,25 +73,25 @@ class Holds:
 
     @property
     def n(self) -> int:
-        """Joints."""
+        """Number of joints."""
         return len(self.limits.lower)
 
     def motion(self, x: Array) -> FourierTrajectory:
-        """The motion of a point, shape ((LEGS + 1) n,)."""
+        """Return the motion of a point, shape ((LEGS + 1) n,)."""
         lower, upper = self.limits.lower, self.limits.upper
         poses = 0.5 * (upper + lower) + 0.5 * (upper - lower) * x.reshape(LEGS + 1, self.n)
         series = poses.T @ _cosines()
         return at_rest(series[:, 0], np.zeros((self.n, HARMONICS)), series[:, 1:], self.duration)
 
     def drawn(self, start: Array, rng: np.random.Generator) -> Array:
-        """The point of a random motion about a position, small or large."""
+        """Return the point of a random motion about a position."""
         lower, upper = self.limits.lower, self.limits.upper
         about = (start - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
         largest = SHARES["range"] * rng.uniform(0.1, 1.0)
         return np.clip(about + largest * rng.uniform(-1.0, 1.0, (LEGS + 1, self.n)), -1.0, 1.0).ravel()
 
     def point(self, motion: FourierTrajectory) -> Array:
-        """The point of a motion that is of this kind; that of the nearest one if it is not."""
+        """Return the point of a motion, or of the nearest motion of this kind."""
         lower, upper = self.limits.lower, self.limits.upper
         series = np.column_stack((motion.center, motion.cosine[:, :HARMONICS]))
         kept = _cosines()[:, : series.shape[1]]
@@ -102,26 +101,27 @@ class Holds:
 
 @lru_cache(maxsize=1)
 def _cosines() -> Array:
-    """Mean and cosines of the whole motion per pose at the end of a leg, shape (LEGS + 1, 1 + HARMONICS)."""
+    """Return mean and cosine coefficients per pose at the ends of legs, shape (LEGS + 1, 1 + HARMONICS)."""
     there = np.linspace(0.0, LEGS, 2 * LEGS + 1)
     visits = np.concatenate((there, there[-2::-1]))  # in legs from the first pose
-    begin = (1.0 + HOLD) * np.arange(len(visits)) - 0.5 * HOLD  # of each hold, in times of a sweep
+    begin = (1.0 + HOLD) * np.arange(len(visits)) - 0.5 * HOLD  # duration of each hold relative to a sweep
     period = begin[-1] + 0.5 * HOLD
     t = period * np.arange(GRID) / GRID
     way = np.interp(t, np.column_stack((begin, begin + HOLD)).ravel(), np.repeat(visits, 2))
-    ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # straight between neighbours
+    ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # linear between neighbours
     f = np.arange(HARMONICS + 1) / period
     series = np.fft.rfft(ends)[:, : HARMONICS + 1].real / GRID * np.exp(-2.0 * (np.pi * SMOOTH * HOLD * f) ** 2)
     return np.concatenate((series[:, :1], 2.0 * series[:, 1:]), axis=1)
 
 
 def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
-    """A design problem as holds and slow sweeps can solve it, and which joints gravity does not load, shape (n,).
+    """Return the design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
 
-    Joints move slowly, what is wanted is loaded by the payload at rest, and rows of a joint that is held do not count.
+    Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest have
+    no weight.
 
     Raises:
-        ScenarioError: If the payload loads no wanted joint at rest.
+        ScenarioError: If the payload loads none of these joints at rest.
     """
     structure = problem.structure
     fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
@@ -136,7 +136,7 @@ def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
 
 
 def _loaded_at_rest(structure: Structure, what: Carried) -> Mask:
-    """Which joints the payload loads in some pose, shape (n,)."""
+    """Return a mask of joints that the payload loads in some pose, shape (n,)."""
     q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
     still = np.zeros_like(q)
     torque = np.abs(regressor(structure.arm, q, still, still)[:, :, structure.payload_columns] @ what.chi).max(axis=0)
@@ -144,7 +144,7 @@ def _loaded_at_rest(structure: Structure, what: Carried) -> Mask:
 
 
 def _counted(prediction: Prediction, slow: Array, rows: MotionRows, structure: Structure) -> Predicting:
-    """The prediction with rows that count by the speed of their joint, one half at `slow`, shape (n,)."""
+    """Return the prediction with row weights by joint speed, 1/2 at `slow`, shape (n,)."""
     speed = rows.motion[1] ** 2
     share = np.maximum(speed / (speed + slow**2), STILL)
     W, Y, rigid = rows.W * share[:, :, None], rows.Y * share[:, :, None], rows.rigid * share

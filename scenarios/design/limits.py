@@ -1,4 +1,4 @@
-"""What a motion must respect: range, speed, acceleration and torque of every joint, and distances."""
+"""Limits of a motion: range, speed, acceleration and torque of every joint."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from sim.trajectory import FourierTrajectory
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
 """Share of each joint's limits that a designed motion may use, unless it is `Limits.torque_share`."""
 HALF_TURN = np.pi
-"""Way to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
+"""Range to either side for a joint without limits [rad]; assumed because of cables."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """Bounds on a motion; arrays are (n,), in rad for revolute and in m for prismatic joints, infinite without a bound.
+    """Bounds of a motion; arrays have shape (n,), in rad or m, infinite if unbounded.
 
     Attributes:
         lower: Positions [rad].
@@ -43,14 +43,14 @@ class Limits:
         return SHARES | {"torque": self.torque_share}
 
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
-        """How far a motion exceeds the shares of the limits, relative to the limits; zero where it does not.
+        """Return the excess over the usable shares of the limits, relative to the limits, at least zero.
 
         Args:
             motion: q, dq, ddq, each (N, n).
             torques: Without and with payload [N m], shape (2, N, n).
 
         Returns:
-            In the order of `SHARES`, shape (4, N, n).
+            Excess in the order of `SHARES`, shape (4, N, n).
         """
         q, dq, ddq = motion
         center, half = 0.5 * (self.upper + self.lower), 0.5 * (self.upper - self.lower)
@@ -63,7 +63,7 @@ class Limits:
         return np.maximum(np.stack(used) - np.array([*self.shares.values()])[:, None, None], 0.0)
 
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
-        """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
+        """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
         q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
         center = trajectory.center
         room = SHARES["range"] * np.minimum(self.upper - center, center - self.lower)
@@ -76,7 +76,7 @@ class Limits:
         )
 
     def broken_by(self, motion: tuple[Array, Array, Array]) -> tuple[str, ...]:
-        """Limits but that of torque that q, dq, ddq, each (N, n), break, in words, a joint and limit each."""
+        """Return the exceeded limits except torque, a text per joint and limit."""
         q, dq, ddq = motion
         n = q.shape[1]
         used = (
@@ -89,10 +89,10 @@ class Limits:
 
 
 def robot_limits(plant: Plant) -> Limits:
-    """Limits of a plant's robot, with the plant's drives; half a turn to either side of home where a joint has no end.
+    """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
 
     Raises:
-        RobotError: If a joint slides without end.
+        RobotError: If a prismatic joint has no range.
     """
     robot = plant.robot
     arm = load_arm(robot.model, flange=robot.flange)

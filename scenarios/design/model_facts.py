@@ -1,6 +1,6 @@
-"""What a model file says of an arm beyond its kinematics: limits of torque and speed, a pose, what it leaves out.
+"""Data of a model file besides kinematics: limits of torque and speed, home pose, missing data.
 
-Identification does not use masses, inertias, efforts and speeds; a simulation believes them, so they are checked here.
+Identification does not use masses, inertias, efforts and speeds, but a simulation does, so they are checked here.
 """
 
 from collections.abc import Mapping
@@ -20,18 +20,18 @@ from sim.model_spec import full_spec, unusable_meshes
 from sim.silenced_mujoco import silenced
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-"""What an actuator pulls at; both are the same for a joint of one axis."""
+"""Transmission types of actuators; both are equivalent for a joint with one axis."""
 LEFT = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
-"""What a joint states of its drive, by MuJoCo's name, which reads a URDF's <dynamics> so too, and in words."""
+"""Drive attributes of a joint by MuJoCo's name (also for a URDF's <dynamics>), and in words."""
 STRONGEST = {"effort": 1e6, "velocity": 1e3}
-"""Largest effort [N m, N] and speed [rad/s, m/s] of a joint: the strongest arms that are made have 1e5 N m."""
+"""Largest plausible effort [N m, N] and speed [rad/s, m/s] of a joint; the strongest arms have 1e5 N m."""
 SLACK = 1e-6
-"""Rounding that moments of inertia may have."""
+"""Relative rounding error of moments of inertia."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
-    """Facts by the joints' names; what is not stated is absent.
+    """Data by joint name; values that are not stated are absent.
 
     Attributes:
         torque: Largest torque [N m] or force [N].
@@ -39,9 +39,9 @@ class ModelFacts:
         home: Positions of a keyframe [rad or m].
         home_name: Name of that keyframe.
         from_shapes: Links whose inertia comes from their shapes, because the file states none.
-        missing_meshes: Files of meshes that are not there, or are no solids; shapes made of them are left out.
-        left: What of a drive the file states and nobody takes over, as friction loss: many files state what keeps a
-            simulation calm, one number for all joints, and which do is not told.
+        missing_meshes: Files of meshes that are missing or not solids; their shapes are omitted.
+        left: Drive attributes of the file that are ignored, such as friction loss: many files state values for
+            numerical stability, equal for all joints, and these cannot be recognised.
     """
 
     torque: Mapping[str, float]
@@ -55,10 +55,10 @@ class ModelFacts:
 
 @silenced()
 def model_facts(path: Path, flange: str | None) -> ModelFacts:
-    """Read them.
+    """Read the data.
 
     Raises:
-        ModelFileError: If the file holds no arm.
+        ModelFileError: If the file has no arm.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -74,7 +74,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         limits = [(joint.attributes.get("name", ""), limit) for joint in joints for limit in joint.all("limit")]
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
-        if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # exporters of CAD write it for unknown
+        if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # CAD exporters write it for unknown
             torque, velocity = {}, {}
     home, home_name = _keyframe(spec)
     left = tuple(word for name, word in LEFT.items() if any(np.any(getattr(joint, name)) for joint in spec.joints))
@@ -93,16 +93,16 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
 
 
 def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
-    """Largest torque by the joint that actuators of the file drive: MuJoCo adds those of one joint.
+    """Return the largest torque by joint from the actuators of the file; MuJoCo adds those of one joint.
 
-    Where one of several states no limit there is none for the joint.
+    If one of several has no limit, the joint has none.
     """
     found: dict[str, float] = {}
     unlimited = set[str]()
     for actuator in spec.actuators:
         gear = abs(float(actuator.gear[0])) or 1.0
         force = max(0.0, float(actuator.forcerange[1]))
-        servo = any(actuator.biasprm[1:3])  # told a position or a speed, others a force
+        servo = any(actuator.biasprm[1:3])  # position or velocity servos; others are force actuators
         if not force and not servo and actuator.ctrlrange[1] > 0.0:
             force = float(actuator.ctrlrange[1]) * abs(float(actuator.gainprm[0]))
         if actuator.trntype in OF_JOINTS:
@@ -112,13 +112,13 @@ def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
 
 
 def _stated(limits: list[tuple[str, Element]], key: str) -> dict[str, float]:
-    """Numbers above 0 of an attribute; 0 stands in many files for a limit that nobody knows."""
+    """Return positive numbers of an attribute; in many files, 0 means an unknown limit."""
     values = {name: float(limit.attributes.get(key, "nan")) for name, limit in limits}
     return {name: value for name, value in values.items() if np.isfinite(value) and value > 0.0}
 
 
 def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
-    """Positions by joint of a keyframe called home, or of the only one, where every joint has one position."""
+    """Return positions by joint of a keyframe named home, or of the only one, if it has all joints."""
     joints = list(spec.joints)
     for key in spec.keys:
         if (key.name == "home" or len(spec.keys) == 1) and len(key.qpos) == len(joints):
@@ -128,10 +128,10 @@ def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
 
 
 def check_stated_numbers(path: Path, flange: str | None = None) -> None:
-    """Check what a URDF states of masses and drives of the arm; files of MuJoCo are its compiler's.
+    """Check masses and drives of the arm in a URDF; MuJoCo's compiler checks MJCF files.
 
     Raises:
-        RobotModelError: Naming line, element and value of the first that no arm has.
+        RobotModelError: If a value is impossible; the message names line, element and value.
     """
     if path.suffix.lower() != ".urdf":
         return

@@ -1,4 +1,4 @@
-"""Motions in the forms that controllers take: each writes a sampled motion as text."""
+"""File formats of motions for controllers."""
 
 import json
 from collections.abc import Callable, Iterable
@@ -10,24 +10,24 @@ from ident.support.arrays import Array, Mask
 from scenarios.support.errors import ScenarioError
 
 ENDINGS = {".csv": "csv", ".yaml": "ros", ".yml": "ros", ".script": "urscript"}
-"""Form by the ending of a file."""
+"""Format by the ending of a file."""
 URSCRIPT_JOINTS = 6
 APPROACH = "a=0.3, v=0.2"
-"""URScript: of the way to the start [rad/s^2, rad/s]: slow enough to be watched."""
+"""URScript: acceleration and speed of the move to the start [rad/s^2, rad/s]: slow enough to be supervised."""
 REST = 2.0
-"""URScript: at the start [s], so that nothing swings when the motion begins."""
+"""URScript: pause at the start [s], so that vibrations decay before the motion."""
 SERVOJ = "lookahead_time=0.1, gain=300"
-"""URScript's own defaults: smoothing [s] and stiffness."""
+"""Defaults of URScript: smoothing [s] and stiffness."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampledMotion:
-    """A motion of n joints at the samples of a controller, its end included.
+    """A motion of n joints at the samples of a controller, including its end.
 
     Attributes:
-        name: Of the scenario or file.
-        joint_names: Those of the model; None where no model is named.
-        revolute: Which joints turn, shape (n,); None where no model is named.
+        name: Name of the scenario or file.
+        joint_names: Names in the model; None without a model.
+        revolute: Whether each joint is revolute, shape (n,); None without a model.
         t: Times [s], shape (N,).
         q: Positions [rad, m], shape (N, n).
         dq: Speeds [rad/s, m/s], shape (N, n).
@@ -44,7 +44,10 @@ class SampledMotion:
 
 
 def csv_text(motion: SampledMotion) -> str:
-    """`t`, `q1` .. `qn`, `dq1` .. `dqn`, `ddq1` .. `ddqn`, every digit kept, below a comment that names the joints."""
+    """Return CSV with `t`, `q1` ..
+
+    `qn`, `dq1` .. `dqn`, `ddq1` .. `ddqn`, all digits, below a comment with joint names.
+    """
     n = motion.q.shape[1]
     names = "" if motion.joint_names is None else f"; joints: {', '.join(motion.joint_names)}"
     header = ["t", *(f"{kind}{j}" for kind in ("q", "dq", "ddq") for j in range(1, n + 1))]
@@ -54,10 +57,10 @@ def csv_text(motion: SampledMotion) -> str:
 
 
 def ros_text(motion: SampledMotion) -> str:
-    """A ROS 2 `trajectory_msgs/JointTrajectory` as YAML, whose first point is where the robot starts.
+    """Return a ROS 2 `trajectory_msgs/JointTrajectory` as YAML, whose first point is the start position.
 
     Raises:
-        ScenarioError: If no model names the joints.
+        ScenarioError: If there are no joint names.
     """
     if motion.joint_names is None:
         raise ScenarioError(f"{motion.name}: a JointTrajectory names its joints; add --model ROBOT")
@@ -74,10 +77,10 @@ def ros_text(motion: SampledMotion) -> str:
 
 
 def urscript_text(motion: SampledMotion) -> str:
-    """A program without arguments: a slow `movej` to the start, then one `servoj` a sample; times are steps.
+    """Return a URScript program: a slow `movej` to the start, then one `servoj` per sample.
 
     Raises:
-        ScenarioError: If the arm has not six joints that turn.
+        ScenarioError: If the arm does not have six revolute joints.
     """
     n = motion.q.shape[1]
     slides = 0 if motion.revolute is None else int(np.count_nonzero(~motion.revolute))
@@ -93,7 +96,7 @@ def urscript_text(motion: SampledMotion) -> str:
 
 
 def _row(values: Iterable[float], digits: int) -> str:
-    """Without exponents: YAML takes 1e-05 for a word."""
+    """Return a number without exponent: YAML reads 1e-05 as a string."""
     return "[" + ", ".join(f"{x:.{digits}f}" for x in values) + "]"
 
 
@@ -102,4 +105,4 @@ FORMATS: dict[str, tuple[str, Callable[[SampledMotion], str]]] = {
     "ros": ("ROS 2 JointTrajectory, YAML", ros_text),
     "urscript": ("URScript, a slow movej to the start and a list of servoj; six revolute joints", urscript_text),
 }
-"""By name: what it is, and the function that writes it."""
+"""Formats by name: description and function."""

@@ -1,4 +1,4 @@
-"""From a model file to a robot and a motion that shows its gains, by rules of thumb where nothing is stated."""
+"""From a model file to a robot and an exciting motion, with rules of thumb for values that are not stated."""
 
 import os
 import re
@@ -33,37 +33,37 @@ from sim.robot import Robot
 from sim.trajectory import FourierTrajectory
 
 HARMONICS, DURATION = 6, 20.0
-"""Of the motion; period [s]."""
+"""Harmonics of the motion, and period [s]."""
 ATTEMPTS = 3
-"""Searches from other random numbers, if a motion cannot be fitted to its limits."""
+"""Number of searches with other seeds if a motion cannot be scaled to its limits."""
 CLEAR = 2.0 * CLEARANCE
-"""Smallest distance to floor and arm of a home that is clear [m]."""
+"""Smallest distance of a clear home pose to floor and arm [m]."""
 SHOWN = 0.04
-"""Largest predicted relative deviation of a gain that the scenario wants.
+"""Largest predicted relative standard deviation of a gain that the scenario requires.
 
-Beyond 0.1 a gain is refused, and friction of a weak arm lets logs show up to 2.5 times the predicted deviation.
+Above 0.1 a gain is refused, and for a weak arm friction increases the deviation to up to 2.5 times the predicted one.
 """
 
 Searching = Callable[[Design, Series, int], Sequence[Point]]
-"""Better and better motions that the search with this number finds."""
+"""Yields successively better motions of the search with this seed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class NewRobot:
-    """A robot described by its model file and by rules of thumb.
+    """A robot from its model file and rules of thumb.
 
     Attributes:
-        name: Of the robot.
+        name: Name of the robot.
         path: Model file.
-        model: The same as its robot file names it.
-        end: Last body of the arm, and joints behind it that are taken for a gripper's.
+        model: Path of the model file in the robot file.
+        end: Last body of the arm, and joints recognised as those of a gripper.
         arm: The arm.
-        facts: What the model file says beyond it.
-        drives: By table of a robot file's `[drives]`.
-        home: Pose that the search for a motion starts from.
-        load: Payload, and why it is that one.
-        home_clearance: Smallest distance of that pose to floor and arm [m], negative for an overlap.
-        always_near: Names of links and payload, in pairs, that are too near to each other wherever the joints stand.
+        facts: Other data of the model file.
+        drives: Values by table of a robot file's `[drives]`.
+        home: Start pose of the search for a motion.
+        load: Payload, with its origin.
+        home_clearance: Smallest distance of the home pose to floor and arm [m], negative for an overlap.
+        always_near: Pairs of links, or of link and payload, that are too near to each other at all positions.
     """
 
     name: str
@@ -81,10 +81,10 @@ class NewRobot:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Found:
-    """A motion and what it shows.
+    """A motion and the predicted accuracy.
 
     Attributes:
-        motion: Within the robot's limits.
+        motion: Motion within the robot's limits.
         predicted: Relative standard deviation of each gain, shape (n,).
     """
 
@@ -93,26 +93,26 @@ class Found:
 
     @property
     def tolerance(self) -> tuple[float, ...]:
-        """Four predicted deviations of each gain, 2 % at least."""
+        """Tolerances: four predicted standard deviations of each gain, at least 2 %."""
         return tuple(float(f"{max(0.02, 4.0 * min(float(each), 1.0)):.2g}") for each in self.predicted)
 
     @property
     def identifiable(self) -> tuple[bool, ...]:
-        """Joints whose gains the data should give."""
+        """Joints whose gains should be identifiable."""
         return tuple(bool(each <= SHOWN) for each in self.predicted)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Given:
-    """What somebody states beside the model file; None of all that is left to rules of thumb.
+    """Values stated in addition to the model file; None for rules of thumb.
 
     Attributes:
-        flange: Last body of the arm; joints that do not lead to it are held.
-        name: Of the robot; else that of the model.
-        home: Pose to begin from [rad or m].
+        flange: Last body of the arm; joints outside the chain to it are locked.
+        name: Name of the robot; default: that of the model.
+        home: Start pose [rad or m].
         torque: Largest torques of the joints [N m or N].
-        rated_load: Largest mass that the arm may carry [kg].
-        payload: File of what is mounted, or the mass of a bar [kg].
+        rated_load: Rated load [kg].
+        payload: Payload file, or the mass of a bar [kg].
     """
 
     flange: str | None = None
@@ -124,12 +124,12 @@ class Given:
 
 
 def described(path: Path, folder: Path, given: Given) -> NewRobot:
-    """Read a model file, and state what it leaves open by rules of thumb.
+    """Read a model file, and add values by rules of thumb.
 
     Raises:
-        RobotModelError: If the file is no arm, or is read differently by identification and simulation.
-        RobotError: If the home is no pose of the arm, there is not one torque a joint, or joints are too weak.
-        PayloadError: If the payload's file holds none.
+        RobotModelError: If the file is not an arm, or identification and simulation read it differently.
+        RobotError: If the home pose is not valid, the number of torques is wrong, or joints are too weak.
+        PayloadError: If the payload file is not valid.
         SimulationError: One of its kinds, if links lack an inertia.
     """
     end = ArmEnd(given.flange) if given.flange is not None else arm_end(path)
@@ -162,7 +162,7 @@ def described(path: Path, folder: Path, given: Given) -> NewRobot:
 
 
 def as_robot(new: NewRobot) -> Robot:
-    """The robot that its file will describe."""
+    """Return the robot of the future robot file."""
     values = {name: stated.value for name, stated in new.drives.items()}
     speed, acceleration = values.pop("max_velocity"), values.pop("max_acceleration")
     return Robot(
@@ -178,11 +178,11 @@ def as_robot(new: NewRobot) -> Robot:
 
 
 def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> Found:
-    """Search for a motion that shows all gains.
+    """Search for a motion that identifies all gains.
 
     Raises:
-        TrajectoryError: If none is.
-        RobotError: If the payload that the arm can bear shows no gain.
+        TrajectoryError: If none is found.
+        RobotError: If the payload that the arm can carry identifies no gain.
     """
     body = new.load.body
     plant = Plant(robot=robot, drives=robot.drives, payload=body)
@@ -208,7 +208,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
 
 
 def _motion(design: Design, series: Series, searched: Searching, name: str, advice: str) -> FourierTrajectory:
-    """The best motion of some searches, shrunk until it keeps the limits where none does."""
+    """Return the best motion of some searches, scaled to the limits if necessary."""
     bests: list[FourierTrajectory] = []
 
     def searches() -> Iterator[Sequence[Point]]:

@@ -1,7 +1,7 @@
-"""A payload designed for a scenario: what its own shows along the motion, and what the best weight of each shape would.
+"""Design of a payload for a scenario: accuracy with its own payload and with the best payload of each shape.
 
-What the motion puts on the arm is sampled once, so that a weight costs a few milliseconds; dimensions are whole
-millimetres. Each shape is searched by differential evolution.
+The motion is sampled once, so the evaluation of a payload takes a few milliseconds. Dimensions are whole millimetres.
+Each shape is optimised by differential evolution.
 """
 
 from collections.abc import Callable
@@ -26,26 +26,26 @@ from sim.flange import Flange, flange_of
 from sim.trajectory import FourierTrajectory
 
 NEAR_HZ, TORQUE_HZ = 10.0, 50.0
-"""Samples a second at which distances and torques are looked at during the search."""
+"""Sampling rate for distances and torques during the search [Hz]."""
 ROOM = 1.3 * CLEARANCE
-"""Distance that the search keeps, where a finer look will want `CLEARANCE` [m]."""
+"""Clearance in the search [m]; the final check on a fine grid requires `CLEARANCE`."""
 IMPOSSIBLE = 100.0
-"""Cost of a weight that breaks a bound, before it is said by how much."""
+"""Base cost of a payload that violates a bound."""
 POPULATION, GENERATIONS = 8, 25
-"""Candidates a dimension, and how often they are renewed."""
+"""Population size per dimension, and number of generations."""
 LOOKED_AT = 10
-"""Of the best candidates that are left, how many are looked at on a fine grid until one may be mounted."""
-STEPS = 100 * len(SHAPES)  # that a design is counted in
+"""Largest number of the best candidates that are checked on a fine grid until one is feasible."""
+STEPS = 100 * len(SHAPES)  # steps of a design for the progress display
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Mounted:
-    """A payload along a motion.
+    """Evaluation of a payload along a motion.
 
     Attributes:
-        payload: As identification is told.
-        deviations: Predicted.
-        torque: Of the payload on each joint, rms [N m], shape (n,).
+        payload: Payload as known to the identification.
+        deviations: Predicted standard deviations.
+        torque: Rms torque of the payload on each joint [N m], shape (n,).
     """
 
     payload: Payload
@@ -55,12 +55,12 @@ class Mounted:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Candidate(Mounted):
-    """A weight that was found.
+    """A designed payload.
 
     Attributes:
-        weight: Its drawing.
-        cost: Objective of the wanted joints.
-        refusal: Why it must not be mounted; empty if it may.
+        weight: The nominal payload.
+        cost: Objective.
+        refusal: Why it must not be mounted, or an empty text.
     """
 
     weight: Weight
@@ -70,15 +70,15 @@ class Candidate(Mounted):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Carrying:
-    """What a weight is designed for, and the cost of weights there.
+    """The design problem of a payload.
 
     Attributes:
-        design: Robot, limits and wanted joints.
-        motion: The motion, sampled when first asked for.
-        flange: Where weights are mounted.
-        known: What identification is to be told of the weight.
-        most: Largest mass [kg]; infinite if nobody says.
-        density: Of the material [kg/m^3].
+        design: Robot, limits and joints to identify.
+        motion: The motion, sampled at first use.
+        flange: Frame on which payloads are mounted.
+        known: Known parameters of the payload.
+        most: Largest mass [kg], infinite if not stated.
+        density: Density of the material [kg/m^3].
     """
 
     design: Design
@@ -90,7 +90,7 @@ class Carrying:
 
     @cached_property
     def rows(self) -> MotionRows:
-        """The motion, sampled for predictions."""
+        """Return the motion, sampled for predictions."""
         return self.design.rows(self.motion)
 
     @cached_property
@@ -102,17 +102,17 @@ class Carrying:
         return self.design.rows(self.motion, TORQUE_HZ)
 
     def payload(self, weight: Weight) -> Payload:
-        """A weight as identification is to be told of it."""
+        """Return a designed payload as known to the identification."""
         return replace(payload_of(weight, self.flange), known=self.known)
 
     def problem_with(self, weight: Weight, payload: Payload) -> Problem:
-        """The same problem with a weight, as `payload`, on the flange."""
+        """Return the same problem with a payload on the flange."""
         problem = self.design.problem
         plant = replace(problem.plant, payload=body_of(payload))
         return replace(problem, plant=plant, carried=drawn(payload), solids=solids(weight, self.flange))
 
     def cost(self, weight: Weight) -> float:
-        """Objective of the wanted joints; of an impossible weight, `IMPOSSIBLE` and more the less possible it is."""
+        """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
         missing = SHAPES[weight.shape].missing(weight.dimensions)
         over = max(missing, 0.0) / 10.0 + max(weight.properties.mass / self.most - 1.0, 0.0)
         if over > 0.0:
@@ -125,7 +125,7 @@ class Carrying:
         return value + 10.0 * max(ROOM - self._distance(weight, payload, NEAR_HZ), 0.0) / ROOM
 
     def candidate(self, weight: Weight) -> Candidate:
-        """Everything about one weight, distances on a fine grid."""
+        """Return the full evaluation of a payload, with distances on a fine grid."""
         payload = self.payload(weight)
         deviations = self._predict(drawn(payload))
         return Candidate(
@@ -138,7 +138,7 @@ class Carrying:
         )
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Candidate:
-        """The best weight of a shape. `tell` is told the share of the search that is done, now and then."""
+        """Return the best payload of a shape. `tell` receives the progress of the search."""
         bounds = np.array([*SHAPES[shape].dimensions.values(), (0, 3)], dtype=np.float64)
         calls = 0
 
@@ -183,7 +183,7 @@ class Carrying:
         return float(used.max()) - SHARES["torque"] - EXCESS
 
     def _distance(self, weight: Weight, payload: Payload, rate_hz: float) -> float:
-        """Smallest distance to floor and arm at so many samples a second [m]."""
+        """Return the smallest distance to floor and arm at a sampling rate [m]."""
         problem = self.problem_with(weight, payload)
         q, _, _ = self.motion(np.arange(0.0, self.motion.duration, 1.0 / rate_hz))
         return float(Clearance(problem.plant, ROOM, problem.solids)(q).min())
@@ -191,17 +191,17 @@ class Carrying:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PayloadDesign:
-    """What a design came to.
+    """Result of a design.
 
     Attributes:
-        scenario: For which.
-        mounting: Name of the payload that it is in place of.
-        carrying: Robot, limits, the scenario's motion, the joints that are to be shown.
+        scenario: The scenario.
+        mounting: Name of the payload that is replaced.
+        carrying: Robot, limits, the scenario's motion, the joints to identify.
         before: The scenario's own payload along its own motion.
-        all_torque: Of bare and loaded motion with it on each joint, rms [N m], shape (n,).
-        candidates: The best of each shape, best first, those that must not be mounted last.
-        again: The best one along a motion that was searched for it; None if none was.
-        shown_below: Largest predicted deviation that counts as shown.
+        all_torque: Rms torque on each joint in bare and loaded motion with this payload [N m], shape (n,).
+        candidates: The best payload of each shape: best first, infeasible ones last.
+        again: The best one along a motion that was searched for it; None without such a search.
+        shown_below: Largest predicted relative standard deviation of an identifiable gain.
     """
 
     scenario: Scenario
@@ -215,15 +215,15 @@ class PayloadDesign:
 
     @property
     def joints(self) -> list[int]:
-        """Those that are to be shown, from 0."""
+        """Joints to identify, from 0."""
         return self.carrying.design.problem.joints.tolist()
 
     @property
     def best(self) -> Candidate:
-        """The weight to make.
+        """The payload to be manufactured.
 
         Raises:
-            ScenarioError: If there is none that may be mounted.
+            ScenarioError: If none is feasible.
         """
         first = self.candidates[0]
         if first.refusal:
@@ -234,24 +234,24 @@ class PayloadDesign:
 
     @property
     def after(self) -> Candidate:
-        """The best one, along the motion that it is to be used with."""
+        """The best one, along the motion for its use."""
         return self.best if self.again is None else self.again
 
     def shows(self, deviations: Deviations) -> Mask:
-        """Which joints' gains identification would not refuse, shape (n,)."""
+        """Return a mask of joints with an identifiable gain, shape (n,)."""
         return deviations.noise <= self.shown_below
 
     def worst(self, deviations: Deviations) -> float:
-        """Largest deviation of a wanted gain from noise, whatever is known of the payload."""
+        """Return the largest standard deviation of the gains to identify from noise, with a fully known payload."""
         return float(deviations.noise[self.joints].max())
 
 
 def design_payload(
     setup: Setup, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]
 ) -> PayloadDesign:
-    """Search the best weight of every shape along a scenario's motion, to show every joint.
+    """Search for the best payload of every shape along a scenario's motion.
 
-    `density` is of the material [kg/m^3]; `tell` is told how many of `STEPS` are done, and what is being searched.
+    `density` is that of the material [kg/m^3]; `tell` receives the completed number of `STEPS`, and the current shape.
 
     Raises:
         ScenarioError: If the scenario mounts no payload.
@@ -286,5 +286,5 @@ def design_payload(
 
 
 def _payload_torque(Y: Array, chi: Array) -> Array:
-    """Rms torque that a payload puts on each joint [N m], shape (n,); Y (N, n, 10)."""
+    """Return the rms torque of a payload on each joint [N m], shape (n,); Y has shape (N, n, 10)."""
     return np.sqrt(np.mean((Y @ chi) ** 2, axis=0))

@@ -1,4 +1,4 @@
-"""A designed payload as files: payload file, and a scenario that mounts it."""
+"""Files of a designed payload: payload file, and a scenario with it."""
 
 import math
 import os
@@ -18,13 +18,13 @@ from sim.trajectory import FourierTrajectory
 
 PAYLOAD, SCENARIO, MOTION = "payload.toml", "scenario.toml", "motion.toml"
 SIGMAS = 3.0
-"""Predicted deviations that a tolerance of the written scenario leaves at least."""
+"""Smallest tolerance of the written scenario, in predicted standard deviations."""
 DIGITS, NOTHING = 6, 1e-9
-"""Significant digits of what is written, and share of the largest of its kind that is rounding of a zero."""
+"""Significant digits of written numbers, and share of the largest number below which a number is zero."""
 
 
 def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTrajectory | None, folder: Path) -> None:
-    """Write the payload file and the scenario that mounts the payload, with its motion if it has one of its own.
+    """Write the payload file and a scenario with the payload, and its motion if it is new.
 
     Raises:
         OSError: If something cannot be written.
@@ -46,12 +46,12 @@ def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTr
 
 
 def as_written(payload: Payload) -> Payload:
-    """A payload with the digits that mean something; what is nothing beside the largest of its kind is zero."""
+    """Return a payload with significant digits; negligible numbers are zero."""
     return payload_from_table({key: _short(value) for key, value in payload_to_table(payload).items()})
 
 
 def _short(value: object) -> object:
-    """A value of a payload's table, numbers of one key being of one kind."""
+    """Return a rounded value of a payload's table."""
     if isinstance(value, Mapping):
         return dict(zip(value, _digits(list(value.values())), strict=True))
     if isinstance(value, list):
@@ -65,7 +65,7 @@ def _digits(values: Sequence[float]) -> list[float]:
 
 
 def write_scenario_file(design: PayloadDesign, scenario: str, path: Path) -> None:
-    """Write a scenario that mounts the payload and wants every gain that it shows."""
+    """Write a scenario with the payload that requires every identifiable gain."""
     wanted, after, weight = design.scenario.table.tolerance.gain, design.after.deviations, design.best.weight
     gain = [max(given, math.ceil(100.0 * SIGMAS * std) / 100.0) for given, std in zip(wanted, after.noise, strict=True)]
     base = scenario if scenario in builtin_names() else os.path.relpath(Path(scenario).resolve(), path.parent.resolve())

@@ -1,4 +1,4 @@
-"""A robot of the user's as a folder: `robot.toml`, `scenario.toml`, a motion; every number with where it comes from."""
+"""Folder of a user's robot: `robot.toml`, `scenario.toml` and a motion; every number with its origin."""
 
 import os
 from dataclasses import replace
@@ -33,19 +33,19 @@ UNITS = {
     "max_velocity": ("rad/s", "m/s"),
     "max_acceleration": ("rad/s^2", "m/s^2"),
 }
-"""Units of the tables of `[drives]`, of a joint that turns and of one that slides."""
+"""Units of the tables of `[drives]`, for revolute and prismatic joints."""
 SWING = (20.0, 30.0)
-"""Rotors on elastic transmissions swing between these frequencies [Hz]; measured joints at 20 to 31."""
+"""Range of the rotor resonance on an elastic transmission [Hz]; measured joints have 20 to 31."""
 
 
 def robot_text(new: NewRobot) -> str:
-    """The robot file."""
+    """Return the text of the robot file."""
     names = ", ".join(f"{k} {name}" for k, name in enumerate(new.arm.joint_names, 1))
     lines = [
         schema_line("robot"),
         f"# Joints: {names}",
-        "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
-        "# word or one per joint. Units of a prismatic joint stand in brackets.",
+        "# A first version: replace assumed values by known ones. origin is published, measured or assumed, one",
+        "# word or one per joint. Units of a prismatic joint are in brackets.",
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are those of this file",
     ]
@@ -65,7 +65,7 @@ def robot_text(new: NewRobot) -> str:
 
 
 def scenario_text(new: NewRobot, found: Found) -> str:
-    """The scenario file."""
+    """Return the text of the scenario file."""
     true, believed = (_payload(new.load.payload, deviations=each) for each in (False, True))
     soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
     soft = [float(f"{c:.3g}") for c in soft]
@@ -85,21 +85,21 @@ payload = {true}
 [experiment]
 motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite finds a better one
 
-[belief]                     # what controller and identification believe
+[belief]                     # what controller and identification assume
 controller_gain = {new.drives["gain"].value.tolist()!r}  # those of {ROBOT}
 payload = {believed}  # as it is
 
 [tolerance]
-gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
-identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)}; wanted up to {100.0 * SHOWN:g}
+gain = {list(found.tolerance)!r}  # relative; four predicted standard deviations, 2 % at least
+identifiable = [{truth}]  # predicted standard deviations [%]: {percents(found.predicted)}; limit: {100.0 * SHOWN:g}
 
-[sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
+[sources."joint elasticity"]  # assumed: rotor resonances on the transmissions at {SWING[0]:g} to {SWING[1]:g} Hz
 target = "plant.errors.joint_compliance"
 distribution = "uniform"
 parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
 shared = true
 
-[sources."zeros of joints"]  # assumed: 0.1 degrees of a calibrated arm, 0.1 mm of a prismatic joint
+[sources."zeros of joints"]  # assumed: 0.1 degrees, 0.1 mm for a prismatic joint: a calibrated arm
 target = "plant.errors.zero_error"
 distribution = "norm"
 parameters = {{ scale = {zeros!r} }}  # rad, m for a prismatic joint
@@ -107,7 +107,7 @@ parameters = {{ scale = {zeros!r} }}  # rad, m for a prismatic joint
 
 
 def as_read(new: NewRobot) -> Robot:
-    """The robot as everyone will read it from its file; nothing is left where it will be."""
+    """Return the robot as read from its file, without leaving the file."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / ROBOT
         path.write_text(robot_text(replace(new, model=str(new.path.resolve()))), encoding="utf-8")
@@ -115,7 +115,7 @@ def as_read(new: NewRobot) -> Robot:
 
 
 def write_new_robot(new: NewRobot, found: Found, folder: Path) -> None:
-    """Write all files, or none: each is complete before the first takes its place.
+    """Write all files or none: each is complete before the first is moved to its place.
 
     Raises:
         OSError: If something cannot be written.
@@ -130,7 +130,7 @@ def write_new_robot(new: NewRobot, found: Found, folder: Path) -> None:
 
 
 def check_no_other_robot(folder: Path, model: Path) -> None:
-    """Check that a folder holds no robot of another model file.
+    """Check that a folder has no robot of another model file.
 
     Raises:
         ScenarioError: If it does.
@@ -138,7 +138,7 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
     path = folder / ROBOT
     try:
         table = read_toml(path, error=UnreadableFile)
-    except UnreadableFile:  # nothing there, or nothing that anyone could lose
+    except UnreadableFile:  # empty, or nothing of value
         return
     name, there = table.get("name"), table.get("model")
     if isinstance(there, str) and (folder / there).resolve() != model.resolve():
@@ -148,7 +148,7 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
 
 
 def _payload(payload: Payload, *, deviations: bool) -> str:
-    """A payload as a table in one line, with the deviations that are stated of it or without."""
+    """Return a payload as a table in one line, with or without its standard deviations."""
     keys = ("mass", "com", "inertia", *("mass_std", "com_std", "inertia_std") * deviations)
     values = {key: getattr(payload, key) for key in keys}
     for key in ("inertia", "inertia_std"):

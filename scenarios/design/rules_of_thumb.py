@@ -1,6 +1,6 @@
-"""Rules of thumb for what no model file says, drives, limits, a pose and a payload, each with its reason.
+"""Rules of thumb for values that no model file states: drives, limits, a pose and a payload, each with its reason.
 
-They make a start, not a robot: every number is written into a file of the user's, with its origin, to be replaced.
+The values are a starting point: each is written into the user's file with its origin, and should be replaced.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from sim.errors import RobotError
 from sim.plant import PayloadBody
 
 SPEED, SLIDE = 2.0, 0.4
-"""Largest speed of a joint whose file states none [rad/s], [m/s]."""
+"""Default of a joint's largest speed [rad/s], [m/s]."""
 ACCELERATION = 4.0
 """Largest acceleration over largest speed [1/s]; the RX-90's robot file has 3 to 6."""
 ROTOR = 0.0065
@@ -33,25 +33,25 @@ COULOMB = 1.0
 ASYMMETRY, OFFSET = 0.03, 0.02
 """Shares of the Coulomb friction; an identified TX-40 has a total offset of 5 %."""
 NEEDED = 2.0
-"""Largest torque over the one that random states at a third of speed and acceleration need, where none is stated."""
+"""Default of the largest torque, relative to that of random states at a third of speed and acceleration."""
 RATED = 0.1
-"""Mass of a usual load over that of all moving links; rated loads are 0.08 (TX-40) to 0.3 (UR10e) of them."""
+"""Default load, relative to the mass of the moving links; rated loads are 0.08 (TX-40) to 0.3 (UR10e)."""
 STATES = 200
-"""Random states over which torques are taken."""
+"""Number of random states for torques."""
 PACE = 1.0 / 3.0
-"""Share of the largest speed and acceleration of these states."""
+"""Speed and acceleration of these states, relative to the largest ones."""
 DENSITY = 7850.0
-"""Of steel [kg/m^3]."""
+"""Density of steel [kg/m^3]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stated:
-    """Numbers, one a joint, where each is from, and who says so.
+    """Numbers, one per joint, with origin and source.
 
     Attributes:
-        value: Shape (n,).
-        origin: One word a joint.
-        source: A sentence.
+        value: Numbers, shape (n,).
+        origin: Origin, one word per joint.
+        source: Source, a sentence.
     """
 
     value: Array
@@ -60,24 +60,24 @@ class Stated:
 
 
 def assumed(value: Array, source: str) -> Stated:
-    """Numbers that nobody published."""
+    """Return assumed numbers."""
     return Stated(value, ("assumed",) * len(value), source)
 
 
 def drives_by_rule(
     arm: Arm, model: Path, flange: str | None, facts: ModelFacts, given: Sequence[float] | None = None
 ) -> dict[str, Stated]:
-    """The tables of a robot file's `[drives]`, by name.
+    """Return the tables of a robot file's `[drives]`, by name.
 
     Args:
         arm: The arm.
         model: Its model file.
-        flange: Last body of the arm, None where all joints are its own.
-        facts: What the file says.
-        given: Largest torques [N m or N] that somebody names, shape (n,); None for those of the file, or by rule.
+        flange: Last body of the arm, None if all joints belong to the arm.
+        facts: Data of the model file.
+        given: Stated largest torques [N m or N], shape (n,); None for those of the file, or by rule.
 
     Raises:
-        RobotError: If there is not one torque a joint.
+        RobotError: If the number of torques is wrong.
     """
     usual = np.where(arm.revolute, SPEED, SLIDE)
     speed = _or_rule(arm, facts.velocity, usual, f"{SPEED:g} rad/s or {SLIDE:g} m/s", model)
@@ -91,7 +91,7 @@ def drives_by_rule(
     viscous = VISCOUS * rotor
     coulomb = COULOMB * viscous
     rules = {
-        "gain": (np.ones(arm.n), "a log of torques computed with the maker's own constants: 1 unit is 1 N m or 1 N"),
+        "gain": (np.ones(arm.n), "a log of torques computed with the manufacturer's constants: 1 unit is 1 N m or 1 N"),
         "rotor_inertia": (rotor, f"{ROTOR:g} times the largest torque; the RX-90's has 0.005 to 0.0075"),
         "viscous_friction": (viscous, f"{VISCOUS:g} 1/s times the rotor inertia; an identified TX-40 has 15 to 60"),
         "coulomb_friction": (
@@ -112,9 +112,9 @@ def drives_by_rule(
 
 
 def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], far: float) -> Stated:
-    """A pose to start from: a keyframe's, zero, the middle of the ranges or a random one, the first that is clear.
+    """Return a start pose: the first clear one of keyframe, zero, middle of the ranges and random poses.
 
-    `clearance` gives the smallest distance at each pose [m], `far` is what counts as clear [m].
+    `clearance` returns the smallest distance at each pose [m]; a pose is clear if it is at least `far` [m].
     """
     lower, upper = _ends(arm)
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
@@ -137,10 +137,10 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
 
 
 def given_home(arm: Arm, pose: Sequence[float]) -> Stated:
-    """A pose that somebody names.
+    """Return a stated pose.
 
     Raises:
-        RobotError: If it is none of the arm's.
+        RobotError: If it is not valid for the arm.
     """
     if len(pose) != arm.n:
         raise RobotError(f"home: {len(pose)} positions, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
@@ -160,7 +160,7 @@ def _given_torque(arm: Arm, given: Sequence[float]) -> Stated:
 def random_torques(
     arm: Arm, model: Path, flange: str | None, most: Array, load: PayloadBody | None, *, pace: float = PACE
 ) -> Array:
-    """Torques in random states up to a share `pace` of speed `most` and acceleration [N m or N], shape (STATES, n)."""
+    """Return torques at random states with speeds up to `pace` times `most` [N m or N], shape (STATES, n)."""
     lower, upper = _ends(arm)
     rng = np.random.default_rng(0)
     q = rng.uniform(lower, upper, (STATES, arm.n))
@@ -169,22 +169,22 @@ def random_torques(
 
 
 def _ends(arm: Arm) -> tuple[Array, Array]:
-    """Lower and upper ends of the joints' ranges, each (n,); a joint without any has a turn."""
+    """Return lower and upper ends of the joints' ranges, each (n,); one turn for an unlimited joint."""
     endless = ~np.isfinite(arm.upper - arm.lower)
     return np.where(endless, -HALF_TURN, arm.lower), np.where(endless, HALF_TURN, arm.upper)
 
 
 def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, model: Path) -> Stated:
-    """What the file states; by the rule where it states nothing."""
+    """Return the values of the file, completed by the rule."""
     value = np.array([stated.get(name, rule[j]) for j, name in enumerate(arm.joint_names)])
     value = np.array([float(f"{x:.4g}") for x in value])
     origin = tuple("published" if name in stated else "assumed" for name in arm.joint_names)
-    parts = [f"{model.name} states it" if "published" in origin else "", words if "assumed" in origin else ""]
+    parts = [f"stated in {model.name}" if "published" in origin else "", words if "assumed" in origin else ""]
     return Stated(value, origin, "; where it does not: ".join(part for part in parts if part))
 
 
 def beside_the_axis(arm: Arm) -> Array:
-    """Centre of a payload in the frame of the last link: an eighth of the reach off the axis, and outwards along it."""
+    """Return the centre of a payload in the last link's frame: an eighth of the reach off the axis, and along it."""
     axis, step = arm.axis[-1], arm.translation[-1]
     reach = float(np.linalg.norm(arm.translation[1:], axis=1).sum()) or 1.0
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
@@ -196,7 +196,7 @@ def beside_the_axis(arm: Arm) -> Array:
 
 
 def bar(mass: float, com: Array) -> Payload:
-    """A steel bar of a mass [kg] with sides 1, 1, 3, the long one along z, its centre [m] in the last link's frame."""
+    """Return a steel bar of a mass [kg], sides 1 : 1 : 3, the long one along z, centre [m] in the last link's frame."""
     side = (mass / (3.0 * DENSITY)) ** (1.0 / 3.0)
     thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
     x, y, z = (float(c) for c in com)

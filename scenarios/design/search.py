@@ -1,7 +1,7 @@
-"""Search for a motion that shows the drive gains: the largest predicted standard deviation is made small.
+"""Search for a motion that minimises the largest predicted standard deviation of the gains.
 
-Best of 300 random motions, then CMA-ES from there. The cost has kinks wherever another sample becomes the one that
-meets a limit; gradient descent stops at them with deviations half as large again.
+The search starts with the best of 300 random motions, and continues with CMA-ES. The cost is not smooth where the
+sample that limits the motion changes; gradient descent stops there with deviations 1.5 times as large.
 """
 
 import pickle
@@ -26,30 +26,30 @@ if TYPE_CHECKING:
     from scenarios.design.holds import Holds
 
 FIRST = 300
-"""Random motions of which the best begins the search."""
+"""Number of random motions at the start."""
 STEP, SMALL_STEP = 0.2, 0.05
-"""Deviation of the first steps, from a random motion and from one that a search has found."""
+"""Initial step size, from a random motion and from the result of a search."""
 LEAST_SHARE = 0.25
-"""Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
+"""Smallest amplitude of a joint, as a share of the largest: a joint at rest gives no information on its parameters."""
 
 POSITIONS, ADMISSIBLE = 2000, 30
-"""Positions that are drawn where home will not do, and how many admissible ones of them are kept."""
+"""Number of random positions if home is not feasible, and number of feasible ones that are used."""
 
 Judge = Callable[[Sequence[Array]], list[float]]
-"""Costs of motions."""
+"""Return costs of motions."""
 
 
 Searchable: TypeAlias = "Series | Holds"
-"""Motions as points of a search: how many joints they have, a point's motion, a random point, a motion's point."""
+"""Parametrisation of motions in a search."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """Motions as points of a search: centres, shares of the largest admissible motion, coefficients up to scale.
+    """Parametrisation: centres, shares of the largest feasible amplitude, coefficients up to scale.
 
     Attributes:
-        limits: What scales them.
-        harmonics: Of the series.
+        limits: Limits that scale the amplitudes.
+        harmonics: Number of harmonics.
         duration: Period [s].
     """
 
@@ -59,11 +59,11 @@ class Series:
 
     @property
     def n(self) -> int:
-        """Joints."""
+        """Number of joints."""
         return len(self.limits.lower)
 
     def motion(self, x: Array) -> FourierTrajectory:
-        """The motion of a point, shape (2 n + 2 n harmonics,)."""
+        """Return the motion of a point, shape (2 n + 2 n harmonics,)."""
         n = self.n
         sine, cosine = x[2 * n :].reshape(2, n, self.harmonics)
         raw = at_rest(x[:n], sine, cosine, self.duration)
@@ -72,13 +72,13 @@ class Series:
         return FourierTrajectory(raw.center, scale * raw.sine, scale * raw.cosine, self.duration)
 
     def drawn(self, start: Array, rng: np.random.Generator) -> Array:
-        """The point of a random motion about a position."""
+        """Return the point of a random motion about a position."""
         fade = 1.0 / np.sqrt(np.arange(1, self.harmonics + 1))
         shares = rng.uniform(-1.0, 2.0, self.n)
         return np.concatenate((start, shares, (fade * rng.standard_normal((2, self.n, self.harmonics))).ravel()))
 
     def point(self, motion: FourierTrajectory) -> Array:
-        """The point of a motion of at most these harmonics; a joint that moves less than its least share moves that."""
+        """Return the point of a motion with at most these harmonics; amplitudes are at least the smallest share."""
         room = self.limits.largest_scale(motion)
         share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
         coefficients = np.zeros((2, self.n, self.harmonics))
@@ -90,12 +90,12 @@ class Series:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Found:
-    """How far a search is.
+    """State of a search.
 
     Attributes:
         x: Best point so far.
         cost: Its cost.
-        tried: Motions tried, besides the random ones that it began with.
+        tried: Number of motions tried, without the random ones at the start.
     """
 
     x: Array
@@ -104,13 +104,13 @@ class Found:
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
-    """Positions that motions may move about at first. `home` is that of the robot's file [rad or m], shape (n,).
+    """Return initial centres of motions. `home` is that of the robot's file [rad or m], shape (n,).
 
     Returns:
-        Home alone if it is admissible at rest, else admissible positions drawn within the ranges, shape (k, n).
+        Home if it is feasible at rest, otherwise random feasible positions within the ranges, shape (k, n).
 
     Raises:
-        NoPositionError: If none of them is.
+        NoPositionError: If there are none.
     """
     if admissible(design, home[None])[0]:
         return home[None]
@@ -128,12 +128,12 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
 
 
 def admissible(design: Design, q: Array) -> Mask:
-    """Which positions (k, n) keep every limit at rest, shape (k,)."""
+    """Return a mask of positions (k, n) that meet all limits at rest, shape (k,)."""
     return np.array([not design.excess(design.rows(resting(each), 1.0)).any() for each in q], dtype=bool)
 
 
 def random_point(series: Searchable, starts: Array, seed: int, judge: Judge) -> Found:
-    """The best of `FIRST` random motions, about each start in turn."""
+    """Return the best of `FIRST` random motions, about each start in turn."""
     rng = np.random.default_rng(seed)
     points = [series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)]
     costs = judge(points)
@@ -142,20 +142,20 @@ def random_point(series: Searchable, starts: Array, seed: int, judge: Judge) -> 
 
 
 def known_point(series: Searchable, motion: FourierTrajectory, tried: int, judge: Judge) -> Found:
-    """A motion that a search found before it was stopped, to go on from."""
+    """Return the state for continuing from a motion."""
     x = series.point(motion)
     return Found(x=x, cost=judge([x])[0], tried=tried)
 
 
 def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:
-    """Better and better motions, one a generation of CMA-ES.
+    """Yield successively better motions, one per generation of CMA-ES.
 
     Args:
-        first: Where to begin.
-        step: Deviation of the first steps.
-        seed: Of the random numbers; the same seed finds the same motion, wherever motions are judged.
-        evaluations: Motions to try, besides those that `first` is the best of.
-        judge: Gives their costs.
+        first: Initial state.
+        step: Initial step size.
+        seed: Seed of the random numbers; the same seed gives the same motion.
+        evaluations: Number of motions to try, without the random ones at the start.
+        judge: Returns their costs.
     """
     found = first
     yield found
@@ -176,12 +176,12 @@ def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge)
 
 
 def judge_here(design: Design, series: Searchable) -> Judge:
-    """Motions judged one after another."""
+    """Evaluate motions one after another."""
     return lambda points: [design.cost(series.motion(x)) for x in points]
 
 
 def judge_in(pool: Executor, workers: int, problem: Problem, series: Searchable) -> Judge:
-    """Motions judged by the processes of a pool, as many at a time as there are workers; costs are the same."""
+    """Evaluate motions in the processes of a pool; the costs are the same."""
     stated = pickle.dumps((problem, series))
 
     def judge(points: Sequence[Array]) -> list[float]:
@@ -193,7 +193,7 @@ def judge_in(pool: Executor, workers: int, problem: Problem, series: Searchable)
 
 
 def costs_of(stated: bytes, points: Sequence[Array]) -> list[float]:
-    """Costs of some motions, in a worker."""
+    """Return costs of some motions, in a worker."""
     return _judge(stated)(points)
 
 

@@ -1,4 +1,4 @@
-"""Motions that a search is begun with or leaves: a scenario's own, and files that say how their motion was found."""
+"""Initial motions and results of searches: a scenario's own motion, and motion files with their provenance."""
 
 import re
 from math import isfinite
@@ -19,14 +19,14 @@ STOPPED = re.compile(r"# Stopped after (\d+) of \d+ motions")
 
 
 class Unfinished(NamedTuple):
-    """The best motion of a search that was stopped, and how many motions it tried."""
+    """The best motion of a stopped search, and its number of motions."""
 
     motion: FourierTrajectory
     tried: int
 
 
 def own_motion(scenario: Scenario, design: Design) -> FourierTrajectory | None:
-    """The motion of a scenario; None where there is none yet, or none that this robot can make."""
+    """Return the motion of a scenario; None if there is none that this robot can carry out."""
     try:
         motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     except ScenarioError:
@@ -35,10 +35,10 @@ def own_motion(scenario: Scenario, design: Design) -> FourierTrajectory | None:
 
 
 def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
-    """The motion of a scenario, for a search to begin with.
+    """Return the motion of a scenario as the start of a search.
 
     Raises:
-        ScenarioError: If no point of the series is that motion; if there is none.
+        ScenarioError: If the parametrisation cannot represent the motion; if there is none.
     """
     motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     n, harmonics = motion.sine.shape
@@ -52,14 +52,14 @@ def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
 
 
 def percents(deviations: Array) -> str:
-    """Predicted deviations of all gains, shape (n,), in percent and in words; a dash where a motion cannot show one."""
+    """Return predicted standard deviations of gains, shape (n,), as text in percent; a dash if not identifiable."""
     return ", ".join(f"{100.0 * std:.2g}" if isfinite(std) else "-" for std in deviations)
 
 
 def search_comments(command: str, deviations: Array, *, tried: int, wanted: int) -> list[str]:
-    """What stands above a motion in its file: how it was found, and what it predicts.
+    """Return the head of a motion file: provenance and predicted accuracy.
 
-    The command is without the name of the file; `deviations` are predicted, relative, of all gains, shape (n,).
+    The command excludes the name of the file; `deviations` are the predicted relative ones of all gains, shape (n,).
     """
     stopped = f"Stopped after {tried} of {wanted} motions; repeat the command to continue."
     return [
@@ -71,10 +71,10 @@ def search_comments(command: str, deviations: Array, *, tried: int, wanted: int)
 
 
 def unfinished(path: Path, command: str) -> Unfinished | None:
-    """The search in a motion file that was stopped; None if there is none, or another command's.
+    """Return the stopped search of a motion file; None if there is none, or if it has another command.
 
     Raises:
-        ScenarioError: If the file holds no motion.
+        ScenarioError: If the file is not a motion.
     """
     if not path.is_file():
         return None

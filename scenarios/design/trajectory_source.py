@@ -1,4 +1,4 @@
-"""The motion of a scenario or of a motion file, with the joints that it moves and what they allow."""
+"""The motion of a scenario or of a motion file, with its arm and limits."""
 
 import math
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from sim.feedforward_currents import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
 MOST = 1_000_000
-"""Samples of a file."""
+"""Largest number of samples of a file."""
 ROUNDING = 1e-9
-"""Share of a sample by which a duration may miss a whole number of samples."""
+"""Tolerance of the duration, in sampling periods."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,10 +29,10 @@ class Source:
     """A motion and its arm.
 
     Attributes:
-        name: Of the scenario or file.
+        name: Name of the scenario or file.
         motion: The motion.
-        arm: What it moves; None where no model is named.
-        limits: What that allows, infinite where nothing is stated; torques are not looked at.
+        arm: The arm; None without a model.
+        limits: Limits of the arm, infinite if not stated; torques are not checked.
     """
 
     name: str
@@ -41,11 +41,10 @@ class Source:
     limits: Limits
 
     def sampled(self, rate_hz: float) -> SampledMotion:
-        """The motion at a rate; its last sample is its end, which may come sooner than a period after the one before.
+        """Return the motion sampled at a rate; the last sample is its end, so the last period may be shorter.
 
         Raises:
-            ScenarioError: If that gives fewer than two samples or more than a file should hold; if the model has other
-                joints.
+            ScenarioError: If there are fewer than two samples or too many; if the number of joints differs.
         """
         name, arm, duration, n = self.name, self.arm, self.motion.duration, self.motion.n
         if arm is not None and arm.n != n:
@@ -64,8 +63,8 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
     """The motion of a scenario, or of a file.
 
     Raises:
-        ScenarioError: If a scenario is given a second model; one of its kinds, if the file is neither.
-        Saturated: If the scenario's motion asks more of a drive than it has.
+        ScenarioError: If a model is given for a scenario; one of its subclasses, if the file is neither.
+        Saturated: If a drive cannot follow the scenario's motion.
     """
     path = Path(name)
     if path.suffix == ".toml" and KEYS[1] in read_toml(path, error=UnreadableFile):
@@ -83,7 +82,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
 
 
 def scenario_source(setup: Setup) -> Source:
-    """The motion of a prepared scenario."""
+    """Return the motion of a prepared scenario."""
     arm, robot = setup.structure.arm, setup.plant.robot
     limits = Limits(
         lower=arm.lower,

@@ -1,7 +1,7 @@
-"""Weights that a workshop makes from bar, plate and block, by the dimensions on a drawing, and how well they are known.
+"""Payloads that a workshop can manufacture from bar, plate and block, and their uncertainty.
 
-Dimensions are in millimetres, as on a drawing; z points out of the flange and x to where the weight is offset. Screws
-and their holes are left out.
+Dimensions are in millimetres; z points out of the flange, and x is the direction of the offset. Screws and their holes
+are neglected.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,28 +15,28 @@ from sim.clearance import Solid
 from sim.flange import Flange
 
 FACE = 31.5
-"""Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms that carry 3 to 15 kg; assumed of every robot."""
+"""Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms for 3 to 15 kg; assumed for all robots."""
 BRACKET = 15.0
 """Thickness of a bracket [mm]."""
 MM = 1e-3
 MASS_STD = 0.025
-"""Of a weighing machine as the paper's [kg]: +-0.050 kg read as two standard deviations."""
+"""Standard deviation of the paper's scale [kg]: +-0.050 kg as two standard deviations."""
 MEDIUM = ((6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (np.inf, 0.8))
 """Tolerance [mm] of dimensions up to a size [mm]: ISO 2768-1, class m."""
 SEAT_MM = 0.1
-"""Deviation of where a weight sits on the flange, across its axis, each way [mm]; assumed of dowel pins."""
+"""Standard deviation of the mounting position across the flange's axis [mm]; assumed for dowel pins."""
 TURN = np.deg2rad(0.1)
-"""Deviation of its turn about the flange's axis [rad]; assumed of dowel pins."""
+"""Standard deviation of the mounting angle about the flange's axis [rad]; assumed for dowel pins."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """A box or a cylinder of one material, its axes those of the flange.
+    """A box or a cylinder with axes parallel to those of the flange.
 
     Attributes:
-        cylinder: Whether it is a cylinder about its z, else a box.
+        cylinder: Whether the shape is a cylinder about its z axis, otherwise a box.
         size: Diameter and length, or edges along x, y, z [mm].
-        center: [mm].
+        center: Centre [mm].
     """
 
     cylinder: bool
@@ -45,7 +45,7 @@ class Part:
 
     @property
     def edges(self) -> tuple[float, float, float]:
-        """Extent along x, y and z [mm]."""
+        """Return the extent along x, y and z [mm]."""
         a, b, c = (self.size[0], *self.size) if self.cylinder else self.size
         return a, b, c
 
@@ -57,7 +57,7 @@ class Part:
 
     @property
     def gyration(self) -> Array:
-        """Moments of inertia about its own centre, a unit mass [m^2], shape (3,)."""
+        """Moments of inertia about its centre per unit mass [m^2], shape (3,)."""
         if self.cylinder:
             diameter, length = self.size
             side = diameter**2 / 16.0 + length**2 / 12.0
@@ -68,12 +68,12 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """A kind of weight.
+    """A shape of payload.
 
     Attributes:
-        dimensions: What a drawing states, with the least and the most [mm].
-        parts: The parts, from the dimensions in their order [mm].
-        missing: By how much the weight fails to cover the flange's face [mm], 0 or less where it does.
+        dimensions: Dimensions with lower and upper bounds [mm].
+        parts: Returns the parts, from the dimensions in order [mm].
+        missing: Returns the width by which the payload does not cover the flange's face [mm], at most 0 if it does.
     """
 
     dimensions: Mapping[str, tuple[int, int]]
@@ -116,7 +116,7 @@ SHAPES: Mapping[str, Shape] = {
         dimensions={"side": (20, 120), "length": (40, 300), "offset": (0, 250)}, parts=_bar, missing=lambda d: 0.0
     ),
 }
-"""Kinds of weights: a cylinder or a plate on the flange, a square bar standing on a bracket."""
+"""Shapes: a cylinder or a plate on the flange, a square bar on a bracket."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,18 +134,18 @@ class MassProperties:
     inertia: Array
 
     def seen(self, rotation: Array, origin: Array) -> "MassProperties":
-        """In another frame, where this one has its origin and its axes as columns."""
+        """Return the mass properties in another frame; `rotation` has this frame's axes as columns."""
         return replace(self, com=origin + rotation @ self.com, inertia=rotation @ self.inertia @ rotation.T)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weight:
-    """A weight as drawn.
+    """A nominal payload.
 
     Attributes:
-        shape: Of `SHAPES`.
-        dimensions: [mm], in the shape's order.
-        quarter: Quarter turns about z from the flange's x to the weight's: its four screws allow no others.
+        shape: Name of the shape, a key of `SHAPES`.
+        dimensions: Dimensions [mm], in the shape's order.
+        quarter: Number of quarter turns about z from the flange's x to the payload's, as four screws allow.
         density: [kg/m^3].
     """
 
@@ -156,28 +156,28 @@ class Weight:
 
     @property
     def named(self) -> dict[str, float]:
-        """Dimensions by their names [mm]."""
+        """Dimensions by name [mm]."""
         return dict(zip(SHAPES[self.shape].dimensions, self.dimensions, strict=True))
 
     @property
     def stated(self) -> str:
-        """Dimensions as a drawing states them, in words."""
+        """Dimensions as text."""
         return ", ".join(f"{name} {size:g}" for name, size in self.named.items())
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """In the weight's own axes."""
+        """Parts in the payload's axes."""
         return SHAPES[self.shape].parts(self.dimensions)
 
     @property
     def turned(self) -> Array:
-        """The weight's axes as columns in the flange's, shape (3, 3)."""
+        """Rotation matrix from the payload's to the flange's axes, shape (3, 3)."""
         c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[self.quarter % 4]
         return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     @property
     def properties(self) -> MassProperties:
-        """In the weight's own axes (Huygens-Steiner)."""
+        """Mass moments in the payload's axes (Huygens-Steiner)."""
         masses = np.array([self.density * part.volume for part in self.parts])
         centers = MM * np.array([part.center for part in self.parts])
         mass = float(masses.sum())
@@ -189,25 +189,25 @@ class Weight:
 
 
 def dimension_std(size_mm: float) -> float:
-    """Standard deviation of a dimension [mm]: its tolerance, any value within being as likely."""
+    """Return the standard deviation of a dimension [mm]: uniform within its tolerance."""
     return next(tolerance for most, tolerance in MEDIUM if size_mm <= most) / np.sqrt(3.0)
 
 
 def payload_of(weight: Weight, flange: Flange) -> Payload:
-    """A weight as identification may be told of it: weighed, its centre and inertia from the drawing.
+    """Return the payload for identification: weighed, with centre and inertia from the drawing.
 
-    Deviations are those of making it within tolerances, where what is weighed sets the mass, and of mounting it.
+    Standard deviations include tolerances of manufacture, for the weighed mass, and of mounting.
     """
 
     def made(change: Array, seat: Sequence[float] = (0.0, 0.0), turn: float = 0.0) -> MassProperties:
-        """In the frame of the last link, made and mounted a little off."""
+        """Return the payload in the frame of the last link, with deviations of manufacture and mounting."""
         off = replace(weight, dimensions=tuple((np.array(weight.dimensions) + change).tolist()))
         c, s = np.cos(turn), np.sin(turn)
         rotation = weight.turned @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return off.properties.seen(rotation, MM * np.array([*seat, 0.0])).seen(flange.rotation, flange.origin)
 
     def numbers(found: MassProperties) -> Array:
-        """Centre, then ixx, iyy, izz, ixy, ixz, iyz, shape (9,)."""
+        """Return centre, then ixx, iyy, izz, ixy, ixz, iyz, shape (9,)."""
         J = found.inertia
         return np.array([*found.com, J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]])
 
@@ -231,7 +231,7 @@ def payload_of(weight: Weight, flange: Flange) -> Payload:
 
 
 def solids(weight: Weight, flange: Flange) -> tuple[Solid, ...]:
-    """Its parts in the frame of the last link."""
+    """Return its parts in the frame of the last link."""
     rotation = flange.rotation @ weight.turned
     return tuple(
         Solid(

@@ -1,4 +1,4 @@
-"""From a scenario file to a verdict: read, build, run, judge, and repeat in studies on workers.
+"""From a scenario file to a verdict: read, build, run and judge a scenario, and repeat it in studies on workers.
 
-It may know `sim`, `ident` and `support`; nothing else of this package.
+It may import `sim`, `ident` and `support`, but no other folder of this package.
 """

@@ -1,4 +1,4 @@
-"""From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
+"""Conversion of a scenario's tables to inputs of `sim` and `ident`, with true and assumed values separate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -27,15 +27,15 @@ DRIVES_KEPT = 16
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
-    """Everything a scenario needs to run, for any seed.
+    """All inputs for running a scenario, for any seed.
 
     Attributes:
-        scenario: Where it came from.
-        plants: The truth, by mounting.
+        scenario: The scenario.
+        plants: The true plants, by mounting.
         structure: Identifiable structure of the arm, from its kinematics.
-        payloads: The payloads as believed, by mounting.
-        experiments: The motions, in order of time; none where the robot has no motion yet.
-        check: One more motion, which identification does not see, None where the scenario asks for no `cost`.
+        payloads: The assumed payloads, by mounting.
+        experiments: The motions, in order of time; empty if the robot has no motion yet.
+        check: One more motion, which is not used for identification; None without a table `cost`.
     """
 
     scenario: Scenario
@@ -47,7 +47,7 @@ class Setup:
 
     @property
     def plant(self) -> Plant:
-        """The truth with the first mounting."""
+        """The true plant with the first mounting."""
         return next(iter(self.plants.values()))
 
     @property
@@ -57,29 +57,29 @@ class Setup:
 
     @property
     def protocol(self) -> tuple[str, ...]:
-        """What each motion carries, `bare` or the name of a mounting."""
+        """The mounting of each motion, `bare` or a name."""
         return self.scenario.table.experiment.protocol
 
     @property
     def mounted(self) -> tuple[Payload | None, ...]:
-        """The payload of each motion as believed, None for a bare flange; motions of one mounting share one object."""
+        """The assumed payload of each motion, None for a bare flange; motions of one mounting share one object."""
         return tuple(self.payloads.get(name) for name in self.protocol)
 
     @property
     def true_payloads(self) -> dict[str, PayloadBody]:
-        """The payloads that are really mounted, by mounting."""
+        """The true payloads, by mounting."""
         pairs = zip(self.protocol, self.experiments, strict=True)
         return {carried: experiment.plant.payload for carried, experiment in pairs if experiment.loaded}
 
 
 def setup_without_motion(scenario: Scenario) -> Setup:
-    """Prepare a scenario's robot, whatever it is moved by.
+    """Prepare a scenario's robot without motions.
 
     Raises:
         ScenarioError: If arrays do not fit the arm; one of its kinds, if the scenario names a robot or payload that
             does not exist or is impossible.
         SimulationError: One of its kinds, if robot or plant are impossible.
-        RobotModelError: If the robot's model file is no arm.
+        RobotModelError: If the robot's model file is not an arm.
     """
     table, arm = scenario.table, robot_of(scenario)
     if len(table.tolerance.gain) != arm.n:
@@ -136,18 +136,18 @@ def setup_of(scenario: Scenario) -> Setup:
 
 
 def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
-    """The setup with other values at some places of its scenario; itself where there are none.
+    """Return the setup with changed values of its scenario; itself if there are none.
 
     Raises:
-        ScenarioError: If a place does not exist.
-        WrongValue: If one does not take its value.
+        ScenarioError: If a key path does not exist.
+        WrongValue: If a value is not valid.
         ScenarioError: As `setup_of`.
     """
     return setup_of(with_settings(setup.scenario, settings)) if settings else setup
 
 
 def true_plants(scenario: Scenario) -> dict[str, Plant]:
-    """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
+    """Return the true plants of a scenario, by mounting."""
     stated, arm = scenario.table.plant, robot_of(scenario)
     drives = _drives(**{field.name: getattr(stated, field.name) for field in fields(DriveTruth)})
     return {
@@ -169,7 +169,7 @@ def _true_payload(body: str | BodyTable) -> PayloadBody:
 
 
 def body_of(payload: Payload) -> PayloadBody:
-    """A complete payload as what is mounted."""
+    """Return a complete payload as a rigid body."""
     assert payload.com is not None, "its centre is stated"
     assert payload.inertia is not None, "its moments are stated"
     return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

@@ -1,7 +1,7 @@
-"""What believing a-priori gains costs: a weight that identification has not seen, found with them and with those found.
+"""Effect of a-priori gains: an additional payload, estimated with a-priori and with identified gains.
 
-The arm comes from the bare motions; its torque with the payload is predicted on the first loaded motion, which the
-gains were found from.
+The arm is identified from the bare motions. Its torque with the payload is predicted on the first loaded motion, which
+was used for the gains.
 """
 
 from ident.estimation.known_gains import estimated_gains, stated_gains
@@ -19,10 +19,10 @@ from sim.plant import PayloadBody
 
 
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
-    """Find weight and arm with the controller's gains and with those found, and judge both.
+    """Estimate payload and arm with the controller's gains and with the identified gains, and judge both.
 
     Raises:
-        IdentificationError: If the motions do not show the weight.
+        IdentificationError: If the motions do not identify the payload.
     """
     table = setup.scenario.table
     assert table.cost is not None, "asked where the scenario has it"
@@ -42,12 +42,12 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
 
 
 def _exact(body: PayloadBody) -> Payload:
-    """A body as somebody weighs and draws it without error."""
+    """Return the payload of a body that is weighed and drawn without error."""
     return Payload(mass=body.mass, com=body.com, inertia=body.inertia)
 
 
 def _true_base(setup: Setup) -> Array:
-    """Base parameters of the arm as it is, friction left out, shape (b,)."""
+    """Return the true base parameters of the arm, without friction, shape (b,)."""
     robot, base = setup.plant.robot, setup.structure.base
     links, rotors = nominal_links(robot.model, robot.flange).whole, setup.plant.drives.rotor_inertia
     return base.regrouping @ base.standard(links, {"Ia": rotors})

@@ -1,4 +1,4 @@
-"""`judge`: hold an estimate against the truth. The only place that sees both."""
+"""`judge`: compare an estimate with the true values. The only module that uses both."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,18 +17,18 @@ from sim.plant import PayloadBody
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainVerdict:
-    """One joint's gain against the truth.
+    """One joint's identified gain compared with the true one.
 
     Attributes:
         joint: Joint number, from 1.
         true: Injected gain [N m / drive unit].
         estimate: Identified gain, None if refused.
-        std: Its standard deviation, all shares together, None if refused.
+        std: Its total standard deviation, None if refused.
         rel_error: (estimate - true) / true, None if refused.
         z: (estimate - true) / std, None if refused.
         tolerance: Largest relative error that passes.
         identifiable: Whether identification gave a gain.
-        passed: Within tolerance where the data should give a gain, refused where they should not.
+        passed: Whether the gain is within tolerance, or refused if it should not be identifiable.
         reason: Why it was refused, or why it did not pass; None otherwise.
     """
 
@@ -46,12 +46,12 @@ class GainVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What is claimed of one joint.
+    """The claim of a method on one joint.
 
     Attributes:
         value: The gain [N m / drive unit], None if refused.
-        std: Its standard deviation, all shares together, None if refused or not stated.
-        reason: Why it is refused, if that is said.
+        std: Its total standard deviation, None if refused or not stated.
+        reason: Why it is refused, if stated.
     """
 
     value: float | None
@@ -72,19 +72,19 @@ class Verdict:
 
 
 def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """Hold identified gains against injected ones.
+    """Compare identified gains with injected ones.
 
     Args:
-        estimate: From identification.
+        estimate: Result of the identification.
         true_gain: Injected gains [N m / drive unit], shape (n,).
-        tolerance: What counts as passed.
-        expectation: Name of the file that says which joints' gains the data should give, for the reason.
+        tolerance: Criteria for passing.
+        expectation: Name of the file that states which gains should be identifiable, for the reason.
     """
     return judge_claims([_claim(joint) for joint in estimate.joints], true_gain, tolerance, expectation=expectation)
 
 
 def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """As `judge`, for what any method claims, one claim a joint."""
+    """Judge the claims of any method, one per joint."""
     rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(
@@ -101,12 +101,14 @@ def _claim(joint: JointResult) -> Claim:
 
 
 def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
-    """One joint; `refusal_in` names the file that wants it refused, None where a gain is wanted."""
+    """Judge one joint; `refusal_in` names the file that requires a refusal, None if a gain is required."""
     error = None if claim.value is None else claim.value - true
     within = error is not None and bool(np.abs(error / true) <= tolerance)
     reason = claim.reason
     if error is not None and refusal_in is not None:
-        reason = f"identified, but not identifiable from these data according to tolerance.identifiable in {refusal_in}"
+        reason = (
+            f"identified, although these data do not identify it according to tolerance.identifiable in {refusal_in}"
+        )
     elif error is not None:
         reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(
@@ -128,14 +130,14 @@ MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RelError:
-    """How far parameters of the arm are from the truth, once with each set of gains.
+    """Errors of the arm's parameters, with each set of gains.
 
     Attributes:
         quantity: `MOMENTS` or `INERTIAS`.
-        a_priori: Norm of their error over that of the truth, with the a-priori gains.
-        a_priori_std: Root mean square of it that their deviations let one expect.
-        found: As `a_priori`, with the gains found; None where there are none.
-        found_std: As `a_priori_std`, relative as well.
+        a_priori: Norm of the error over norm of the true parameters, with the a-priori gains.
+        a_priori_std: Root mean square of this error that the standard deviations of the parameters imply.
+        found: As `a_priori`, with the identified gains; None if there are none.
+        found_std: As `a_priori_std`, with the identified gains.
     """
 
     quantity: str
@@ -147,17 +149,17 @@ class RelError:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostVerdict:
-    """What comes out with a-priori gains and with those found, against the truth.
+    """Results with a-priori and with identified gains, compared with the true values.
 
     Attributes:
-        a_priori: With the a-priori gains.
-        found: With those found, None where none was.
-        true: Mass, centre and inertia of the weight by name, in units of `payload_body.UNITS`.
+        a_priori: Results with the a-priori gains.
+        found: Results with the identified gains, None if there are none.
+        true: True mass, centre and inertia of the payload by name, in units of `payload_body.UNITS`.
         arm: Errors of the arm's parameters.
-        torque_a_priori: Norm of the error of the torque predicted on another motion over that of the torque that the
-            drives gave there, by joint from 0, with the a-priori gains.
-        torque_found: The same with the gains found; joints without one are left out.
-        tolerance: Relative error of the mass that passes, with the gains found.
+        torque_a_priori: Norm of the error of the torque predicted on another motion over norm of the true drive torque,
+            by joint from 0, with the a-priori gains.
+        torque_found: As `torque_a_priori`, with the identified gains; joints without one are omitted.
+        tolerance: Largest relative error of the mass that passes, with the identified gains.
     """
 
     a_priori: GainsOutcome
@@ -170,19 +172,19 @@ class CostVerdict:
 
     @property
     def passed(self) -> bool:
-        """Whether the mass is within tolerance with the gains found."""
+        """Whether the mass is within tolerance with the identified gains."""
         mass = None if self.found is None else self.found.weighed.together.mass
         return mass is not None and abs(mass.value / self.true["mass"] - 1.0) <= self.tolerance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CostTruth:
-    """What is true of that which gains in use are judged by.
+    """True values for judging the use of gains.
 
     Attributes:
-        weight: That was weighed.
-        base: Base parameters of the arm, friction left out, shape (b,).
-        gain: Of its drives [N m / drive unit], shape (n,).
+        weight: The payload.
+        base: Base parameters of the arm, without friction, shape (b,).
+        gain: Gains of the drives [N m / drive unit], shape (n,).
     """
 
     weight: PayloadBody
@@ -193,9 +195,9 @@ class CostTruth:
 def judge_cost(
     a_priori: GainsOutcome, found: GainsOutcome | None, truth: CostTruth, other: ObservedMotion, *, tolerance: float
 ) -> CostVerdict:
-    """Hold what comes out with gains in use against the truth.
+    """Compare results of the use of gains with the true values.
 
-    Torques are predicted on `other`, a motion with another payload, as it is believed.
+    Torques are predicted on `other`, a motion with another payload, with its assumed parameters.
     """
     of = [outcome for outcome in (a_priori, found) if outcome is not None]
     names = other.observation.structure.base.names
@@ -222,7 +224,7 @@ def judge_cost(
 
 
 def _arm_error(outcome: GainsOutcome, base: Array, names: Sequence[str], moments: bool) -> tuple[float, float]:
-    """Norm of the error of first moments, or of the other inertial parameters, over that of the truth; the expected."""
+    """Return the relative error (norm) of first moments or of other inertial parameters, and the expected one."""
     shown = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
     true = base[[names.index(each.name) for each in shown]]
     error, std = np.array([each.value for each in shown]) - true, np.array([each.std for each in shown])
@@ -230,7 +232,7 @@ def _arm_error(outcome: GainsOutcome, base: Array, names: Sequence[str], moments
 
 
 def _torque_errors(outcome: GainsOutcome, gain: Array, other: ObservedMotion) -> dict[int, float]:
-    """Error of the torque predicted on a motion, by joints that have a gain."""
+    """Return the error of the torque predicted on a motion, by joints that have a gain."""
     assert other.payload is not None, "of a loaded motion"
     system = pooled_system([other])
     predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)

@@ -1,4 +1,4 @@
-"""A scenario from Python: `load` it, simulate it, run it, repeat it, sweep it."""
+"""Scenarios in Python: load, simulate, run, repeat and sweep them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -17,60 +17,60 @@ from scenarios.experiments.workers.kinds import Workers
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedScenario:
-    """A scenario, ready to be simulated and identified.
+    """A scenario that is ready for simulation and identification.
 
-    The same seed gives the same bytes, whatever is called: `exp.simulate(3)` logs what `exp.run(3)`, trial 3 of
-    `exp.monte_carlo(4)` and `rx90 run --seed 3` identify from.
+    The same seed gives the same bytes in every function: `exp.run(3)`, trial 3 of `exp.monte_carlo(4)` and `rx90 run
+    --seed 3` use the logs of `exp.simulate(3)`.
 
     Attributes:
-        setup: Everything it needs to run.
+        setup: All inputs for running it.
     """
 
     setup: Setup
 
     @property
     def arm(self) -> Arm:
-        """The arm as identification knows it: kinematics, without truth."""
+        """The arm for identification: its kinematics, without true parameters."""
         return self.setup.structure.arm
 
     def simulate(self, seed: int = 0) -> Simulated:
-        """Record the motions: `logs` for `ident.identify`, `truth.gain` to hold the gains against.
+        """Simulate the motions: `logs` for `ident.identify`, and `truth.gain` for comparison.
 
         Args:
             seed: Seed of every random number.
 
         Raises:
-            ScenarioError: If a random setting cannot be drawn or does not fit.
+            ScenarioError: If a random setting cannot be drawn or is not valid.
             SimulationError: If a motion cannot be carried out.
         """
         return simulate(self.setup, seed)
 
     def run(self, seed: int = 0) -> Run:
-        """Simulate, identify as the scenario says, and judge.
+        """Simulate, identify with the scenario's method, and judge.
 
         Args:
             seed: Seed of every random number.
 
         Raises:
-            ScenarioError: If a random setting cannot be drawn or does not fit.
+            ScenarioError: If a random setting cannot be drawn or is not valid.
             SimulationError: If a motion cannot be carried out.
-            IdentificationError: If the recordings cannot be identified at all.
+            IdentificationError: If no gain can be identified.
         """
         return run(self.setup, seed)
 
     def monte_carlo(
         self, count: int, *, seed: int = 0, workers: AbstractContextManager[Workers] | None = None
     ) -> StudyRows:
-        """Repeat it with seeds that count up, everything that it declares random drawn anew.
+        """Repeat the scenario with consecutive seeds and new random values.
 
         Args:
             count: Number of trials.
-            seed: Of the first.
-            workers: Where trials run, as `local_processes(4)` or `dask_workers(address)`; here, if None. Rows do not
-                depend on it.
+            seed: Seed of the first trial.
+            workers: Workers for the trials, as `local_processes(4)` or `dask_workers(address)`; this process if None.
+                Results do not depend on them.
 
         Raises:
-            StudyError: If there are not that many seeds.
+            StudyError: If there are not enough seeds.
             ScenarioError: If the scenario's draws are wrong.
         """
         return study_rows_of(monte_carlo(self.setup.scenario, count, seed), workers)
@@ -82,17 +82,17 @@ class LoadedScenario:
         seeds: int | Iterable[int],
         workers: AbstractContextManager[Workers] | None = None,
     ) -> StudyRows:
-        """Run it with every combination of some values, and the same seeds each time.
+        """Run the scenario with every combination of some values, with the same seeds each time.
 
         Args:
-            values: Values to try by place, as `{"plant.payload.mass": [6.0, 7.0]}`; the end of a place is enough where
-                no other place ends so.
-            seeds: Of the trials of each combination; a number n stands for 0 to n - 1.
-            workers: As of `monte_carlo`.
+            values: Values by key path, as `{"plant.payload.mass": [6.0, 7.0]}`; the end of a path is enough if it is
+                unique.
+            seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
+            workers: As in `monte_carlo`.
 
         Raises:
-            ScenarioError: If a place does not exist, or several end so; if a place does not take a value, or the
-                scenario's draws are wrong.
+            ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws
+                are wrong.
         """
         return study_rows_of(sweep(self.setup.scenario, values, seeds), workers)
 
@@ -101,11 +101,11 @@ def load(name: str | Path) -> LoadedScenario:
     """Load a scenario.
 
     Args:
-        name: A built-in one, or the path of a TOML file.
+        name: Name of a built-in scenario, or path of a TOML file.
 
     Raises:
         ScenarioError: If it is missing, has an unknown key or a wrong value, or names what does not exist.
-        SimulationError: If robot or plant are impossible.
-        RobotModelError: If the robot's model file is no arm.
+        SimulationError: If robot or plant are not valid.
+        RobotModelError: If the robot's model file is not an arm.
     """
     return LoadedScenario(setup_of(load_scenario(str(name))))

@@ -1,4 +1,4 @@
-"""Links as a model file draws them, with what is fixed to each."""
+"""Links of a model file, with the bodies fixed to each."""
 
 from pathlib import Path
 
@@ -15,16 +15,16 @@ from sim.model_spec import compiler_reason, lean_spec
 from sim.silenced_mujoco import silenced
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
+"""Placeholder of every link in a model that `ident.model.files` reduced to its kinematics."""
 KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
 @silenced()
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
-    """Read the links of a model file as MuJoCo reads it; joints that do not lead to the flange are held.
+    """Read the links of a model file with MuJoCo; joints outside the chain to the flange are locked.
 
     Raises:
-        ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass.
     """
     return _links(_compiled(path, flange))
 
@@ -43,7 +43,7 @@ def _links(model: mujoco.MjModel) -> ModelLinks:
     own, carried = np.zeros((n, 10)), np.zeros((n, 10))
     joint_of = {int(body): j for j, body in enumerate(model.jnt_bodyid)}
     for body in range(1, model.nbody):
-        root = int(model.body_weldid[body])  # the body that moves with it and has a joint
+        root = int(model.body_weldid[body])  # the moving body to which it is fixed
         if root:
             j = joint_of[root]
             (own if body == root else carried)[j] += _parameters(model, data, body, j)
@@ -51,7 +51,7 @@ def _links(model: mujoco.MjModel) -> ModelLinks:
 
 
 def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: int) -> Array:
-    """Standard parameters of a body in the frame of a joint: axes of the joint's body, origin on the joint."""
+    """Return a body's standard parameters in the frame of a joint: axes of its body, origin on the joint."""
     frame = int(model.jnt_bodyid[joint])
     R = data.xmat[frame].reshape(3, 3)
     com = R.T @ (data.xipos[body] - data.xanchor[joint])
@@ -63,13 +63,13 @@ def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: in
 
 @silenced()
 def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
-    """Base parameters as a model file states them, armature, damping and friction loss of its joints included.
+    """Return the base parameters of a model file, including armature, damping and friction loss of its joints.
 
     Returns:
         Their values, shape (b,).
 
     Raises:
-        ModelFileError: If MuJoCo cannot read it, as where a link has no mass; if its links are placeholders.
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
     """
     model = _compiled(path, flange)
     links = _links(model)
@@ -81,12 +81,12 @@ def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
 
 
 def is_placeholder(links: ModelLinks) -> bool:
-    """Whether the links are those that a file of kinematics alone states, as `rx90 run --save` leaves one."""
+    """Return whether the links are placeholders, as in the kinematics file of `rx90 run --save`."""
     return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
 
 
 def model_links(path: Path, flange: str | None) -> Array | None:
-    """Standard parameters of every link with all that is fixed to it, shape (n, 10); None where they cannot be read."""
+    """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
     try:
         return nominal_links(path, flange).whole
     except ModelFileError:  # identification needs no masses

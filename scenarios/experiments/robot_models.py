@@ -1,9 +1,9 @@
-"""A robot model that two parsers read alike: Pinocchio for the identification, MuJoCo against it.
+"""Verification of a robot model: Pinocchio and MuJoCo must read it in the same way.
 
-Readers of robot models disagree on what they know of a format, and each leaves out in silence what it does not know.
-A misread link gives gains that are wrong and look certain, so a model is used only if both put every joint axis and
-gravity at the same place. MuJoCo reads an MJCF file itself, and of a URDF what `ident.model.files` keeps: links and
-joints without meshes. Where MuJoCo cannot read a URDF, which is not its format, Pinocchio's reading stands alone.
+Parsers support different parts of a format and silently ignore the rest. A misread link gives wrong gains with small
+standard deviations. A model is therefore used only if both parsers agree on all joint axes and on gravity. MuJoCo reads
+an MJCF file itself, and of a URDF the reduced form of `ident.model.files`: links and joints without meshes. If MuJoCo
+cannot read a URDF, only Pinocchio's result is used.
 """
 
 from pathlib import Path
@@ -21,18 +21,18 @@ from sim.errors import ModelFileError
 from sim.frozen_joints import hold_all_but_arm
 
 STATES = 4
-"""Random positions of all joints that are compared; one would do, were no axis ever hit by chance."""
+"""Number of random positions of all joints for the comparison; a single one could miss a difference by coincidence."""
 TOLERANCE = 1e-6
 """Difference of an axis or of gravity, as a share of its size, and of an anchor in shares of the arm's reach."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
 )  # fmt: skip
-"""What a model holds that moves no joint axis; files of meshes are often missing."""
+"""Elements of a model that do not affect joint axes; mesh files are often missing."""
 
 
 def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
-    """Read an arm and have MuJoCo confirm its kinematics.
+    """Read an arm and check its kinematics with MuJoCo.
 
     Args:
         path: MJCF or URDF file.
@@ -40,7 +40,8 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
         flange: Last body of the arm; joints that do not lead to it are held.
 
     Raises:
-        RobotModelError: If it cannot be read, or the two readings differ; names the first joint that does.
+        RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint that
+            differs.
     """
     arm = load_arm(path, couplings, flange=flange)
     model = _mujoco_model(path, flange)
@@ -50,10 +51,10 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
 
 
 def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
-    """Compare the joints of two readings of one file, their anchors and axes at random states, and gravity.
+    """Compare joints, their anchors and axes at random states, and gravity of both parsers.
 
     Raises:
-        RobotModelError: Naming what differs and where.
+        RobotModelError: If they differ; the message names the difference.
     """
     where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
     advice = "; save it with MuJoCo (mj_saveLastXML) and use that file"
@@ -85,7 +86,7 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
 
 
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
-    """Anchor [m] of every joint, that of a slide on the part that slides, and its axis in the world, both (n, 3).
+    """Return anchor [m] (of prismatic joints on the moving part) and axis of every joint in the world, both (n, 3).
 
     Positions `q` [rad or m] have the shape (n,).
     """
@@ -110,7 +111,7 @@ def _turned(axis: Array, angle: float) -> Array:
 
 
 def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:
-    """MuJoCo's reading of a file without what moves no joint; None if it cannot read a URDF."""
+    """Return MuJoCo's model of a file, without elements that do not affect joints; None if it cannot read a URDF."""
     minimal = minimal_model(path, flange)
     try:
         with captured_stderr():

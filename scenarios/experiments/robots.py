@@ -1,4 +1,4 @@
-"""Robots by whatever names them: a built-in name, a `robot.toml`, on a command line a model file."""
+"""Access to robots by a built-in name, a `robot.toml` or, on a command line, a model file."""
 
 import hashlib
 from dataclasses import dataclass
@@ -27,21 +27,21 @@ from sim.robot_files import read_robot
 from sim.trajectory import FourierTrajectory
 
 FOLDER = CATALOG / "robots"
-"""Folder of the built-in robots but the RX-90, a folder each."""
+"""Folder of the built-in robots except the RX-90."""
 ROBOTS = {"rx90": rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(FOLDER.glob("*/robot.toml"))}}
 """Robot files of the built-in robots."""
 DRAWN = (
     "body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat", "jnt_type", "jnt_pos", "jnt_axis",
 )  # fmt: skip
-"""What of a compiled model file a simulation depends on, besides ranges and gravity."""
+"""Fields of a compiled model file that affect a simulation, besides ranges and gravity."""
 
 
 def robot(name: str = ROBOT, folder: Path | None = None) -> Robot:
-    """A built-in robot, or that of a file; read once a process unless it changes.
+    """Return a built-in robot or the robot of a file; cached unless the file changes.
 
     Args:
-        name: Of `ROBOTS`, or the place of a `robot.toml`.
-        folder: What that place is relative to; the working folder if None.
+        name: A name in `ROBOTS`, or the path of a `robot.toml`.
+        folder: Base of a relative path; the working folder if None.
 
     Raises:
         UnknownName: If it is neither.
@@ -55,8 +55,8 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
     """Path of a robot's file.
 
     Raises:
-        UnknownName: If it is neither built in nor there.
-        UnreadableFile: If it is no file that can be read.
+        UnknownName: If it is neither built-in nor an existing file.
+        UnreadableFile: If the file cannot be read.
     """
     if name in ROBOTS:
         return ROBOTS[name]
@@ -72,20 +72,20 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
 
 
 def structure(arm: Robot, couplings: tuple[tuple[int, int], ...]) -> Structure:
-    """What identification knows of a robot, confirmed by the simulator's reading; once a process unless a file changes.
+    """Return the identification model of a robot, checked with MuJoCo; cached unless a file changes.
 
     Args:
         arm: The robot.
-        couplings: Pairs of joints, from 0, that are believed to be coupled.
+        couplings: Pairs of coupled joints, from 0, in the identification model.
 
     Raises:
-        RobotModelError: If the model file is no arm, or both readings differ.
+        RobotModelError: If the model file is not an arm, or the parsers differ.
     """
     return _structure(arm, arm.model.stat().st_mtime_ns, couplings)
 
 
 def robot_digests(name: str, folder: Path) -> dict[str, str]:
-    """What tells a robot from others, its own file and what its model file draws, 16 hexadecimal digits each.
+    """Return the digests of a robot file and of its model, 16 hexadecimal digits each.
 
     Raises:
         RobotError: If they cannot be read.
@@ -113,13 +113,13 @@ def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedRobot:
-    """What is known of a robot.
+    """A robot and its known properties.
 
     Attributes:
-        structure: Of its arm.
-        gain: What its drive gains are about [N m / drive unit], None where no file states them.
-        model: File of its model.
-        flange: Last body of the model's arm, None where all joints are the arm's.
+        structure: Identifiable structure of the arm.
+        gain: Nominal drive gains [N m / drive unit], None if not stated.
+        model: Path of the model file.
+        flange: Last body of the arm, None if all joints belong to the arm.
     """
 
     structure: Structure
@@ -129,16 +129,16 @@ class NamedRobot:
 
 
 def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
-    """A robot from a command line.
+    """Return the robot of a command-line argument.
 
     Args:
         word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
-        couplings: Pairs of coupled joints, from 0; those of a robot's own file where there is none.
-        flange: Last body of a model file's arm; None where all joints are the arm's.
+        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
+        flange: Last body of the arm in a model file; None if all joints belong to the arm.
 
     Raises:
         UnknownName: If it is none of these.
-        RobotModelError: If the model file is no arm, or the motor of a coupling stands before the other joint.
+        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
         RobotError: If the robot's file cannot be read.
     """
     if Path(word).suffix.lower() in MODEL_FILES:
@@ -152,9 +152,9 @@ def robot_of(scenario: Scenario) -> Robot:
     """The robot.
 
     Raises:
-        UnknownName: If there is none.
+        UnknownName: If it does not exist.
         UnreadableFile: If its file cannot be read.
-        RobotError: If its file describes none.
+        RobotError: If its file is not valid.
     """
     try:
         return robot(scenario.table.robot, scenario.folder)
@@ -166,9 +166,9 @@ def motion_of(scenario: Scenario) -> FourierTrajectory:
     """The motion.
 
     Raises:
-        UnknownName: If there is none.
+        UnknownName: If it does not exist.
         UnreadableFile: If its file cannot be read.
-        ScenarioError: If its file holds none.
+        ScenarioError: If its file is not a motion.
     """
     try:
         return read_motion(scenario.table.experiment.motion, scenario.folder)

@@ -1,4 +1,4 @@
-"""A scenario and a seed to a verdict: draw, simulate, identify, judge; one trial or many in one batch."""
+"""From scenario and seed to a verdict: draw, simulate, identify and judge one trial or a batch of trials."""
 
 import time
 from collections import defaultdict
@@ -36,12 +36,12 @@ class Trial:
     """One run of a scenario.
 
     Attributes:
-        number: From 0.
-        seed: Of its noise, and of its random settings unless they are given.
-        settings: Values by place; None to draw what the scenario declares random.
-        streams: Seeds of single noise streams, by name, in place of those that follow from `seed`.
-        labels: What a study wants written into every row.
-        cost: Whether what the controller's gains cost is found as well, where the scenario asks for it.
+        number: Number of the trial, from 0.
+        seed: Seed of its noise, and of its random settings unless `settings` are given.
+        settings: Values by key path; None to draw the random values of the scenario.
+        streams: Seeds of single noise streams, by name, which replace those that follow from `seed`.
+        labels: Labels that a study writes into every row.
+        cost: Whether the effect of the controller's gains is estimated too, if the scenario has a table `cost`.
     """
 
     number: int = 0
@@ -54,7 +54,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadyTrial:
-    """A trial with everything random drawn: its setup has nothing random left, `settings` are by place."""
+    """A trial with drawn values: its setup has no random tables, `settings` are by key path."""
 
     trial: Trial
     setup: Setup
@@ -62,33 +62,33 @@ class ReadyTrial:
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
-        """Its motions, that which identification does not see last."""
+        """Its motions; the motion that is not used for identification is the last one."""
         check = self.setup.check if self.trial.cost else None
         return self.setup.experiments if check is None else (*self.setup.experiments, check)
 
     @property
     def streams(self) -> tuple[NoiseStreams, ...]:
-        """Noise of its motions."""
+        """Noise streams of its motions."""
         return motion_streams(self.trial.seed, self.trial.streams, len(self.experiments))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """What one run of a scenario produced.
+    """Result of one run of a scenario.
 
     Attributes:
-        setup: What was simulated, nothing random left in it.
+        setup: The simulated setup, without random tables.
         seed: Seed of every random number.
-        recordings: Of the motions, in order of time.
+        recordings: Recordings of the motions, in order of time.
         estimate: The identified gains.
-        verdict: Against the truth.
-        notes: From identification.
-        simulate_s: Wall time of the simulation, its share of the batch [s].
+        verdict: Comparison with the true values.
+        notes: Notes of the identification.
+        simulate_s: Wall time of the simulation, as a share of the batch [s].
         identify_s: Wall time of the identification [s].
-        found: What is said of the estimate.
-        prepared: The recordings, as they were estimated from.
-        check: Recording of the motion that identification does not see, None where there is none.
-        cost: What the controller's gains cost, None where nobody asks.
+        found: Diagnoses of logs and estimate.
+        prepared: The recordings as prepared for the estimate.
+        check: Recording of the motion that is not used for identification, None if there is none.
+        cost: Effect of the controller's gains, None if not requested.
     """
 
     setup: Setup
@@ -106,19 +106,19 @@ class Run:
 
     @property
     def passed(self) -> bool:
-        """Whether every joint passed, and the weight that identification did not see."""
+        """Whether every joint passed, and the check payload if there is one."""
         return self.verdict.passed and (self.cost is None or self.cost.passed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated:
-    """What the robot of one setup logged.
+    """Recordings of one setup.
 
     Attributes:
-        setup: Nothing random left in it.
-        recordings: Of the motions, in order of time.
-        simulate_s: Wall time, its share of the batch [s].
-        check: Of the motion that identification does not see, None where there is none.
+        setup: The setup, without random tables.
+        recordings: Recordings of the motions, in order of time.
+        simulate_s: Wall time, as a share of the batch [s].
+        check: Recording of the motion that is not used for identification, None if there is none.
     """
 
     setup: Setup
@@ -128,35 +128,35 @@ class Simulated:
 
     @property
     def logs(self) -> tuple[Motion, ...]:
-        """The motions as identification is given them, each with the payload that it is believed to carry."""
+        """The motions for identification, each with its assumed payload."""
         return as_identified(self.setup, self.recordings)
 
     @property
     def truth(self) -> DriveTruth:
-        """The drives as they are: `truth.gain` [N m / drive unit], shape (n,), and what they lose."""
+        """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets."""
         return self.setup.plant.drives
 
 
 def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
-    """The motions of a scenario in the order that identification is given them, each with what it carries."""
+    """Return the motions of a scenario in the order of identification, each with its payload."""
     return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
 
 
 def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
-    """Draw what is random, simulate, identify, judge: one trial of `run_batch`, with what its scenario asks for beside.
+    """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
     Args:
-        setup: The scenario's.
+        setup: Setup of the scenario.
         seed: Seed of every random number; the same seed gives the same bytes.
-        stages: Told what is under way.
+        stages: Display of the current stage.
 
     Raises:
-        ScenarioError: If a random setting cannot be drawn or does not fit.
+        ScenarioError: If a random setting cannot be drawn or is not valid.
         SimulationError: If a motion cannot be carried out.
-        IdentificationError: If the recordings cannot be identified at all.
+        IdentificationError: If no gain can be identified.
     """
     ready = ready_trial(setup, Trial(seed=seed, cost=True))
-    # A pair steps in some 30 microseconds: to share that with a second thread takes longer, and so do small matrices.
+    # One thread: a pair steps in some 30 microseconds, less than the overhead of a second thread.
     with threadpool_limits(1):
         ((_, outcome),) = run_batch([ready], threads=1, stages=stages)
     if isinstance(outcome, Run):
@@ -165,7 +165,7 @@ def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
 
 
 def simulate(setup: Setup, seed: int, *, threads: int = 1) -> Simulated:
-    """Draw what is random, and simulate; raises as `run` but for identification."""
+    """Draw and simulate; raises as `run`, except errors of identification."""
     ((_, outcome),) = simulate_batch([ready_trial(setup, Trial(seed=seed))], threads=threads)
     if isinstance(outcome, Simulated):
         return outcome
@@ -173,24 +173,24 @@ def simulate(setup: Setup, seed: int, *, threads: int = 1) -> Simulated:
 
 
 def trial_settings(setup: Setup, trial: Trial) -> Mapping[str, Value]:
-    """Values of a trial by place, drawn where it has none of its own."""
+    """Return the values of a trial by key path, drawn unless given."""
     return drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
 
 
 def ready_trial(setup: Setup, trial: Trial) -> ReadyTrial:
-    """A trial with everything random drawn.
+    """Return a trial with drawn values.
 
     Raises:
-        ScenarioError: If a random setting cannot be drawn or does not fit.
+        ScenarioError: If a random setting cannot be drawn or is not valid.
     """
     settings = trial_settings(setup, trial)
     return ReadyTrial(trial=trial, setup=changed(setup, settings), settings=settings)
 
 
 def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
-    """Noise of each motion; that of the first ones does not depend on how many follow.
+    """Return the noise streams of each motion; they do not depend on the number of motions.
 
-    Streams are `replaced` by seeds, by their names in `NoiseStreams`.
+    `replaced` has seeds of single streams, by their names in `NoiseStreams`.
     """
     own = {name: np.random.SeedSequence(each).spawn(motions) for name, each in replaced.items()}
     return tuple(
@@ -204,13 +204,12 @@ def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tupl
 def simulate_batch(
     trials: Sequence[ReadyTrial], *, threads: int, advanced: Advanced = no_progress
 ) -> Iterator[tuple[int, Simulated | SimulationError]]:
-    """Record the motions of trials in one batch.
+    """Simulate the motions of trials in one batch.
 
-    Recordings do not depend on threads, nor on what else is in the batch.
+    Recordings depend neither on threads nor on other trials of the batch.
 
     Yields:
-        The place of a trial, with its recordings or the first reason why there are none; one at a time, so that they
-        need not be kept.
+        Index of a trial, with its recordings or its first error; one at a time, to save memory.
     """
     started = time.perf_counter()
     experiments = [experiment for each in trials for experiment in each.experiments]
@@ -230,10 +229,10 @@ def simulate_batch(
 def run_batch(
     trials: Sequence[ReadyTrial], *, threads: int, stages: Stages = SILENT
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
-    """Run trials in one batch. Outcomes do not depend on threads, nor on what else is in the batch.
+    """Run trials in one batch. Outcomes depend neither on threads nor on other trials of the batch.
 
     Yields:
-        The place of a trial, with its run or why there is none, one at a time.
+        Index of a trial, with its run or its error, one at a time.
     """
     stages.begin("simulating", sum(motion.trajectory.duration for each in trials for motion in each.experiments))
     for i, outcome in simulate_batch(trials, threads=threads, advanced=stages.advance):

@@ -1,4 +1,4 @@
-"""Trials: a scenario repeated with other seeds and settings, many to a batch, one row a trial and joint.
+"""Trials: a scenario with various seeds and settings, run in batches, one row per trial and joint.
 
 Workers import this module: no pandas, no terminal.
 """
@@ -45,13 +45,13 @@ CONTRACT = pa.schema(
 )
 """Columns of every study.
 
-`residual_std`, `payload_std` and `model_std` [N m / drive unit] are the shares of `std`: from the residual, from the
-payload's stated uncertainty, and from what the model takes for granted;
-`failure` the kind of error that left the trial without any estimate, null if there was none.
+`residual_std`, `payload_std` and `model_std` [N m / drive unit] are the contributions to `std`: from the residual, from
+the payload's stated uncertainty, and from the model's assumptions. `failure` is the kind of error of a trial without
+any estimate, null if there was none.
 """
 
 OUTSIDE = ("WorkerDied", "WorkerFailed", "MemoryError")
-"""Failures for a reason outside the trial, which may not fail so when it is tried again."""
+"""Failures for external reasons, which may not occur when the trial is repeated."""
 
 TIDY_EVERY = 8
 """Trials after which free memory is given back."""
@@ -60,10 +60,10 @@ LOGS_AT_ONCE = 3.2e7
 
 
 def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
-    """Columns of a study: those of every study, its labels, and the settings that vary.
+    """Return the columns of a study: common ones, labels, and varied settings.
 
     Raises:
-        ScenarioError: If a place is none of the scenario's.
+        ScenarioError: If a key path does not exist in the scenario.
     """
     table, settings = scenario.table, list[tuple[str, pa.DataType]]()
     for place in places:
@@ -81,14 +81,14 @@ Rows = list[dict[str, object]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Failure:
-    """A trial that has no estimate.
+    """A trial without an estimate.
 
     Attributes:
-        trial: Which.
-        kind: Of the error.
-        reason: In words.
-        settings: What was drawn before it failed.
-        true_gain: The injected gains [N m / drive unit], shape (n,), None where it did not come so far.
+        trial: The trial.
+        kind: Kind of the error.
+        reason: Message of the error.
+        settings: Values drawn before the failure.
+        true_gain: Injected gains [N m / drive unit], shape (n,), None if the failure came earlier.
     """
 
     trial: Trial
@@ -100,7 +100,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Work:
-    """What is done with the trials of a study. Travels to workers: functions of modules, and plain values.
+    """Functions that run the trials of a study. Must be picklable: functions of modules, and plain values.
 
     Attributes:
         finished: Simulates trials that are ready in one batch; yields the place of each, with its rows or why there
@@ -118,26 +118,28 @@ def run_trials(
     """Simulate trials, many in one batch, identify and judge each.
 
     Args:
-        scenario: What is repeated.
-        trials: Which.
-        schema: Columns to fill, of `trial_schema`.
-        threads: Threads to step with; rows do not depend on it, nor on which trials share a batch.
-        work: What is done with them, `IDENTIFY` if None.
+        scenario: The scenario to be repeated.
+        trials: The trials.
+        schema: Columns, from `trial_schema`.
+        threads: Number of threads; rows depend neither on it nor on the division into batches.
+        work: Functions that run them, `IDENTIFY` if None.
 
     Returns:
-        n rows a trial. A trial that fails is n rows with the reason.
+        n rows per trial. A failed trial has n rows with the reason.
     """
     with threadpool_limits(1):
         return pa.Table.from_pylist(_rows(scenario, trials, threads, work or IDENTIFY), schema)
 
 
 def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
-    """Rows of trials; what nobody foresaw costs the trial that it happens to, and no other of its batch."""
+    """Return the rows of trials; an unexpected error affects only the trial in which it occurs."""
     try:
         return _batch_rows(scenario, trials, threads, work)
     except Exception as error:
         if len(trials) == 1:
-            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__  # NumPy has one of its own
+            kind = (
+                "MemoryError" if isinstance(error, MemoryError) else type(error).__name__
+            )  # NumPy has its own MemoryError
             return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
     return [row for trial in trials for row in _rows(scenario, [trial], threads, work)]
 
@@ -180,7 +182,7 @@ def _batches(ready: Sequence[ReadyTrial]) -> Iterator[list[ReadyTrial]]:
 
 
 def failure_of(ready: ReadyTrial, error: Exception) -> Failure:
-    """Why a trial that was ready has no estimate."""
+    """Return the failure of a prepared trial."""
     return Failure(
         trial=ready.trial,
         kind=type(error).__name__,
@@ -199,7 +201,7 @@ def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[in
 
 
 def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
-    """Rows of a trial that has no estimate, one a joint: not identifiable, not passed, with the reason."""
+    """Return the rows of a trial without estimate, one per joint: not identifiable, not passed, with the reason."""
     trial, true_gain = failure.trial, failure.true_gain
     common = {"trial": trial.number, "seed": trial.seed, "failure": failure.kind, "reason": failure.reason}
     return [
@@ -218,12 +220,12 @@ def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
 
 
 IDENTIFY = Work(finished=_identified, failed=failed_rows)
-"""The scenario's own identification, judged."""
+"""Identify with the scenario's method, and judge."""
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A chunk of trials as it travels to a worker: the arguments of `run_trials`, and the versions of who asks."""
+    """A chunk of trials for a worker: the arguments of `run_trials`, and the versions of the study's process."""
 
     scenario: Scenario
     trials: tuple[Trial, ...]
@@ -236,7 +238,7 @@ def run_task(task: Task) -> pa.Table:
     """Run one chunk, on a worker, on one thread.
 
     Raises:
-        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
+        StudyError: If the worker has other versions, as rows would differ.
     """
     here = versions()
     for name, wanted in task.versions.items():
@@ -264,14 +266,14 @@ def _judged_rows(ready: ReadyTrial, run: Run) -> Rows:
 
 
 def _shares(gain: JointResult) -> dict[str, object]:
-    """What the deviation of a gain consists of."""
+    """Return the contributions to the standard deviation of a gain."""
     if not isinstance(gain, IdentifiedGain):
         return {}
     return {"residual_std": gain.residual_std, "payload_std": gain.payload_std, "model_std": gain.model_std}
 
 
 def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
-    """Settings by column: arrays take one a number, counted from 1."""
+    """Return settings by column; an array has one column per number, counted from 1."""
     columns: dict[str, object] = {}
     for place, value in settings.items():
         if isinstance(value, list):
@@ -292,10 +294,9 @@ def collect_garbage() -> None:
 
 
 def give_back_memory() -> None:
-    """Let the C library return what is free.
+    """Return free memory of the C library to the system.
 
-    Arrays of a megabyte come and go between small ones that stay; glibc keeps what lies between them, up to several
-    hundred megabytes.
+    Between small objects that persist, glibc keeps freed memory of large arrays, up to several hundred megabytes.
     """
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc; musl has none and needs none

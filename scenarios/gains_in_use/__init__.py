@@ -1,1 +1,1 @@
-"""Gains in use: what a gains file and recordings make of each other."""
+"""Use of gains: verification, payloads, torques, comparison and model updates."""

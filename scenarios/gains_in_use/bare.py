@@ -1,4 +1,4 @@
-"""Everything that bare recordings say: ratios of gains, the arm over one gain or in SI, what a payload would add."""
+"""Results of bare recordings: ratios of gains, parameters of the arm, expected gains with a payload."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ from scenarios.results.models.links import Links
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class IfLoaded:
-    """What the same motions would say with a payload.
+    """Expected gains if the same motions were repeated with a payload.
 
     Attributes:
-        payload: That would be mounted.
-        gains: What to expect of every gain.
+        payload: The planned payload.
+        gains: Expected accuracy of every gain.
     """
 
     payload: Payload
@@ -39,7 +39,7 @@ class IfLoaded:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BareAnswer:
-    """What bare recordings say.
+    """Results of bare recordings.
 
     Attributes:
         found: The arm over the gain of a reference joint, with ratios.
@@ -73,21 +73,21 @@ def bare_answer(
     payload: Payload | None,
     policy: Policy = DOUBTED,
 ) -> BareAnswer:
-    """What bare recordings say.
+    """Results of bare recordings.
 
     Args:
-        motions: With a bare flange.
-        structure: Of the arm that moved.
+        motions: Motions with a bare flange.
+        structure: Identifiable structure of the arm.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
+        gains: Limits for accepting a gain.
         options: Model of the arm.
-        known: Gains that are known, or believed.
-        payload: That would be mounted; it takes gains that are known.
-        policy: How far the recordings are trusted.
+        known: Known or nominal gains.
+        payload: A planned payload; needs `known`.
+        policy: Policy for checks and repairs of the recordings.
 
     Raises:
-        IdentificationError: If the recordings cannot be those of this arm, one counts currents otherwise, or they show
-            no ratio; if the gains are not of this arm; if nothing of the payload is known.
+        IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no
+            ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
     prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     said = diagnose(prepared.logs())
@@ -114,11 +114,11 @@ def bare_answer(
 
 
 def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareResult:
-    """What bare recordings say, as `rx90 identify --json` prints it.
+    """Return the results of bare recordings as printed by `rx90 identify --json`.
 
     Args:
-        answer: What they say.
-        links: Physically consistent set, or why there is none.
+        answer: The results.
+        links: Physically consistent links, or why there are none.
         arm: The arm.
     """
     found, in_si = answer.found, answer.in_si

@@ -1,4 +1,4 @@
-"""The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
+"""The problem of a payload with given gains: recordings are checked and observed with the options of the gains file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -28,7 +28,7 @@ from scenarios.support.errors import ScenarioError
 Options = TypeVar("Options")
 
 GIVEN = ("gain_joint", "gain_value")
-"""Options that say where a scale came from; with gains in use they have no meaning."""
+"""Options that define the common factor of gains; not applicable with given gains."""
 
 
 def weighing_problem(
@@ -40,22 +40,22 @@ def weighing_problem(
     *,
     policy: Policy = DOUBTED,
 ) -> tuple[Prepared, Diagnosed]:
-    """Prepare bare motions and those with a payload of which nothing is known.
+    """Prepare bare motions and motions with an unknown payload.
 
     Args:
-        structure: Of the arm.
+        structure: Identifiable structure of the arm.
         unloaded: Bare motions.
         loaded: Motions of one mounting.
         file: The gains.
         observing: Filters and thresholds.
-        policy: How far the recordings are trusted.
+        policy: Policy for checks and repairs of the recordings.
 
     Returns:
-        The recordings, ready to be estimated from, and what is said of them.
+        The prepared recordings and their diagnoses.
 
     Raises:
-        IdentificationError: If recordings cannot be those of this arm, or something spoils what rests on them.
-        ScenarioError: If the file's options are none.
+        IdentificationError: If recordings are not of this arm, or have a fault.
+        ScenarioError: If the options of the file are not valid.
     """
     motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
     gains = options_of(GainOptions, file.options.gains, ())
@@ -66,21 +66,21 @@ def weighing_problem(
 
 
 def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:
-    """Filters of the gains file, overlaid with words `KEY=VALUE`.
+    """Return the filters of the gains file, modified by words `KEY=VALUE`.
 
     Raises:
-        ScenarioError: If the file's are none.
-        OptionError: If a word is none.
+        ScenarioError: If the options of the file are not valid.
+        OptionError: If a word is not valid.
     """
     return options_of(ObserveOptions, file.options.observe, words)
 
 
 def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
-    """The model that the gains were found with, overlaid with words `KEY=VALUE`.
+    """Return the model options of the gains file, modified by words `KEY=VALUE`.
 
     Raises:
-        ScenarioError: If the file's options are none.
-        OptionError: If a word is none.
+        ScenarioError: If the options of the file are not valid.
+        OptionError: If a word is not valid.
     """
     own = file.method in (None, nls.NAME)
     listed = file.options.method if own else asdict(PLAIN)
@@ -89,11 +89,11 @@ def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
 
 
 def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
-    """Options of a gains file, overlaid with words `KEY=VALUE`.
+    """Return options of a gains file, modified by words `KEY=VALUE`.
 
     Raises:
-        ScenarioError: If the file's are none.
-        OptionError: If a word is none.
+        ScenarioError: If the options of the file are not valid.
+        OptionError: If a word is not valid.
     """
     try:
         options_from_table(kind, stated)
@@ -103,9 +103,9 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
 
 
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
-    """Check that no gain was found from a loaded motion, and that none that is given as bare carried a payload then.
+    """Check that no loaded motion was used for the gains, and that no bare motion was loaded then.
 
-    A loaded one would give back the mass that was stated then; a part of it as well.
+    A loaded one, or a part of it, would reproduce the stated mass.
 
     Raises:
         ScenarioError: If one was.
@@ -129,6 +129,6 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
 
 
 def _seen(entries: Sequence[RecordingEntry], recording: Recording) -> RecordingEntry | None:
-    """The entry that a recording is, or shares samples with; None where there is none."""
+    """Return the entry of the same recording, or of one with common samples; None if there is none."""
     digest = recording_digest(recording)
     return next((each for each in entries if each.sha256 == digest or holds_marks(recording, each.marks)), None)

@@ -1,4 +1,4 @@
-"""What commands that use gains print: torques from currents, models that are patched, two sets of gains compared."""
+"""Results of commands that use gains: torques, patched models, comparisons of gains."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,23 +19,23 @@ class Torques(ResultModel):
     """What `rx90 torque --json` prints.
 
     Attributes:
-        out: The file that was written.
-        samples: Of the recording, and rows of that file.
+        out: The written file.
+        samples: Number of samples, and of rows of the file.
     """
 
     out: str
     samples: int
-    joints: list[int] = Field(description="joints that have columns")
-    missing: list[dict[str, int | str]] = Field(description="joints that have none, with the reason")
-    notes: list[str] = Field(description="remarks on implausible gains")
+    joints: list[int] = Field(description="Joints that have columns")
+    missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
+    notes: list[str] = Field(description="Remarks on implausible gains")
 
 
 def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
-    """Torques that were written.
+    """Return the result of written torques.
 
     Args:
-        found: Torques.
-        file: The gains that they were found with.
+        found: The torques.
+        file: The gains file.
         out: The file.
     """
     return Torques(
@@ -55,12 +55,12 @@ class Patched(ResultModel):
     """What `rx90 patch --json` prints.
 
     Attributes:
-        out: The model that was written.
-        ros_params: The file of ROS 2 parameters that was written, null for none.
-        changes: Attributes of joints, those that are left alone too.
-        notes: On gains that look odd.
-        written: Whether it was written: a copy that predicts no better than the model is written with --force alone.
-        unseen: How well a motion that no fit has seen is predicted by copy and model, null where none is given.
+        out: The written model.
+        ros_params: The written file of ROS 2 parameters, null for none.
+        changes: Attributes of joints, including unchanged ones.
+        notes: Remarks on implausible gains.
+        written: Whether the copy was written; a copy that does not predict better than the model needs --force.
+        unseen: Prediction of a motion that was not used in any fit by copy and model, null if none is given.
     """
 
     out: str
@@ -80,14 +80,14 @@ def patched(
     *,
     written: bool = True,
 ) -> Patched:
-    """A model that was written.
+    """Return the result of a written model.
 
     Args:
-        changes: Of the model.
-        gains: That they were made with.
-        out: The model that was written.
-        parameters: The parameter file that was written, None for none.
-        unseen: A motion that no fit has seen, None where there is none.
+        changes: Changes of the model.
+        gains: The gains used.
+        out: The written model.
+        parameters: The written parameter file, None for none.
+        unseen: Prediction of a motion that was not used in any fit, None if there is none.
         written: Whether it was.
     """
     return Patched(
@@ -101,30 +101,30 @@ def patched(
 
 
 class Moved(ResultModel):
-    """A gain that may have changed, by its logarithm.
+    """Change of a gain.
 
     Attributes:
-        rel_change: Relative change of its size, g_B / g_A - 1.
-        std: Standard deviation of log |g_B / g_A|, of small changes the same as that of the relative change.
-        rel_std: Standard deviation of `rel_change`, `std` times g_B / g_A; relative, without unit.
+        rel_change: Relative change of its magnitude, |g_B / g_A| - 1.
+        std: Standard deviation of log |g_B / g_A|, for small changes equal to that of the relative change.
+        rel_std: Standard deviation of `rel_change`, `std` times |g_B / g_A|; relative.
     """
 
     rel_change: float
     std: float
     rel_std: float
-    turned: bool = Field(description="whether its sign changed")
-    moved: bool = Field(description="whether it changed beyond its interval")
+    turned: bool = Field(description="Whether the sign of the gain changed")
+    moved: bool = Field(description="Whether the change is significant")
 
 
 class _Numbered(ResultModel):
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
 
 
 class MovedJoint(Moved, _Numbered):
-    """A joint's gain; `apart`: once a scale common to all joints is taken out.
+    """Change of a joint's gain; `apart`: relative to the common factor.
 
     Attributes:
-        apart: Its change beside that common to all joints.
+        apart: Its change relative to the common factor.
     """
 
     apart: Moved
@@ -134,9 +134,9 @@ class ChiSquare(ResultModel):
     """A test of all joints together.
 
     Attributes:
-        chi2: Sum of the squared changes over their deviations, with correlations between joints.
-        freedom: Its degrees of freedom.
-        p: Probability that chance alone makes it as large.
+        chi2: Sum of the squared changes over their standard deviations, with correlations between joints.
+        freedom: Degrees of freedom.
+        p: Probability of a value at least as large without a change.
     """
 
     chi2: float
@@ -148,12 +148,12 @@ class GainComparison(ResultModel):
     """What `rx90 compare-gains --json` prints.
 
     Attributes:
-        moved: Whether anything did: a joint beyond its interval, or all together.
-        joints: Those that have a gain in both.
-        scale: The change common to most joints, or to all if no majority has one.
-        scale_joints: Numbers of those that have it in common; empty if fewer than half have one.
-        together: Whether the changes of all joints are more than chance.
-        pattern: Chi-squared test that all gains changed by the common scale alone, null for a single joint.
+        moved: Whether a change is significant, of a joint or of all together.
+        joints: Joints with a gain in both files.
+        scale: The change common to most joints, or the mean change if no majority has a common one.
+        scale_joints: Numbers of the joints with the common change; empty if these are not a majority.
+        together: Chi-squared test of no change of any joint.
+        pattern: Chi-squared test of one change common to all joints, null for a single joint.
     """
 
     moved: bool
@@ -162,11 +162,11 @@ class GainComparison(ResultModel):
     scale_joints: list[int]
     together: ChiSquare
     pattern: ChiSquare | None
-    missing: list[dict[str, int | str]] = Field(description="joints with a gain in one file only")
+    missing: list[dict[str, int | str]] = Field(description="Joints with a gain in one file only")
 
 
 def gain_comparison_result(found: gain_comparison.GainComparison) -> GainComparison:
-    """What moved from one set of gains to another."""
+    """Return the comparison of two sets of gains."""
     return GainComparison(
         moved=found.moved,
         joints=[

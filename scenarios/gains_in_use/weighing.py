@@ -1,4 +1,4 @@
-"""What `rx90 verify` and `rx90 payload-of` print: payloads found from currents, and gains held against a scale."""
+"""Results of `rx90 verify` and `rx90 payload-of`: estimated payloads, and gains tested with a weighed mass."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -20,14 +20,14 @@ from scenarios.support.result_model import ResultModel
 
 
 class Deviations(ResultModel):
-    """A number and what its deviation is made of; null where the data do not show it.
+    """A number and the contributions to its standard deviation; null if not identifiable.
 
     Attributes:
-        estimate: What was found, in `unit`.
-        std: One standard deviation, of all parts together, in `unit`.
-        residual_std: The part of it from the residuals, in `unit`.
-        gain_std: The part of it from the deviations of the gains, in `unit`.
-        model_std: The part of it from the model's assumptions, in `unit`.
+        estimate: Estimate, in `unit`.
+        std: Total standard deviation, in `unit`.
+        residual_std: Contribution of the residuals to `std`, in `unit`.
+        gain_std: Contribution of the gains' standard deviations to `std`, in `unit`.
+        model_std: Contribution of the model's assumptions to `std`, in `unit`.
     """
 
     estimate: float | None = None
@@ -38,17 +38,17 @@ class Deviations(ResultModel):
 
 
 class _Quantity(ResultModel):
-    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Of its numbers")
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Unit of the values")
 
 
 class Quantity(Deviations, _Quantity):
-    """Mass, a coordinate of the centre, or an inertia about it."""
+    """Mass, a coordinate of the centre, or an inertia about the centre."""
 
 
 class _Parameter(ResultModel):
-    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
-    unit: str = Field(description="Of its numbers")
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    unit: str = Field(description="Unit of the values")
 
 
 class PayloadParameter(Deviations, _Parameter):
@@ -56,19 +56,19 @@ class PayloadParameter(Deviations, _Parameter):
 
 
 class Weighed(ResultModel):
-    """A known mass as all joints (joint null) or one joint weighs it [kg].
+    """Estimate of a known mass from all joints (joint null) or from one joint [kg].
 
     Attributes:
-        joint: The joint's number, from 1; null for all joints together.
-        mass: What was found, null where the data do not show it [kg].
-        std: One standard deviation of the mass, of all parts together; that of the scale is not in it [kg].
-        residual_std: The part of it from the residuals [kg].
-        gain_std: The part of it from the deviations of the gains [kg].
-        model_std: The part of it from the model's assumptions [kg].
-        rel_error: Relative error, found less stated over stated: the share by which the gains are too large.
-        rel_std: Its standard deviation, relative to the stated mass as well, that of the scale included.
-        verdict: "agrees", "differs" or "says nothing".
-        reason: Why it says nothing.
+        joint: Number of the joint, from 1; null for all joints together.
+        mass: Estimated mass, null if not identifiable [kg].
+        std: Total standard deviation of the estimated mass, without that of the scale [kg].
+        residual_std: Contribution of the residuals to `std` [kg].
+        gain_std: Contribution of the gains' standard deviations to `std` [kg].
+        model_std: Contribution of the model's assumptions to `std` [kg].
+        rel_error: Relative error of the mass, (estimate - stated) / stated, which equals that of the gains.
+        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
+        verdict: "agrees", "differs" or, if inconclusive, "says nothing".
+        reason: Why the estimate is inconclusive.
     """
 
     joint: int | None
@@ -84,12 +84,12 @@ class Weighed(ResultModel):
 
 
 class Departure(ResultModel):
-    """A joint whose mass departs from that of the others.
+    """A joint whose estimate of the mass differs from that of the others.
 
     Attributes:
         joint: Its number, from 1.
-        rel_error: Relative error, its mass over that of the others, less one.
-        rel_std: Its standard deviation, relative as well.
+        rel_error: Relative difference: ratio of its mass to that of the others, minus one.
+        rel_std: Standard deviation of `rel_error`; relative.
     """
 
     joint: int = Field(ge=1)
@@ -98,13 +98,13 @@ class Departure(ResultModel):
 
 
 class CommonError(ResultModel):
-    """A mass on which joints agree and which differs from the scale: no single gain explains it.
+    """An error of the mass that several joints have in common, which no single gain explains.
 
     Attributes:
-        joints: Their numbers, from 1.
-        rel_error: Relative error, found less stated over stated.
-        rel_std: Its standard deviation, relative as well, that of the scale included.
-        apart: Joints that depart from them beyond their intervals.
+        joints: Numbers of the joints, from 1.
+        rel_error: Relative error, (estimate - stated) / stated.
+        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
+        apart: Joints that differ significantly from them.
     """
 
     joints: list[int]
@@ -117,20 +117,20 @@ class Verification(DiagnosedResult):
     """What `rx90 verify --gains G --json` prints.
 
     Attributes:
-        passed: Whether the mass from all joints agrees with the scale, that of no joint differs, and a motion that no
-            fit has seen is predicted better than with other gains, where both are given.
-        together: The mass from all joints.
-        joints: The mass from each joint alone, in their order.
-        payload: What was found of the payload: mass, centre and inertia, as many as the data show.
-        common: Error on which joints agree against the scale, null where they do not agree.
-        notes: Choices of the method, and remarks.
-        unseen: How well a motion that no fit has seen is predicted, null where none is given.
+        passed: Whether the mass from all joints agrees with the weighed one, that of no joint differs, and a motion
+            that was not used in any fit is predicted better than with other gains, if both are given.
+        together: Mass from all joints.
+        joints: Mass from each joint alone, in order.
+        payload: Identifiable values of the payload: mass, centre and inertia.
+        common: Error of the mass that joints have in common, null if there is none.
+        notes: What the method selected, and remarks.
+        unseen: Prediction of a motion that was not used in any fit, null if none is given.
     """
 
     passed: bool
-    mass: float = Field(description="on the scale [kg]")
-    mass_std: float = Field(description="standard deviation of the scale [kg]")
-    limit: float = Field(description="standard deviations beyond which a mass differs significantly")
+    mass: float = Field(description="Weighed mass [kg]")
+    mass_std: float = Field(description="Standard deviation of the weighed mass [kg]")
+    limit: float = Field(description="Number of standard deviations beyond which a mass differs significantly")
     together: Weighed
     joints: list[Weighed]
     payload: list[Quantity]
@@ -142,7 +142,7 @@ class Verification(DiagnosedResult):
 def verification_result(
     found: verification.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None
 ) -> Verification:
-    """What a scale says of gains; masses are null where they do not show."""
+    """Return the result of a verification; masses are null if not identifiable."""
     common = common_scale.common_error(found)
     return Verification(
         passed=found.passed and (unseen is None or unseen.passed),
@@ -160,15 +160,15 @@ def verification_result(
 
 
 class PredictedJoint(ResultModel):
-    """How well a joint's currents are predicted from other parts of the motions.
+    """Cross-validation of a joint's currents.
 
     Attributes:
         joint: Its number, from 1.
-        name: Of the joint in the robot's model.
-        predicted_rel_error: Norm of the error of the prediction, each part of the motions from the others, relative to
-            that of the currents.
-        fitted_rel_error: Norm of the residual relative to that of the currents, where all parts are fitted to.
-        gain_changes: Relative change of the gain without each part; empty where the joint is refused.
+        name: Name of the joint in the robot's model.
+        predicted_rel_error: Norm of the prediction error, each part of the motions predicted from the others, relative
+            to that of the currents.
+        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
+        gain_changes: Relative change of the gain without each part; empty if the joint is refused.
     """
 
     joint: int = Field(ge=1)
@@ -183,8 +183,8 @@ class CrossValidation(DiagnosedResult):
 
     Attributes:
         method: Name of the estimator.
-        joints: Those that have rows.
-        unseen: How well a motion that no fit has seen is predicted, null where none is given.
+        joints: Joints with rows.
+        unseen: Prediction of a motion that was not used in any fit, null if none is given.
     """
 
     method: str
@@ -195,7 +195,7 @@ class CrossValidation(DiagnosedResult):
 def cross_validation_result(
     identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
 ) -> CrossValidation:
-    """How well parts of the motions are predicted from the others."""
+    """Return the result of a cross-validation."""
     estimate = identified.estimate
     return CrossValidation(
         method=estimate.method,
@@ -218,20 +218,19 @@ class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints.
 
     Attributes:
-        parameters: As many of the ten standard parameters as the data show.
-        covariance: Of `parameters`, in their order and in products of their units [kg m^2, kg m, kg]; of all parts of
-            the deviations together.
-        body: Mass, centre and inertia about it, as many as follow from the parameters.
-        joints: The mass from each joint alone against that from all; empty if it is not sure.
-        notes: Choices of the method, and remarks.
+        parameters: Identifiable ones of the ten standard parameters.
+        covariance: Total covariance of `parameters`, in order and in products of their units [kg m^2, kg m, kg].
+        body: Mass, centre and inertia about the centre, as far as identifiable.
+        joints: Mass from each joint alone compared with that from all; empty if the latter is not significant.
+        notes: What the method selected, and remarks.
     """
 
     parameters: list[PayloadParameter]
     covariance: list[list[float]]
     body: list[Quantity]
-    refused: dict[str, str] = Field(description="reasons why parameters or quantities have no value, by their names")
+    refused: dict[str, str] = Field(description="Reasons why parameters or quantities have no value, by name")
     possible: bool | None = Field(
-        description="whether the parameters are physically consistent, null if not all are known"
+        description="Whether the parameters are physically consistent, null if not all are known"
     )
     joints: list[Weighed]
     notes: list[str]
@@ -243,7 +242,7 @@ def found_payload_result(
     joints: Sequence[verification.Weighed],
     diagnosed: Diagnosed,
 ) -> FoundPayload:
-    """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia, joints alone."""
+    """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
     return FoundPayload(
         parameters=[
             PayloadParameter(

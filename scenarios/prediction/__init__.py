@@ -1,9 +1,9 @@
-"""What a scenario's errors cost, predicted to first order: nothing is simulated.
+"""First-order prediction of the effect of a scenario's error sources, without simulation.
 
-expected   the logs of perfect control, with whatever the plant has
-linear     an estimate from such logs, and what a change or noise of any current does to each gain
-moments    mean and deviation of what follows a draw
-predictor  each source, from one estimate
-budget     all of them
-deviations of a bare and a loaded motion, in a millisecond: what motions and payloads are searched by
+expected   the logs with perfect control, including effects of the plant
+linear     an estimate from such logs, and its derivatives with respect to the currents
+moments    mean and standard deviation of functions of a draw
+predictor  error from each source, from one estimate
+budget     errors from all sources
+deviations standard deviations for a bare and a loaded motion, in a millisecond, for searches
 """

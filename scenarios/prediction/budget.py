@@ -1,4 +1,4 @@
-"""The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
+"""The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
 import numpy as np
 from pydantic import Field
@@ -22,31 +22,31 @@ OTHER = "noise that is no source"
 
 
 class Cost(ResultModel):
-    """What an error source costs a gain, as shares of it."""
+    """Relative error of a gain from one source."""
 
-    source: str = Field(description="Its name")
-    bias: float = Field(description="Mean of the error, as a share of the gain")
-    std: float = Field(description="Standard deviation of the error, as a share of the gain")
-    rms: float = Field(description="Root mean square of the error, as a share of the gain")
+    source: str = Field(description="Name of the source or scenario")
+    bias: float = Field(description="Mean of the relative error of the gain")
+    std: float = Field(description="Standard deviation of the relative error of the gain")
+    rms: float = Field(description="Root mean square of the relative error of the gain")
 
 
 class PredictedBudgetJoint(ResultModel):
-    """A joint's budget."""
+    """Budget of one joint."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
-    costs: list[Cost] = Field(description="One entry per source, the one with the largest rms on any joint first")
-    together: Cost = Field(description="All sources at once: biases added by sign, variances added")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    costs: list[Cost] = Field(description="One entry per source, sorted by the largest rms on any joint")
+    together: Cost = Field(description="All sources together: sums of the signed biases and of the variances")
     tolerance: float = Field(description="Largest relative error that passes")
-    within: float = Field(description="probability that the error is within the tolerance")
+    within: float = Field(description="Probability that the error is within the tolerance")
 
 
 class PredictedBudget(ResultModel):
     """What `rx90 predict --json` prints."""
 
-    scenario: str = Field(description="Its name")
+    scenario: str = Field(description="Name of the source or scenario")
     method: str = Field(description="Name of the estimator")
     remarks: list[str] = Field(description="Assumptions of the model")
-    joints: list[PredictedBudgetJoint] = Field(description="Those whose gain the scenario requires and that have one")
+    joints: list[PredictedBudgetJoint] = Field(description="Joints whose gain the scenario requires and that have one")
     refused: list[dict[str, int | str]] = Field(
         description="Joints whose gain the scenario requires and that have none, with the reason"
     )
@@ -56,10 +56,10 @@ class PredictedBudget(ResultModel):
 
 
 def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
-    """Predict the error budget of a scenario, and what logs of its motions will exclude.
+    """Predict the error budget of a scenario, and the faults that logs of its motions will exclude.
 
     Raises:
-        Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
+        Saturated: If a drive cannot follow the motion; otherwise as `predictor_of`.
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = predictor_of(scenario)
@@ -97,7 +97,7 @@ def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
 
 
 def _joint(joint: int, k: int, costs: dict[str, Moments], both: Moments, tolerance: float) -> PredictedBudgetJoint:
-    """The budget of a joint, k-th of those that costs are of: biases add by sign, variances add."""
+    """Return the budget of the k-th joint: signed biases and variances are added."""
     std = max(float(both.std[k]), 1e-300)
     bias = float(both.bias[k])
     return PredictedBudgetJoint(

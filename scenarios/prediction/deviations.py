@@ -1,14 +1,14 @@
-"""Predicted deviations of drive gains for a motion that is made bare and with a payload; nothing is simulated.
+"""Predicted standard deviations of drive gains for a motion with a bare flange and with a payload, without simulation.
 
-All joints at once, in torque units of each joint, the unknowns are changes of ln g_j, of the arm's base parameters
-theta, which all joints share, of the payload's unknown parameters pi and of each joint's own friction and offset o_j:
+For all joints together, in torque units of each joint, the unknowns are changes of ln g_j, of the arm's base parameters
+theta, of the payload's unknown parameters pi, and of each joint's friction phi_j and offset o_j:
 
     d(V_j g_j) = T_j d(ln g_j) + A_j d(theta) + Y_j d(pi) + F_j d(phi_j) + d(o_j),    T_j = A_j theta + Y_j chi
 
-with Y_j d(pi) and the second part of T_j in the loaded motion alone, and phi_j for each motion anew. Joint by joint
-(paper, eq. 27) nothing is shared, friction included with the arm's columns, and the last column is the known part of
-the payload's torque. In both, the information on the gains is what is left of their columns where the others cannot
-imitate them, and ln g_j is known to 1 beforehand, as in `nls`: a joint that nothing loads has that deviation
+Y_j d(pi) and the second part of T_j exist only in the loaded motion, and phi_j differs between motions. Joint by joint
+(paper, eq. 27), no parameters are shared, friction belongs to the arm's columns, and the last column is the known part
+of the payload's torque. In both cases the information on the gains is the part of their columns that is orthogonal to
+the others. ln g_j has a prior standard deviation of 1, as in `nls`, which is the result for a joint without load
 (`docs/derivations.md`).
 """
 
@@ -26,15 +26,15 @@ from sim.plant import PayloadBody
 from sim.trajectory import FourierTrajectory
 
 ROWS_PER_SECOND = 20.0
-"""Rows that identification keeps, and that deviations are predicted for."""
+"""Number of rows for which standard deviations are predicted."""
 RESIDUAL = 0.02
 """Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
 RANK_TOL = 1e-12
-"""Least eigenvalue of a normal matrix with unit diagonal that counts: a share of 1e-6 of a unit column."""
+"""Smallest eigenvalue of a normal matrix with unit diagonal that is used."""
 FRICTION = ("Fv", "Fc")
-"""Columns of a joint's own that differ between motions."""
+"""Joint-specific columns that differ between motions."""
 JOINTWISE = ("ls-2011", "iv")
-"""Estimators that solve each joint by itself; the others share links between joints."""
+"""Estimators that solve each joint separately; the others share link parameters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -43,7 +43,7 @@ class Carried:
 
     Attributes:
         chi: Its standard parameters, in the order of `INERTIAL`, shape (10,).
-        known: What identification is told of it.
+        known: Known parameters.
     """
 
     chi: Array
@@ -51,26 +51,26 @@ class Carried:
 
 
 def carried(body: PayloadBody, believed: Payload) -> Carried:
-    """What is carried as it is, and as identification is told of it."""
+    """The true payload and its known parameters."""
     return Carried(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part())
 
 
 def drawn(payload: Payload) -> Carried:
-    """A payload that is as drawn."""
+    """Return a payload with its nominal values."""
     return Carried(chi=payload.known_part().chi, known=payload.known_part())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MotionRows:
-    """A motion, sampled: N instants, n joints, p standard columns.
+    """A sampled motion: N samples, n joints, p standard columns.
 
     Attributes:
         motion: q, dq, ddq, each (N, n).
         W: Standard columns of all joints, shape (N, n, p).
-        Y: Those of a payload, shape (N, n, 10).
+        Y: Columns of a payload, shape (N, n, 10).
         rigid: Torque of the bare arm and its rotors [N m], shape (N, n).
-        bare: The same with friction and offsets.
-        rate_hz: Instants a second.
+        bare: Torque of the bare arm, rotors, friction and offsets [N m], shape (N, n).
+        rate_hz: Sampling rate [Hz].
     """
 
     motion: tuple[Array, Array, Array]
@@ -81,22 +81,22 @@ class MotionRows:
     rate_hz: float
 
     def torques(self, chi: Array) -> Array:
-        """Joint torques without and with a payload of these standard parameters [N m], shape (2, N, n)."""
+        """Return joint torques without and with a payload of these standard parameters [N m], shape (2, N, n)."""
         return np.stack((self.bare, self.bare + self.Y @ chi))
 
     def variance(self, chi: Array) -> Array:
-        """Of a sampled torque of each joint [N^2 m^2], as if decimated rows were as many, shape (n,)."""
+        """Return the variance of each joint's sampled torque [N^2 m^2], equivalent to that of rows, shape (n,)."""
         return RESIDUAL**2 * np.mean(self.torques(chi) ** 2, axis=(0, 1)) * self.rate_hz / ROWS_PER_SECOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ArmModel:
-    """The arm that a motion is designed for.
+    """The arm of a motion.
 
     Attributes:
         structure: Its identifiable structure.
         chi: Standard parameters of arm and drives, shape (p,).
-        inertial: Those of links and rotors alone, the others zero, shape (p,).
+        inertial: Standard parameters of links and rotors, others zero, shape (p,).
         bias: Offset of every joint's torque [N m], shape (n,).
     """
 
@@ -115,11 +115,11 @@ class ArmModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Deviations:
-    """Predicted relative standard deviations of the gains, each (n,).
+    """Predicted relative standard deviations of the gains, each of shape (n,).
 
     Attributes:
-        noise: From the residual of the rows.
-        payload: From the stated deviations of what is known of the payload.
+        noise: Contribution of the residual.
+        payload: Contribution of the stated standard deviations of the payload's known parameters.
     """
 
     noise: Array
@@ -127,21 +127,21 @@ class Deviations:
 
     @property
     def total(self) -> Array:
-        """Both together."""
+        """Total of both."""
         return np.hypot(self.noise, self.payload)
 
 
 Prediction = Callable[[MotionRows, Structure], Callable[[Carried], Deviations]]
-"""Prepares what no payload changes; what it gives predicts the deviations for a payload, along that motion."""
+"""Function that prepares a motion and returns a function that predicts the standard deviations for a payload."""
 
 
 def prediction_of(method: str) -> Prediction:
-    """The prediction that fits an estimator."""
+    """Return the prediction for an estimator."""
     return joint_by_joint if method in JOINTWISE else all_joints
 
 
 def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
-    """Each gain from its own joint's rows, friction the same in both motions (`ls-2011`)."""
+    """Predict each gain from the rows of its joint, with common friction of both motions (`ls-2011`)."""
     n = rows.bare.shape[1]
     arm = [rows.W[:, j, structure.base.columns[structure.joint_independent[j]]] for j in range(n)]
     columns = [np.concatenate((A, rows.Y[:, j]), axis=1) for j, A in enumerate(arm)]
@@ -157,7 +157,9 @@ def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried]
             info = (bare.T @ G @ bare + loaded.T @ G @ loaded) / variance[j]
             information, imitated = _eliminated(info, 1)
             noise[j] = 1.0 / np.sqrt(1.0 + max(information[0, 0], 0.0))
-            push = (loaded.T @ G[:, b:] @ what.known.spread) / variance[j]  # rows' weights on an error of what is known
+            push = (loaded.T @ G[:, b:] @ what.known.spread) / variance[
+                j
+            ]  # influence of rows on an error of the known parameters
             payload[j] = noise[j] ** 2 * np.linalg.norm(push[-1] - imitated[0] @ push[:-1])
         return Deviations(noise=noise, payload=payload)
 
@@ -165,7 +167,7 @@ def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried]
 
 
 def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
-    """All gains through the links that they share; friction differs between motions, offsets do not (`nls`)."""
+    """Predict all gains with shared link parameters; friction differs between motions, offsets do not (`nls`)."""
     n = rows.bare.shape[1]
     joints = np.arange(n)
     own = {name: len(STANDARD) * joints + STANDARD.index(name) for name in (*FRICTION, "off")}
@@ -187,7 +189,7 @@ def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], De
             bare[-1, -1] = loaded[-1, -1] = 1.0
             loaded[b:-1, -1] = what.chi
             local, pushed = bare.T @ G @ bare + loaded.T @ G @ loaded, loaded.T @ G[:, b:-1] @ what.known.spread
-            offset = local[1:, 0] / local[0, 0]  # what of the others the joint's own offset imitates
+            offset = local[1:, 0] / local[0, 0]  # part of the others that the joint's offset explains
             at = np.append(np.arange(common), common + j)
             info[np.ix_(at, at)] += local[1:, 1:] - np.outer(offset, local[0, 1:])
             push[at] += pushed[1:] - np.outer(offset, pushed[0])
@@ -200,9 +202,9 @@ def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], De
 
 
 def _eliminated(info: Array, last: int) -> tuple[Array, Array]:
-    """Information on the last unknowns with all others free (Schur complement), and what of them the others imitate.
+    """Return the information on the last unknowns with others free (Schur complement), and the rest.
 
-    Of the others, what has no information drops out.
+    Directions of the others without information are dropped.
     """
     scale = np.sqrt(np.maximum(np.diag(info)[:-last], np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(info[:-last, :-last] / np.outer(scale, scale))
@@ -213,7 +215,7 @@ def _eliminated(info: Array, last: int) -> tuple[Array, Array]:
 
 
 def _selection(m: int, b: int, known: Mask) -> tuple[Array, Array]:
-    """Columns [A, Y, ...] as the unknowns use them, bare and loaded, the gain's last; both (m, unknowns)."""
+    """Return columns [A, Y, ...] of the unknowns, bare and loaded, that of the gain last; both (m, unknowns)."""
     free = b + np.flatnonzero(~known)
     bare = np.zeros((m, b + len(free) + 1))
     bare[np.arange(b), np.arange(b)] = 1.0
@@ -223,5 +225,5 @@ def _selection(m: int, b: int, known: Mask) -> tuple[Array, Array]:
 
 
 def _unit(columns: Array) -> Array:
-    """Columns of unit length, so that a joint that hardly moves keeps its own."""
+    """Return columns of unit length, so that those of a hardly moving joint are kept."""
     return columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)

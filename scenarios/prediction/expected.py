@@ -1,4 +1,4 @@
-"""The logs of a scenario's motions under perfect control, without noise, and what noise adds to them."""
+"""The expected logs of a scenario's motions with perfect control, and a model of their noise."""
 
 from dataclasses import dataclass, replace
 
@@ -17,19 +17,19 @@ from sim.sensors import SensorOptions, logged_without_noise, noises, without_spe
 from sim.sensors.effect import Log, Noise
 
 NOISE_SEED = 0
-"""Of the noise that one expected recording is given."""
+"""Seed of the noise of an expected recording."""
 RATE = 16.0
-"""Rate that is enough, in cut-offs of identification's filters: what is faster is noise, and its spectrum is known."""
+"""Sufficient sampling rate, relative to the cut-offs; faster components are noise with known spectrum."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What is logged of one motion, at a rate that is enough.
+    """The expected log of one motion, at a sufficient rate.
 
     Attributes:
-        log: Without what is drawn.
-        noises: What is drawn, as strong as at the real rate in the band that counts.
-        unknown: Streams of what is drawn too, and has no spectrum.
+        log: The log without random effects.
+        noises: Models of the noise, with the spectral density at the real rate.
+        unknown: Streams of random effects without a known spectrum.
     """
 
     log: Log
@@ -38,7 +38,7 @@ class Expected:
 
 
 def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
-    """The expected log of each motion, in order of time.
+    """Return the expected log of each motion, in order of time.
 
     Raises:
         PlantError: If a plant cannot be built.
@@ -49,9 +49,9 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 
 
 def expected_preparation(setup: Setup, every: int) -> Prepared:
-    """The expected logs as identification prepares them, each with one realisation of its noise.
+    """Return the expected logs as prepared for identification, each with one realisation of its noise.
 
-    Methods that weigh rows, or choose a model, by the residual need the noise.
+    Methods that weight rows or select a model by the residual need the noise.
 
     Raises:
         RecordingError: If one cannot be filtered.
@@ -66,14 +66,14 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
 
 
 def enough(setup: Setup) -> int:
-    """Samples of the controller to one that is enough for identification."""
+    """Return the ratio of the controller's to the sufficient sampling rate."""
     observe = setup.scenario.table.identification.observe
     rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
     return max(1, int(setup.scenario.table.experiment.controller.rate_hz / rate_hz))
 
 
 def _noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:
-    """The expected log with one realisation of what noise adds to the currents."""
+    """Return the expected log with one realisation of the noise of the currents."""
     v = each.log.v.copy()
     for noise in each.noises:
         drawn = rng.standard_normal((1 if noise.lasting else len(v), 1 if noise.shared else v.shape[1]))
@@ -82,7 +82,7 @@ def _noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Gene
 
 
 def louder(quiet: Expected, sensors: SensorOptions, every: int) -> list[str]:
-    """Streams of noise that other sensors would make of another strength, or have besides, in the very same log."""
+    """Return noise streams that differ between two settings of sensors with the same expected log."""
     other = _drawn(quiet.log, sensors, every)
     before = {noise.stream: noise for noise in quiet.noises}
     changed = [noise.stream for noise in other.noises if not _same(noise, before.get(noise.stream))]
@@ -99,7 +99,7 @@ def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> E
 
 
 def _drawn(log: Log, sensors: SensorOptions, every: int) -> Expected:
-    """White noise of fewer samples keeps its spectral density; the variance of all other is in the band."""
+    """Return noise at a lower rate: white noise keeps its spectral density, other noise its variance."""
     share, found = 1.0 / np.sqrt(every), noises(log, sensors)
     white = [noise.sos is None and not noise.lasting for noise in found]
     thinned = (replace(x, q=share * x.q, v=share * x.v) if thin else x for x, thin in zip(found, white, strict=True))

@@ -1,13 +1,13 @@
-"""An estimate from expected logs, linearised: what a change, or noise, of any logged current does to each gain.
+"""A linearised estimate from expected logs: effect of changes and noise of the logged currents on each gain.
 
-The change of 1/g_j is the sum over rows of their influence times the change of each row's current, which is cleared of
-reversals and decimated as the current was. Noise of known spectrum follows sample by sample,
+The change of 1/g_j is the sum over rows of their influence times the change of each row's current, which is masked near
+reversals and decimated like the current. For noise of known spectrum,
 
     var(1/g) = sum of squares of h * (K_v s_v + K_q s_q)
 
-K_v are the weights of a log's currents, s what a number of unit variance adds to the log, h the filter that shapes the
-numbers. Positions are differentiated: noise q of joint l acts like currents -h_j M_jl d^2 q / dt^2, low-passed as
-identification does it. What it adds to speeds and to gravity is less than a hundredth of that.
+where K_v has the weights of a log's currents, s is the standard deviation of the noise, and h its filter. Noise q of
+the position of joint l acts like currents -h_j M_jl d^2 q / dt^2, with the low-pass of the identification. Its effect
+through speed and gravity is less than a hundredth of that.
 """
 
 from collections.abc import Sequence
@@ -31,20 +31,20 @@ from sim.feedforward_currents import inertia_along
 from sim.sensors.effect import Noise
 
 NOT_LINEAR = ("ols", "tls-2014")
-"""Methods in which noise of the currents stands in the matrix: their errors are of second order."""
+"""Methods with noise of the currents in the regressor: their errors are of second order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Linearised:
-    """An estimate and how it moves.
+    """An estimate and its derivatives.
 
     Attributes:
-        setup: What it was made from.
-        expected: Its logs.
-        estimate: Its k solved gains come with the influence of each row.
-        behind: The motion behind the rows, motions in order of time.
-        places: Place of each motion of the estimate in order of time.
-        every: Samples of the controller to one of the expected logs.
+        setup: The setup.
+        expected: The expected logs.
+        estimate: The estimate, with k solved gains and the influence of each row.
+        behind: Derivatives of motion of the rows, motions in order of time.
+        places: Index of each motion of the estimate in order of time.
+        every: Ratio of the controller's sampling rate to that of the expected logs.
     """
 
     setup: Setup
@@ -55,7 +55,7 @@ class Linearised:
     every: int
 
     def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
-        """Change of each 1/g from one set of logs, in order of time, to another of the same motions, shape (k,)."""
+        """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
         table, solution = self.setup.scenario.table, self.estimate.solution
         later = table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
         dV = np.zeros(len(solution.rows.V))
@@ -68,9 +68,9 @@ class Linearised:
         return solution.influence @ dV
 
     def weights(self, samples: int) -> list[Array]:
-        """Derivative of each 1/g by each sample of each motion in order of time, each (k, samples, n).
+        """Derivatives of each 1/g with respect to each sample of each motion in order of time, each (k, samples, n).
 
-        A delay that identification gives the currents is left out: noise does not care.
+        A compensated delay of the currents is omitted, as it does not affect noise.
         """
         solution, n = self.estimate.solution, self.setup.structure.arm.n
         found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
@@ -86,7 +86,7 @@ class Linearised:
         return found
 
     def noise_variances(self, logs: Sequence[Expected]) -> dict[str, Array]:
-        """Variance of each 1/g from each noise stream that is on, (k,) by name."""
+        """Variance of each 1/g from each active noise stream, (k,) by name."""
         variances: dict[str, Array] = {}
         cutoff_hz = self.setup.scenario.table.identification.observe.cutoff_hz
         weights = self.weights(len(logs[0].log.t))
@@ -102,8 +102,8 @@ def linearised(setup: Setup, every: int) -> Linearised:
     """Estimate the gains of a prepared scenario from its expected logs.
 
     Raises:
-        StudyError: If the scenario's method has no first order.
-        IdentificationError: If there is nothing to identify.
+        StudyError: If there is no first-order model of the scenario's method.
+        IdentificationError: If there is no gain to identify.
         PlantError: If a plant cannot be built.
     """
     chosen = setup.scenario.table.identification
@@ -126,7 +126,7 @@ def linearised(setup: Setup, every: int) -> Linearised:
 
 
 def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
-    """Variance of each 1/g from one noise of one motion, shape (k,)."""
+    """Return the variance of each 1/g from one noise of one motion, shape (k,)."""
     total = K * noise.v
     if by_position is not None:
         total = total + by_position * noise.q
@@ -134,7 +134,7 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
         total = total.sum(axis=1, keepdims=True)
     if noise.shared:
         total = total.sum(axis=2, keepdims=True)
-    if noise.sos is not None:  # backwards in time: what a number does to all later samples
+    if noise.sos is not None:  # backwards in time: effect of a number on all later samples
         k, samples, n = total.shape
         backwards = total[:, ::-1].transpose(1, 0, 2).reshape(samples, k * n)
         settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
@@ -143,7 +143,7 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
 
 
 def _by_position(K: Array, experiment: Experiment, rate_hz: float, cutoff_hz: float) -> Array:
-    """Derivative of each 1/g by each logged position, shape (k, N, n)."""
+    """Return the derivative of each 1/g with respect to each logged position, shape (k, N, n)."""
     force = K / experiment.plant.drives.gain  # (k, N, n)
     moved = np.einsum("ktj,tjl->ktl", force, inertia_along(experiment, rate_hz))
     k, samples, n = moved.shape

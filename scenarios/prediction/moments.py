@@ -1,4 +1,4 @@
-"""Mean and deviation of what a draw does to numbers that follow it linearly, from few settings of a scenario."""
+"""Mean and standard deviation of linear functions of a draw, from few settings of a scenario."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -37,22 +37,23 @@ class Moments:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Points(Generic[T]):
-    """Settings that stand for a draw, or what was made of each.
+    """Settings that represent a draw, or their results.
 
     Attributes:
-        at: The mean of every number, then one deviation from there, one independent number after the other.
-        alike: Whether they are settings of equal probability instead, of what is no number or one of few.
+        at: The mean of all numbers, then for each independent number the mean plus one standard deviation.
+        alike: Whether they are settings of equal probability instead, for values that are not numbers or are from a
+            set.
     """
 
     at: tuple[T, ...]
     alike: bool
 
     def map(self, make: Callable[[T], U]) -> "Points[U]":
-        """What is made of each."""
+        """Return the results of a function of each."""
         return Points(tuple(map(make, self.at)), self.alike)
 
     def moments(self, error: Callable[[T], Array]) -> Moments:
-        """Mean and deviation of errors (k,) that follow the settings."""
+        """Return mean and standard deviation of errors (k,) at the settings."""
         errors = np.array([error(each) for each in self.at])
         if self.alike:
             return Moments(errors.mean(axis=0), errors.std(axis=0))
@@ -60,11 +61,11 @@ class Points(Generic[T]):
 
 
 def points_of(draw: DrawTable, table: ScenarioTable) -> Points[Settings]:
-    """The settings that a draw's first two moments follow from.
+    """Return the settings for the first two moments of a draw.
 
     Raises:
-        StudyError: If a number has no mean or deviation.
-        ScenarioError: If the draw cannot be made.
+        StudyError: If a number has no mean or standard deviation.
+        ScenarioError: If the draw is not possible.
     """
     if draw.choice is not None:
         middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)

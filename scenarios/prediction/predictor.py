@@ -1,4 +1,4 @@
-"""What each source of a scenario costs its gains, one after the other, from one linearised estimate."""
+"""Error of the gains from each source of a scenario, from one linearised estimate."""
 
 from collections.abc import Mapping
 
@@ -17,21 +17,21 @@ from scenarios.support.errors import StudyError
 
 NO_SPECTRUM = "no first-order model for"
 TAKEN = ("plant.", "experiment.sensors.")
-"""Beginnings of places that change what is logged along the same motion."""
+"""Key paths (beginnings) that change the logs of the same motion."""
 AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
-"""Beginnings of places that the estimate is made again for."""
+"""Key paths (beginnings) that need a new estimate."""
 
 
 class Predictor:
-    """Predicts one source after the other from one linearised estimate.
+    """Predicts the errors from sources with one linearised estimate.
 
     Attributes:
         linear: The estimate.
-        joints: The k joints that have a gain and are wanted, from 0, shape (k,).
+        joints: The k joints with a gain that is required, from 0, shape (k,).
     """
 
     def __init__(self, linear: Linearised, sources: Sources, joints: Indices) -> None:
-        """Prepare what all sources are held against: the logs, and their noise, with every source off.
+        """Prepare the logs and their noise with every source off.
 
         Raises:
             PlantError: If a plant cannot be built.
@@ -47,10 +47,10 @@ class Predictor:
         self._left = linear.noise_variances(self._quiet_logs)
 
     def noise(self, stream: str) -> Moments:
-        """A noise at its size, all else off.
+        """Return the error from a noise at its size, all other sources off.
 
         Raises:
-            StudyError: If nothing is known of its spectrum.
+            StudyError: If its spectrum is unknown.
         """
         if stream not in self._variances:
             raise StudyError(f"{NO_SPECTRUM} {stream}")
@@ -58,31 +58,31 @@ class Predictor:
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """Streams of noise that is on with every source off, of whose spectrum nothing is known."""
+        """Noise streams of unknown spectrum that are on with every source off."""
         return tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))
 
     @property
     def other_noise(self) -> Moments | None:
-        """What noise is on with every source off, None if none is."""
+        """Error from noise that is on with every source off, None if there is none."""
         return self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
 
     def drawn(self, source: DrawTable) -> Moments:
-        """A source that is drawn, all else off.
+        """Return the error from a drawn source, all others off.
 
         Raises:
             StudyError: As `error`; if a number has no mean or deviation.
-            ScenarioError: If the draw cannot be made.
+            ScenarioError: If the draw is not possible.
         """
         return points_of(source, self._off.table).moments(lambda settings: self.error(source, settings))
 
     def error(self, source: DrawTable, settings: Mapping[str, Value]) -> Array:
-        """Relative error of the gains at settings of a source, all else off, shape (k,).
+        """Return the relative error of the gains at settings of a source, all others off, shape (k,).
 
-        What changes the log is told from the change of its currents, for anything else the estimate is made again.
+        If only the currents change, the linearised estimate is used; otherwise a new estimate is made.
 
         Raises:
-            StudyError: If neither sees it.
-            ScenarioError: If the settings do not fit.
+            StudyError: If neither is possible.
+            ScenarioError: If the settings are not valid.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
@@ -109,7 +109,7 @@ class Predictor:
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         lost = np.setdiff1d(self.joints, now.joints)
         if lost.size:
-            raise StudyError(f"with this source joint {', '.join(map(str, lost + 1))} is not identifiable")
+            raise StudyError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
         at = np.searchsorted(now.joints, self.joints)
         truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
@@ -119,7 +119,7 @@ class Predictor:
         return Moments(np.zeros(len(std)), std)
 
     def _logged(self, settings: Mapping[str, Value]) -> tuple[Setup, tuple[Expected, ...]]:
-        """The scenario with every source off but for these settings, and its logs."""
+        """Return the scenario with these settings and all sources off, and its logs."""
         setup = setup_of(with_settings(self._off, settings))
         return setup, expected_logs(setup, self.linear.every)
 
@@ -127,13 +127,14 @@ class Predictor:
 def predictor_of(scenario: Scenario) -> Predictor:
     """Linearise the estimate of a scenario's gains.
 
-    What it draws stands at its median, sources too, and there is one realisation of the scenario's own noise: a method
-    that lets data choose a model chooses it there.
+    Random values and sources have their medians, and there is one realisation of the scenario's noise, with which
+    methods select their model.
 
     Raises:
-        StudyError: If the scenario declares no error sources, or wants no gain; if its method has no first order.
+        StudyError: If the scenario declares no error sources or requires no gain; if there is no first-order model of
+            its method.
         ScenarioError: If a source is wrong.
-        IdentificationError: If there is nothing to identify.
+        IdentificationError: If there is no gain to identify.
         SimulationError: If a plant cannot be built.
     """
     sources, table = sources_of(scenario), scenario.table

@@ -1,7 +1,7 @@
-"""The errors that a scenario's sources make along any motion: what a motion is designed against besides noise.
+"""Errors from a scenario's sources along any motion, for the design of motions.
 
-Of every joint alone (eq. 27), at the rate of the search: the influence of each sample on 1/g, times the current that a
-source adds. Sources that cost little along the motion at hand are left out of the search.
+For every joint alone (eq. 27), at the rate of the search: the influence of each sample on 1/g times the current that a
+source adds. Sources with little effect along the initial motion are omitted.
 """
 
 from collections.abc import Sequence
@@ -26,23 +26,23 @@ from sim.feedforward_currents import feedforward_currents
 from sim.trajectory import FourierTrajectory
 
 PLANT = "plant."
-"""Beginning of the places of sources that add a current along the same motion."""
+"""Beginning of the key paths of sources that add a current along the same motion."""
 LEAST_SHARE = 0.1
-"""Share of the costliest source's error that one must cost on some wanted joint to be searched against."""
+"""Smallest error of a source that is included, relative to that of the largest source, on some joint to identify."""
 NO_COST = 1e-9
-"""Relative error of a gain that is rounding."""
+"""Relative error of a gain due to rounding."""
 REVERSAL = 0.1
-"""Speed, as a share of a joint's rms, below which samples do not count."""
+"""Speed below which samples are omitted, as a share of a joint's rms speed."""
 
 
 class SourcesAlong:
-    """The errors that the sources of a scenario make along a motion."""
+    """Errors from the sources of a scenario along a motion."""
 
     def __init__(self, scenario: Scenario, joints: Indices) -> None:
-        """Prepare the plants. Of the scenario's protocol one bare and one loaded motion count; joints are from 0.
+        """Prepare the plants. One bare and one loaded motion of the protocol are used; joints are from 0.
 
         Raises:
-            StudyError: If the payload is called otherwise than `loaded`; if there are none, or none that counts.
+            StudyError: If the payload is not named `loaded`; if there are no sources, or none with an effect.
             ScenarioError: If a source is wrong.
         """
         off = with_settings(scenario, settings_with(sources_of(scenario), {}).settings)
@@ -67,14 +67,14 @@ class SourcesAlong:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Sources that count."""
+        """Sources that are included."""
         return tuple(self._points)
 
     def reduced(self, motion: FourierTrajectory, rate_hz: float) -> "SourcesAlong":
-        """The same with the sources alone that cost something along a motion.
+        """Return a copy with only the sources that have an effect along a motion.
 
         Raises:
-            StudyError: If none does.
+            StudyError: If there are none.
         """
         costs = {name: each.rms[self._joints].max() for name, each in self._errors(motion, rate_hz).items()}
         least = max(LEAST_SHARE * max(costs.values()), NO_COST)
@@ -88,13 +88,13 @@ class SourcesAlong:
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:
-        """Root mean square relative error of every gain, all sources together, shape (n,)."""
+        """Return the root mean square relative error of every gain from all sources together, shape (n,)."""
         errors = self._errors(motion, rate_hz).values()
         bias = np.sum([each.bias for each in errors], axis=0)
         return np.sqrt(bias**2 + np.sum([each.std**2 for each in errors], axis=0))
 
     def _errors(self, motion: FourierTrajectory, rate_hz: float) -> dict[str, Moments]:
-        """What each source costs every gain."""
+        """Return the errors of every gain from each source."""
         base = self._currents(self._quiet.experiments, motion, rate_hz)
         influence = self._influence(motion, rate_hz)
 
@@ -107,7 +107,7 @@ class SourcesAlong:
         return {name: points.moments(error) for name, points in self._points.items()}
 
     def _currents(self, experiments: Sequence[Experiment], motion: FourierTrajectory, rate_hz: float) -> list[Array]:
-        """What the first bare and the first loaded motion need, each (N, n); drives warm up in those before them."""
+        """Return the currents of the first bare and loaded motions, each (N, n); earlier motions warm up drives."""
         at = [self._quiet.protocol.index(name) for name in PAIR]
         needed = feedforward_currents(
             [replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz
@@ -115,7 +115,7 @@ class SourcesAlong:
         return [needed[k] for k in at]
 
     def _influence(self, motion: FourierTrajectory, rate_hz: float) -> tuple[Array, Array]:
-        """Derivative of each joint's 1/g by its currents in the bare and the loaded motion, each (N, n)."""
+        """Return the derivative of each joint's 1/g with respect to its currents, bare and loaded, each (N, n)."""
         structure = self._quiet.structure
         t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
         q, dq, ddq = motion(t)

@@ -1,1 +1,1 @@
-"""Results for people: what is said (`content`, one module a result) apart from how it is drawn (`renderers`)."""
+"""Reports of results: their content (`content`, one module per result) is separate from its rendering (`renderers`)."""

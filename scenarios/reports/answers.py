@@ -1,4 +1,4 @@
-"""What methods answered to problems whose truth is not known: their gains side by side."""
+"""Report of answers to problems with unknown true gains: the gains of all methods."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -11,7 +11,7 @@ MEANING = "Gains with two stated standard deviations, where the method states an
 
 
 def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
-    """A table a problem, a row a joint, its gains by all methods beside each other."""
+    """Return the report: one table per problem, one row per joint, one column per method."""
     problems = dict.fromkeys(row.problem for row in rows)
     tables = (side_by_side(problem, [row for row in rows if row.problem == problem]) for problem in problems)
     parts = (_counted(rows), *tables, Paragraph(MEANING), Paragraph(f"Answers in {path}."))
@@ -19,7 +19,7 @@ def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
 
 
 def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
-    """What there is, first of all calls without an answer."""
+    """Return the summary, first the calls without an answer."""
     claims = [claim for row in rows for claim in row.claims]
     given, failed = sum(claim.value is not None for claim in claims), sum(row.failure is not None for row in rows)
     methods, problems = (len({getattr(row, key) for row in rows}) for key in ("method", "problem"))
@@ -32,7 +32,7 @@ def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
 
 
 def side_by_side(problem: str, rows: Sequence[AnswerRow]) -> Table:
-    """Gains of a problem by joint, a column a method; a call without an answer has its failure in every row."""
+    """Return the gains of a problem: a row per joint, a column per method; rows of a failed call have its failure."""
     joints = max((len(row.claims) for row in rows), default=0)
     methods = (column(f"{row.method} [N (m)/unit]", partial(_answer, row), words=True) for row in rows)
     return table(range(max(joints, 1)), column("Joint", lambda j: j + 1), *methods, title=problem)

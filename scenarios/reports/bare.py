@@ -1,4 +1,4 @@
-"""What `rx90 identify` says of bare motions: ratios of gains, parameters, friction, links, what a payload would add."""
+"""Report of `rx90 identify` for bare motions: ratios of gains, parameters, links, expected gains with a payload."""
 
 from collections.abc import Sequence
 
@@ -48,23 +48,23 @@ TERMS = {
     "load-motor": "load-motor: friction as a share of the motor torque",
     "load-through": "load-through: friction as a share of the torque of links, payload and other friction",
 }
-"""What the names of a joint's own columns mean."""
+"""Meaning of the names of a joint's own columns."""
 ESSENTIAL = 0.1
-"""Relative deviation under which a parameter is essential: the usual limit of IDIM-LS."""
+"""Relative standard deviation below which a parameter is essential, as usual with IDIM-LS."""
 
 
 def bare_report(result: BareResult, revolute: Array) -> Report:
-    """The verdict, ratios, what they say of gains given beforehand or a payload would add, parameters, friction, links.
+    """Return the report: verdict, ratios, test of given gains, expected gains, parameters, friction, links.
 
-    `revolute`, shape (n,), says which joints turn.
+    `revolute`, shape (n,), states which joints are revolute.
     """
     said, joints = result.found, result.joints
     parts: list[Part] = [_ratio_table(joints, result.reference)]
     parts.append(
         Paragraph(
             f"Ratio of each gain to that of joint {result.reference}, from link parameters that joints share. Without "
-            "a payload the gains are known up to a common factor: one gain, or a motion with a weighed payload, "
-            "determines it. Predicted: the currents of each fifth of the motions, from a fit of the rest."
+            "a payload the gains are known up to a common factor, which one known gain or a motion with a weighed "
+            "payload determines. Predicted: the currents of each fifth of the motions, from a fit of the rest."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}
@@ -101,7 +101,7 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
 
 
 def _verdict(result: BareResult, mood: Mood) -> Paragraph:
-    """Of which joints the ratio is found, and how well."""
+    """Return the verdict: joints with a ratio, and its accuracy."""
     others = [each for each in result.joints if each.joint != result.reference]
     refused = [each.joint for each in others if each.ratio is None]
     found = {each.joint: 200.0 * (each.rel_std or 0.0) for each in others if each.ratio is not None}
@@ -144,7 +144,7 @@ def _numbers(each: BareParameter) -> tuple[str, str, str, str]:
 
 
 def if_loaded_parts(found: ExpectedGains, names: Sequence[str]) -> list[Part]:
-    """What to expect of every gain."""
+    """Return the expected accuracy of every gain."""
     forecast = table(
         found.joints,
         column("Joint", lambda each: each.joint),
@@ -162,9 +162,9 @@ def if_loaded_parts(found: ExpectedGains, names: Sequence[str]) -> list[Part]:
 
 
 def links_parts(links: Links | None, reason: str | None, revolute: Array) -> list[Part]:
-    """The set as a table, and how far data had to give way; why there is none.
+    """Return the links as a table, with the largest deviation from the estimates; or the reason why there are none.
 
-    `revolute`, shape (n,), says which joints turn.
+    `revolute`, shape (n,), states which joints are revolute.
     """
     if links is None:
         return [Paragraph(f"No parameters of single links: {reason}.")]
@@ -172,11 +172,11 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
     title = "Physically consistent links, in SI, each in the frame of its joint"
     far = links.farthest_deviations
     words = (
-        "Data determine only base parameters. Of all physically consistent links with these base parameters, those "
-        f"nearest to the model are shown. {links.farthest_parameter} differs most from its estimate, by {far:.2g} "
+        "Data determine only base parameters. Shown are the physically consistent links nearest to the model that "
+        f"have these base parameters. {links.farthest_parameter} differs most from its estimate, by {far:.2g} "
         "standard deviations."
     )
-    doubt = "" if far <= FAR else (" This is too large: check the model, the gains and the data.")
+    doubt = "" if far <= FAR else " This is too large; check the model, the gains and the data."
     return [
         table(
             links.links,

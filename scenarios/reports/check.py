@@ -1,4 +1,4 @@
-"""What `rx90 check` says: the verdict, what is not good, what the logs exclude and cannot tell."""
+"""Report of `rx90 check`: verdict, findings, faults that the logs exclude or cannot reveal."""
 
 from collections.abc import Sequence
 from pathlib import PurePath
@@ -14,7 +14,7 @@ from scenarios.results.models.check import Check
 
 
 def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
-    """The verdict, what is not good and what to do about it; on request every line, and how each joint moved."""
+    """Return the report: verdict, findings and advice; on request every line, and the motion of each joint."""
     found, result = checked.found, Check.of(checked, arm)
     parts: list[Part] = list(findings(found, hint="" if every else "; --all lists them"))
     if every:
@@ -26,7 +26,7 @@ def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
 
 
 def verdict(found: Diagnosed, robot: str) -> str:
-    """One line: how the logs of a robot are to be taken, with the number that matters most."""
+    """Return the verdict in one line, with its main number."""
     checks = f"({many(len(found.diagnoses), 'check')} of {robot} logs)"
     if found.severity is Severity.GOOD:
         return f"GOOD, no fault {checks}"
@@ -35,21 +35,21 @@ def verdict(found: Diagnosed, robot: str) -> str:
 
 
 def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
-    """A paragraph for each diagnosis that is not good, then what is good, excluded and cannot be told."""
+    """Return a paragraph for each finding, then the good checks, excluded faults, and faults that cannot be checked."""
     good = len(found.diagnoses) - len(found.findings)
     said = Paragraph(f"{many(good, 'check')} without a finding{hint}.")
     return [*doubt_paragraphs(found, strong=False), said, *horizon_paragraphs(found, every=True)]
 
 
 def _effect_words(effect: Effect) -> str:
-    """What a fault does to a gain."""
+    """Return the effect of a fault on a gain, in words."""
     if abs(effect.percent) >= 100.0:
         return f"the gain of joint {effect.joint + 1} off by 100 % or more"
     return f"the gain of joint {effect.joint + 1} off by {two_digits(abs(effect.percent))} %"
 
 
 def _most(found: Diagnosed) -> str:
-    """The largest effect of all diagnoses that are not good."""
+    """Return the largest effect of all findings."""
     effects: Sequence[Effect] = [
         worst for each in found.findings if (worst := each.worst) is not None and worst.deviations is not None
     ]

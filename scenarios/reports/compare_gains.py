@@ -1,4 +1,4 @@
-"""What `rx90 compare-gains` says: which gains moved beyond their interval, and whether all by one scale."""
+"""Report of `rx90 compare-gains`: which gains changed significantly, and whether by a common factor."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from scenarios.reports.gains import gain_unit, joints_named
 
 
 def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Report:
-    """Every joint's change, the one they have in common, and two tests of all together."""
+    """Return the report: every joint's change, the common factor, and two tests of all joints."""
     parts: list[Part] = [
         _conclusion(found),
         _changes(found, A, B),
@@ -33,7 +33,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
 
 
 def _changes(found: GainComparison, A: GainsFile, B: GainsFile) -> Table:
-    """Every joint's gains, their change, and that relative to the common scale, which a single joint has not."""
+    """Return the table of gains, changes, and changes relative to the common factor (not for a single joint)."""
     unit = gain_unit(np.array([A.gains[joint].unit == TURNING for joint in found.joints]))
     apart = found.apart if len(found.joints) > 1 else (None,)
 
@@ -48,17 +48,17 @@ def _changes(found: GainComparison, A: GainsFile, B: GainsFile) -> Table:
         column(f"B [{unit}]", gain(B)),
         column("Change [%]", lambda row: percent(row[1].rel, "+.2f")),
         column("2 sigma [%]", lambda row: two_sigma(row[1].rel_std)),
-        column("Relative to\ncommon scale [%]", lambda row: percent(row[2] and row[2].rel, "+.2f")),
+        column("Relative to\ncommon factor [%]", lambda row: percent(row[2] and row[2].rel, "+.2f")),
         column("2 sigma [%]", lambda row: two_sigma(row[2] and row[2].rel_std)),
         column("Verdict", lambda row: _verdict(row[1]), words=True),
     )
 
 
 def _common(found: GainComparison) -> str:
-    """The scale, and whose it is."""
+    """Return the common factor and its joints."""
     scale, alone = found.scale, np.setdiff1d(found.joints, found.sharing).tolist()
     if len(found.joints) == 1:
-        return f"Only joint {found.joints[0] + 1} has a gain in both files, so a scale common to all joints is unknown."
+        return f"Only joint {found.joints[0] + 1} has a gain in both files, so a common factor is unknown."
     if not len(found.sharing):
         return (
             "No change is common to more than half of the joints. Changes relative to the mean of all joints, "
@@ -82,7 +82,7 @@ def _test(what: str, test: Together) -> str:
 
 
 def _same_data(A: GainsFile, B: GainsFile) -> list[Part]:
-    """A note if both were found from the same recordings: their errors are then not independent."""
+    """Return a warning if both were identified from the same recordings, as their errors are then correlated."""
     shared = sorted({each.name for each in A.recordings if each.sha256 in {other.sha256 for other in B.recordings}})
     if not shared:
         return []

@@ -1,4 +1,4 @@
-"""What comparisons of methods say: who solved how much, how often intervals held, what went wrong, what one keeps."""
+"""Report of comparisons of methods: scores, coverage of intervals, failures, properties."""
 
 from collections.abc import Callable, Sequence
 
@@ -31,23 +31,23 @@ from scenarios.reports.gains import sentence
 
 RULE = (
     f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong claims, over the number "
-    "of gains that the data should give, so refusing everything scores 0. A claim, a gain that a method gives, is "
-    f"wrong if its error exceeds both {100.0 * FAR:g} % and {SURE:g} of its stated deviations. Where the scenario says "
-    "that the data cannot give the gain, a claim is wrong unless its error is below both of these and its stated "
-    f"deviation below {100.0 * FAR:g} %. A gain lost to a crash, a time-out or an invalid answer counts neither as "
-    "solved nor as refused. Time: median of a call, start of a process and reading of files included."
+    "of gains that the data should determine, so refusing everything scores 0. A claim is a gain that a method gives. "
+    f"It is wrong if its error exceeds both {100.0 * FAR:g} % and {SURE:g} of its stated standard deviations. If the "
+    "scenario says that the data do not determine the gain, a claim is wrong unless its error is below both limits "
+    f"and its stated standard deviation is below {100.0 * FAR:g} %. A gain lost to a crash, a time-out or an invalid "
+    "answer is neither solved nor refused. Time: median of a call, including process start and reading of files."
 )
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
-    "stated deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
+    "stated standard deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
     "(Clopper and Pearson). Bound: Cramer-Rao, of all joints together for the injected current noise at "
-    "its level in the band of the rows, without encoder noise and errors of payload or model. If a "
-    "scenario draws values, the bound is that of its stated values."
+    "its level in the band of the rows, without encoder noise and errors of payload or model. If a scenario draws "
+    "values, the bound is computed with its stated values."
 )
 
 
 def comparison_report(found: Comparison) -> Report:
-    """Who solves most, tables of methods and of joints for each scenario, the rule of the order, how to repeat it."""
+    """Return the report: best method, tables of methods and joints for each scenario, scoring rule, provenance."""
     compared = found.scenarios
     parts: list[Part] = [_verdict(compared)]
     for each in compared:
@@ -63,7 +63,7 @@ def comparison_report(found: Comparison) -> Report:
 
 
 def _verdict(compared: Sequence[ComparedScenario]) -> Paragraph:
-    """Who solves most of each scenario, in a sentence."""
+    """Return the best method of each scenario, in a sentence."""
     said = [
         f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
         + (f", {each.methods[1].method} {100.0 * each.methods[1].score:.1f} %" if len(each.methods) > 1 else "")
@@ -132,7 +132,7 @@ def _failures(compared: ComparedScenario) -> list[Paragraph]:
 
 
 def contract_report(found: Contract) -> Report:
-    """The verdict, a row a promise, a sentence on each that is broken."""
+    """Return the report of a contract: verdict, one row per property, a sentence for each violation."""
     rows = table(
         found.checks,
         column("Property", lambda check: check.promise, words=True),

@@ -1,4 +1,4 @@
-"""What a report says, as values: paragraphs, tables, figures, and the same as one JSON object."""
+"""Content of a report: paragraphs, tables, figures, and the result as one JSON object."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 NONE = "-"
-"""Stands where there is no number."""
+"""Placeholder for a missing number."""
 
 
 class Mood(Enum):
-    """How something is to be taken; a renderer may colour it."""
+    """Assessment of a text or cell; a renderer may colour it."""
 
     PLAIN = "plain"
     GOOD = "good"
@@ -40,9 +40,9 @@ class Column:
 
     Attributes:
         title: Its heading.
-        unit: Of its numbers, empty where they have none.
-        words: Whether it holds words, which stand left, not numbers, which stand right.
-        file_only: Whether a screen leaves it out.
+        unit: Unit of its numbers, empty if dimensionless.
+        words: Whether it has words, which are left-aligned, instead of numbers, which are right-aligned.
+        file_only: Whether it is omitted on a screen.
     """
 
     title: str
@@ -52,7 +52,7 @@ class Column:
 
 
 VERDICT = Column(title="Verdict", words=True)
-"""The column that says how a row ended, the last one."""
+"""Heading of the last column, the verdict of a row."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,10 +61,10 @@ class Table:
 
     Attributes:
         title: One line above it, empty for none.
-        columns: Headings; the first columns, as many as tell the rows apart, say what a row is about.
-        rows: Cells, one tuple a row.
-        shown: Rows that are enough for a screen, 0 for a table to be asked for; None for all.
-        rest: What a screen says in place of the others.
+        columns: Headings; the first columns identify a row.
+        rows: Cells, one tuple per row.
+        shown: Number of rows shown on a screen, 0 for a table that is shown only on request; None for all.
+        rest: Text on a screen instead of the other rows.
         file_only: Whether it is too large for a screen.
     """
 
@@ -77,13 +77,13 @@ class Table:
 
     @property
     def keys(self) -> int:
-        """How many columns say what a row is about: the first ones that tell rows apart, one if none do."""
+        """Number of columns that identify a row: the first ones that make all rows distinct, otherwise one."""
         counts = range(1, len(self.columns))
         return next((k for k in counts if len({row[:k] for row in self.rows}) == len(self.rows)), 1)
 
     @property
     def verdict_early(self) -> "Table":
-        """The same with its verdict behind the first column, where a narrow page shows it too."""
+        """Return the table with its verdict after the first column, visible on a narrow page."""
         if VERDICT not in self.columns:
             return self
         last = self.columns.index(VERDICT)
@@ -97,7 +97,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """A sentence or more, how it is to be taken, and whether it is what one reads first."""
+    """One or more sentences, their assessment, and whether they are the main statement."""
 
     text: str
     mood: Mood = Mood.PLAIN
@@ -106,7 +106,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line to be copied, never broken: a command."""
+    """A line that is never wrapped: a command for copying."""
 
     text: str
 
@@ -117,7 +117,7 @@ class Heading:
 
     Attributes:
         text: The words.
-        folded: Whether a page shows what is below it only when asked.
+        folded: Whether a page shows the content below only on request.
     """
 
     text: str
@@ -129,10 +129,10 @@ class Figure:
     """A picture.
 
     Attributes:
-        name: Of its file, without ending.
+        name: Name of its file, without ending.
         caption: One line.
-        draw: Draws it; called only where a picture is wanted.
-        endings: Formats it is saved in; the first is shown.
+        draw: Draws it; called only if the figure is needed.
+        endings: File formats; the first one is shown.
     """
 
     name: str
@@ -143,10 +143,10 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A photograph, as it were, that a page shows and text leaves out.
+    """A raster image, shown on pages and omitted in text.
 
     Attributes:
-        caption: What is on it.
+        caption: Description of its content.
         png: The file's bytes.
         width, height: Its size [pixel].
     """
@@ -159,7 +159,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What a page shows at a glance, and text says elsewhere: names and values."""
+    """Key facts on a page, as names and values; text output has them elsewhere."""
 
     pairs: tuple[tuple[str, str], ...]
 
@@ -169,13 +169,13 @@ Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture | Facts
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A result in words, tables and figures.
+    """The report of a result: texts, tables and figures.
 
     Attributes:
         title: One line.
-        parts: In the order one reads: the verdict first, if there is one.
-        document: The same for programs, as JSON values.
-        mood: Of a title that is the verdict.
+        parts: The parts in order, the verdict first, if there is one.
+        document: The result for programs, as JSON values.
+        mood: Assessment of a title that is the verdict.
     """
 
     title: str
@@ -185,39 +185,39 @@ class Report:
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:
-    """A number with its unit, a dash for none."""
+    """Return a number with its unit, a dash for None."""
     return NONE if value is None else f"{value:{form}}{unit}"
 
 
 def percent(share: float | None, form: str = ".3f") -> str:
-    """A share in percent, without the sign: the heading has it. A dash for none."""
+    """Return a share in percent, without the sign, which is in the heading; a dash for None."""
     return number(None if share is None else 100.0 * share, form)
 
 
 def two_sigma(std: float | None, form: str = ".2f") -> str:
-    """Two standard deviations, given one as a share, in percent."""
+    """Return two standard deviations in percent, from a relative standard deviation."""
     return percent(None if std is None else 2.0 * std, form)
 
 
 def rounded(value: float | None, spread: float | None) -> str:
-    """A number with as many decimals as two digits of its spread need; four where there is none. A dash for none.
+    """Return a number rounded to two digits of its standard deviation, or to four decimals; a dash for None.
 
-    Both have one unit.
+    Both have the same unit.
     """
     return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
 
 
 def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
-    """A unit and numbers in it; lengths below a metre in millimetres."""
+    """Return a unit and numbers in it; lengths below a metre in millimetres."""
     if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):
         return unit, numbers
     return "mm", tuple(None if each is None else 1e3 * each for each in numbers)
 
 
 def plus_minus(value: float, spread: float) -> str:
-    """A number and what it may be off by, both rounded to the first digit of the latter, or two where that is a 1.
+    """Return number and uncertainty, both rounded to the first digit of the latter, or to two digits if it is a 1.
 
-    Both have one unit.
+    Both have the same unit.
     """
     if spread == 0.0:
         return f"{value:.6g}"
@@ -227,13 +227,13 @@ def plus_minus(value: float, spread: float) -> str:
 
 
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:
-    """A row of a table."""
+    """Return a row of a table."""
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)
 
 
 @dataclass(frozen=True, slots=True)
 class ColumnOf(Generic[Item]):
-    """A column, and what stands in it for an item: a count is written as it is, nothing as a dash."""
+    """A column and its value for an item; a count is written unchanged, None as a dash."""
 
     column: Column
     cell: Callable[[Item], str | int | Cell | None]
@@ -242,7 +242,7 @@ class ColumnOf(Generic[Item]):
 def column(
     title: str, cell: Callable[[Item], str | int | Cell | None], *, words: bool = False, file_only: bool = False
 ) -> ColumnOf[Item]:
-    """A column of numbers, or of words; a unit stands in brackets at the end of the title."""
+    """Return a column of numbers or words; the title may end with a unit in brackets."""
     name, _, unit = title.rpartition(" [") if title.endswith("]") else (title, "", "")
     return ColumnOf(Column(title=name, unit=unit.removesuffix("]"), words=words, file_only=file_only), cell)
 
@@ -250,13 +250,13 @@ def column(
 def table(
     items: Iterable[Item], *columns: ColumnOf[Item], title: str = "", shown: int | None = None, rest: str = ""
 ) -> Table:
-    """A table with a row an item; `title`, `shown` and `rest` as of `Table`."""
+    """Return a table with one row per item; `title`, `shown` and `rest` as in `Table`."""
     rows = tuple(tuple(_cell(each.cell(item)) for each in columns) for item in items)
     return Table(title=title, columns=tuple(each.column for each in columns), rows=rows, shown=shown, rest=rest)
 
 
 def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | None = None, rest: str = "") -> Table:
-    """A table of names and what stands for each."""
+    """Return a table of names and values."""
     return table(
         pairs, column(first, str, words=True), column(second, pairs.__getitem__, words=True), shown=shown, rest=rest
     )

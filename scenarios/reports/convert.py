@@ -1,4 +1,4 @@
-"""What `rx90 convert` says: which columns of a log were taken for what."""
+"""Report of `rx90 convert`: the columns of a log that were used."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from scenarios.results.written import converted
 
 
 def log_report(log: Log, out: Path) -> Report:
-    """Which columns were taken for what, and what was written."""
+    """Return the report: the columns that were used, and the written file."""
     said = log.read.description
     result = converted(log, out)
     parts: list[Part] = [
@@ -40,7 +40,7 @@ def _channel(title: str, of: Channels) -> tuple[ColumnOf[int], ...]:
 
 
 def _each(values: tuple[object, ...], joint: int, none: str) -> str:
-    """The entry of a joint, or that of all joints."""
+    """Return the entry of a joint, or the common entry of all joints."""
     if not values:
         return none
     value = values[joint if len(values) > 1 else 0]

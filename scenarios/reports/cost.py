@@ -1,4 +1,4 @@
-"""What a-priori gains cost, in words: the weight and each joint alone with them, with those found, and in truth."""
+"""Report of the effect of a-priori gains: results with these and with identified gains, and true values."""
 
 from collections.abc import Sequence
 
@@ -22,7 +22,7 @@ from scenarios.reports.gains import gain_unit
 from scenarios.results.models.cost import CostJoint, CostQuantity, ResultCost
 
 SHOWN = 7
-"""Mass, centre and moments: the products of inertia follow in files."""
+"""Mass, centre and moments of inertia; the products of inertia are only in files."""
 STATED = "Intervals with a-priori gains include the errors of these gains only as far as they are stated."
 JUDGED = (
     f"The payload was not used for identification. {STATED} Errors of the arm and of torques are norms, in % of "
@@ -31,9 +31,9 @@ JUDGED = (
 
 
 def cost_parts(cost: ResultCost | None, revolute: Array) -> list[Part]:
-    """What comes out with a-priori gains beside what comes out with those found; nothing where nobody asked.
+    """Return results with a-priori and with identified gains; nothing if not requested.
 
-    `revolute`, shape (n,), says which joints turn.
+    `revolute`, shape (n,), states which joints are revolute.
     """
     if cost is None:
         return []
@@ -64,7 +64,7 @@ def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
         for each in cost.arm
     ]
     shown, rest = SHOWN + len(cost.arm), "products of inertia: with --json and in the page"
-    title = "Results with a-priori gains" + (" and with those found" if judged else "")
+    title = "Results with a-priori gains" + (" and with identified gains" if judged else "")
     return Table(title=title, columns=columns, rows=tuple(rows), shown=shown, rest=rest)
 
 
@@ -106,7 +106,7 @@ def _twice(std: float | None) -> float | None:
 
 
 def _said(cost: ResultCost) -> Paragraph:
-    """The mass with either gains, and the joint alone that is off most, in a sentence."""
+    """Return a sentence on the mass with either gains, and on the single joint with the largest error."""
     mass = cost.payload[0]
     weight = mass.stated if mass.true is None else mass.true
     assert weight is not None, "a weight has a mass"
@@ -117,8 +117,8 @@ def _said(cost: ResultCost) -> Paragraph:
         joint, worst, _ = max(shown, key=lambda each: each[2])
         said += f" from all joints, {_off(worst, weight)} from joint {joint} alone"
     if cost.passed is None:
-        return Paragraph(f"{said}. The gains found reproduce this mass, as they were identified with it.")
-    said += f"; with those found {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
+        return Paragraph(f"{said}. The identified gains reproduce this mass, as they were identified with it.")
+    said += f"; with identified gains {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
     verdict, mood = ("PASSED", Mood.GOOD) if cost.passed else ("FAILED", Mood.BAD)
     return Paragraph(f"{verdict}: {said[0].lower()}{said[1:]}", mood, strong=True)
 

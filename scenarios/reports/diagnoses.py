@@ -1,4 +1,4 @@
-"""What is said of logs and of an estimate, in words: what is not good, what is excluded, what cannot be told."""
+"""Texts of diagnoses: findings, excluded faults, and faults that cannot be checked."""
 
 from collections.abc import Sequence
 from pathlib import PurePath
@@ -9,11 +9,11 @@ from scenarios.reports.content import NONE, Cell, Heading, Mood, Paragraph, Part
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
 VERDICTS = LABELS | {Severity.GOOD: "good"}
-"""In a table, where what is good is no note."""
+"""Words of the severities in a table."""
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
-    """A paragraph for each diagnosis that is not good or that was asked for, the worst first."""
+    """Return a paragraph for each diagnosis that is not good or was requested, the worst first."""
     several = len({log for each in found.diagnoses for log in each.logs}) > 1
     return [
         Paragraph(
@@ -24,7 +24,7 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
 
 
 def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
-    """A diagnosis in words: severity, logs, what was found, what to do or what it may be instead."""
+    """Return a diagnosis in words: severity, logs, finding, advice or indistinguishable faults."""
     logs = [PurePath(log).name for log in diagnosis.logs] if several else []
     named = ", ".join(log for log in logs if log not in diagnosis.sentence)
     place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
@@ -37,10 +37,10 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
 
 
 def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:
-    """What the logs exclude and what they cannot tell, a line each if there is something.
+    """Return one line of excluded faults and one of faults that cannot be checked, if there are any.
 
-    With `every`, also faults of which only some cases are excluded, and what is about no joint alone; `expected` of
-    logs that are still to be recorded.
+    With `every`, include faults of which only some cases are excluded, and those of all joints; `expected` for logs
+    that are not recorded yet.
     """
     exclude, tell = (
         ("Logs of these motions will exclude", "They will not determine")
@@ -55,7 +55,7 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
 
 
 def counted(found: Diagnosed) -> str:
-    """`1 fault and 2 warnings`, of what is not good."""
+    """Return the number of findings, as `1 fault and 2 warnings`."""
     numbers = {"fault": Severity.WRONG, "warning": Severity.WEAK}
     each = {what: sum(one.severity is severity for one in found.diagnoses) for what, severity in numbers.items()}
     return " and ".join(many(count, what) for what, count in each.items() if count)
@@ -67,7 +67,7 @@ def many(count: int, what: str) -> str:
 
 
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
-    """Everything that was looked at, the worst first."""
+    """Return the table of all checks, the worst first."""
     return table(
         diagnoses,
         column("Log", lambda each: ", ".join(PurePath(log).name for log in each.logs) or NONE, words=True),
@@ -78,7 +78,7 @@ def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
 
 
 def diagnosis_parts(found: Diagnosed) -> list[Part]:
-    """A table of all diagnoses and what follows from them, none where nothing was looked at."""
+    """Return a table of all diagnoses and conclusions, none without checks."""
     parts: list[Part] = [every_line(found.diagnoses)] if found.diagnoses else []
     parts += horizon_paragraphs(found, every=True)
     return [Heading("Diagnoses"), *parts] if parts else []

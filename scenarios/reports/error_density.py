@@ -1,4 +1,4 @@
-"""The errors of a joint in a study beside the density that its claimed deviations promise, as numbers to be drawn."""
+"""Errors of a joint in a study, and the density that its stated standard deviations imply, as data of a plot."""
 
 from collections.abc import Sequence
 
@@ -9,26 +9,26 @@ from ident.support.arrays import Array
 from scenarios.experiments.studies.joint_rows import JointRows
 
 MOST = 500
-"""Claimed deviations that a density is the mean of, at least if there are as many."""
+"""Least number of stated standard deviations in the mean density, if available."""
 
 
 def panels(joints: Sequence[JointRows]) -> dict[int, JointRows]:
-    """Joints with a gain whose errors differ, two at least."""
+    """Return the joints with at least two different errors."""
     return {rows.joint: rows for rows in joints if varies(rows.rel_error)}
 
 
 def varies(values: Array) -> bool:
-    """Whether values are spread over more than their rounding."""
+    """Return whether the spread of values exceeds their rounding."""
     return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
 
 def reach(rows: JointRows) -> float:
-    """How far errors, or the density that is claimed, reach [%]."""
+    """Return the range of errors and of the implied density [%]."""
     return 110.0 * max(float(np.abs(rows.rel_error).max()), 3.0 * float(np.median(rows.claimed)))
 
 
 def promised(rows: JointRows, x: Array) -> Array:
-    """Mean of the normal densities that the claimed deviations are of [1/%]. Errors `x` are in %, shape (k,).
+    """Return the mean of the normal densities with the stated standard deviations [1/%], at errors `x` [%], shape (k,).
 
     Returns:
         Shape (k,).

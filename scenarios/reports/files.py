@@ -1,4 +1,4 @@
-"""A report as files: its pictures, and its text."""
+"""Writing of reports to files: figures and text."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def write_markdown(report: Report, path: Path) -> Path:
 
 
 def write_json(report: Report, path: Path) -> Path:
-    """Write the document for programs.
+    """Write the JSON document.
 
     Raises:
         OSError: If it cannot be written.

@@ -13,11 +13,11 @@ from ident.support.extras import needed_extra
 from scenarios.support.errors import ScenarioError
 
 CAPTION = 0.02
-"""Height of the caption's letters in shares of the picture's width."""
+"""Height of the caption's letters, relative to the picture's width."""
 
 
 def captioned(picture: Array, text: str) -> Image.Image:
-    """A picture (height, width, 3) with a line of text in its upper left corner, smaller if it would not fit."""
+    """Return a picture (height, width, 3) with a line of text in its upper left corner, scaled to fit."""
     image = Image.fromarray(np.asarray(picture, dtype=np.uint8))
     draw, size = ImageDraw.Draw(image), CAPTION * image.width
     length = draw.textlength(text, font=ImageFont.load_default(size))
@@ -28,22 +28,22 @@ def captioned(picture: Array, text: str) -> Image.Image:
 
 
 def write_png(path: Path, images: Iterator[Image.Image], fps: float) -> None:
-    """The first picture alone."""
+    """Write the first picture."""
     del fps
     next(images).save(path, format="PNG")
 
 
 def write_gif(path: Path, images: Iterator[Image.Image], fps: float) -> None:
-    """All pictures, again and again."""
+    """Write all pictures as a repeating GIF."""
     first = next(images)
     first.save(path, format="GIF", save_all=True, append_images=images, duration=1000.0 / fps, loop=0, optimize=False)
 
 
 def write_mp4(path: Path, images: Iterator[Image.Image], fps: float) -> None:
-    """All pictures, in H.264.
+    """Write all pictures as a film in H.264.
 
     Raises:
-        ScenarioError: If the library for it is not there.
+        ScenarioError: If the library is not installed.
     """
     missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
     if missing:
@@ -58,9 +58,9 @@ WRITERS: dict[str, Callable[[Path, Iterator[Image.Image], float], None]] = {
     ".gif": write_gif,
     ".mp4": write_mp4,
 }
-"""How each kind of file is written; by the ending of its name."""
+"""Functions that write files, by the ending of the name."""
 
 
 def frames(duration: float, fps: float) -> Sequence[float]:
-    """Times of the pictures of a film [s], the first at its start."""
+    """Return the times of the pictures of a film [s], from its start."""
     return tuple(np.arange(0.0, duration, 1.0 / fps).tolist())

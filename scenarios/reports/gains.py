@@ -1,4 +1,4 @@
-"""What tables of identified gains share: the interval and its parts, what it means, notes and reasons."""
+"""Common parts of reports of gains: interval and contributions, their meaning, notes and reasons."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ from scenarios.results.models.gains import ResultGain, ResultParameter
 
 
 def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
-    """The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
+    """Return the columns of a gain's interval and of its contributions (only in files), in percent of the gain."""
 
     def share(gain: ResultGain, std: float | None) -> str:
         return two_sigma(None if std is None or gain.estimate is None else std / abs(gain.estimate))
@@ -47,12 +47,12 @@ MEANING = (
 
 
 def gain_unit(revolute: Array) -> str:
-    """The unit of a column of gains."""
+    """Return the unit of a column of gains."""
     return "N m/unit" if revolute.all() else "N/unit" if not revolute.any() else "N (m)/unit"
 
 
 def meaning(revolute: Array) -> Paragraph:
-    """What units and interval of a table of gains mean. `revolute`, shape (n,), says which joints turn."""
+    """What units and interval of a table of gains mean. `revolute`, shape (n,), states which joints are revolute."""
     sliding = np.flatnonzero(revolute == 0) + 1
     if sliding.size == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")
@@ -68,9 +68,9 @@ def joints_named(joints: Sequence[int]) -> str:
 
 
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:
-    """How large errors are, which joints meet their tolerance, and which source dominates which joints.
+    """Return a sentence on the size of errors, the joints within tolerance, and the dominant sources.
 
-    Of each joint: number, relative rms error, tolerance, largest source; None where there is none.
+    The arguments have for each joint: number, relative rms error, tolerance, largest source or None.
     """
     errors = [100.0 * error for _, error, _, _ in joints if error is not None]
     by_source = dict[str, list[int]]()
@@ -95,28 +95,28 @@ def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]
 
 
 def sentence(text: str) -> str:
-    """A text with the full stop that a question does not need."""
+    """Return a text with a full stop, unless it is a question."""
     return text if text.endswith("?") else f"{text}."
 
 
 def note_paragraphs(notes: Sequence[str], found: Diagnosed, revolute: Array) -> list[Paragraph]:
-    """What units and interval mean, what is said of the logs, a line for each note."""
+    """Return the meaning of units and interval, diagnoses, and a line for each note."""
     return [meaning(revolute), *doubt_paragraphs(found), *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:
-    """Why a joint has no gain, or has missed."""
+    """Return the reason of a joint's refusal or failure."""
     return Paragraph(sentence(f"Joint {joint}: {reason}"))
 
 
 def quantity_row(name: str, unit: str, value: float | None, *spreads: float | None) -> tuple[Cell, ...]:
-    """A row of a number, by the first of its spreads rounded as that is, these, and the unit."""
+    """Return the cells of a number, rounded by its first standard deviation, of these, and of the unit."""
     shown, numbers = in_unit(unit, value, *spreads)
     return cells(name, *(rounded(each, numbers[1]) for each in numbers), shown)
 
 
 def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:
-    """The payload parameters that a method found on its way, in a table if there are any."""
+    """Return a table of the payload parameters that a method also estimated, if any."""
     rows = tuple(quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in found)
     columns = (
         Column(title="Payload", words=True),

@@ -1,4 +1,4 @@
-"""What `rx90 identify` says: the gains, how far to trust them, why some are refused."""
+"""Report of `rx90 identify`: gains, their intervals, reasons for refusals."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ def estimate_report(
     a_priori: GainsOutcome | None = None,
     unseen: Unseen | None = None,
 ) -> Report:
-    """How many gains there are and how good the fit is, the table, reasons for refusals; `identify_s` is in s."""
+    """Return the report: number of gains, quality of the fit, table, reasons for refusals; `identify_s` is in s."""
     result, estimate = Result.of_identification(found, identify_s, a_priori, unseen), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
     parts: list[Part] = [
@@ -51,10 +51,10 @@ def estimate_report(
 
 
 def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | None], revolute: Array) -> Table:
-    """Identified gains.
+    """Return the table of identified gains.
 
-    `unexplained` is the norm of each joint's residual over that of its currents, None where it has no row; `revolute`,
-    shape (n,), says which joints turn.
+    `unexplained` is the norm of each joint's residual over that of its currents, None without rows; `revolute`, shape
+    (n,), states which joints are revolute.
     """
     left = {gain.joint: share for gain, share in zip(gains, unexplained, strict=True)}
     found, refused = Cell("identified", Mood.GOOD), Cell("refused", Mood.DOUBTFUL)
@@ -70,7 +70,7 @@ def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | 
 
 
 def summary(result: Result) -> Paragraph:
-    """How many gains there are, how good the fit is, and which gains a fault costs, in a sentence."""
+    """Return a sentence on the number of gains, the quality of the fit, and gains refused because of a fault."""
     fit, many = result.fit, sum(gain.identifiable for gain in result.gains)
     said = (
         f"{many} of {len(result.gains)} gains identified from {fit.rows} rows, "
@@ -84,12 +84,12 @@ def summary(result: Result) -> Paragraph:
 
 
 def kept_paragraphs(result: Result) -> list[Paragraph]:
-    """Gains that a fault moves by less than would refuse them: each joint once, with the largest effect."""
+    """Return gains that a fault changes by less than the limit: each joint once, with the largest effect."""
     largest = dict[int, float]()
     for wrong in result.found.diagnoses:
         for each in wrong.effects if wrong.severity is Severity.WRONG else ():
             if each.matters and result.gains[each.joint].identifiable:
                 largest[each.joint] = max(largest.get(each.joint, 0.0), each.percent, key=abs)
     moved = [f"joint {joint + 1} by {two_digits(largest[joint], sign='+')} %" for joint in sorted(largest)]
-    told = f"Gains kept although a fault moves them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
+    told = f"Gains kept although a fault changes them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []

@@ -1,4 +1,4 @@
-"""What a Monte Carlo study found: the verdict, errors and intervals joint by joint, failures by kind, pictures."""
+"""Report of a Monte Carlo study: verdict, errors and intervals by joint, failures by kind, figures."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from scenarios.reports.gains import joints_named
 from scenarios.reports.plots import monte_carlo as plots
 
 MOODS = {True: Mood.PLAIN, False: Mood.BAD}
-"""Of a pass rate that holds, and of one that does not."""
+"""Verdicts for a pass rate that holds and one that does not."""
 HISTOGRAM, QQ, AGAINST_TRUE = "errors", "z-scores", "error-against-gain"
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each "
@@ -20,8 +20,8 @@ MEANING = (
 
 
 def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> Report:
-    """The verdict, one row a joint, what the columns mean, failures by kind, pictures."""
-    more = f" (the folder holds more than the {asked} requested)" if result.trials > asked else ""
+    """Return the report: verdict, one row per joint, meaning of the columns, failures by kind, figures."""
+    more = f" (the folder contains more than the {asked} requested)" if result.trials > asked else ""
     parts: list[Part] = [_verdict(result.joints), _table(result.joints), Paragraph(MEANING)]
     parts += [
         Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")
@@ -51,7 +51,7 @@ def _table(joints: Sequence[JointStatistics]) -> Table:
 
 
 def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
-    """Whether the pass rate holds, and what it means."""
+    """Return the verdict on the pass rate."""
     failed = [joint.joint for joint in statistics if not joint.held]
     trials, allowed, wanted = statistics[0].trials, statistics[0].allowed, f"{100.0 * statistics[0].wanted:g} %"
     worst = min(statistics, key=lambda joint: joint.pass_rate)
@@ -70,7 +70,7 @@ def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
 
 
 def _figures(result: StudyResult, rows: StudyRows) -> list[Figure]:
-    """Pictures of what there is: errors need two trials with a gain, gains on an axis need to differ."""
+    """Return the possible figures: errors need two trials with a gain, and gains on an axis must differ."""
     shown = panels(rows.joints)
     subject = plots.Subject(
         title=f"{result.scenario}, {result.trials} trials",

@@ -1,4 +1,4 @@
-"""How the joints of a recording moved, as a table and as a plot."""
+"""Motion of the joints of a recording, as a table and as a plot."""
 
 from collections.abc import Mapping, Sequence
 
@@ -11,7 +11,7 @@ from scenarios.results.models.check import CheckJoint
 
 
 def motion_table(title: str, motions: Sequence[CheckJoint], arm: Arm) -> Table:
-    """A row a joint."""
+    """Return a table with one row per joint."""
     place, speed, rate = (", ".join(f"{each}{per}" for each in length_units(arm)) for per in ("", "/s", "/s^2"))
     return table(
         list(zip(arm.joint_names, motions, strict=True)),
@@ -29,12 +29,12 @@ def motion_table(title: str, motions: Sequence[CheckJoint], arm: Arm) -> Table:
 
 
 def length_units(arm: Arm) -> list[str]:
-    """Units of an arm's positions: of joints that turn, of joints that slide."""
+    """Return the units of an arm's positions: of revolute and of prismatic joints."""
     return [unit for unit, there in (("rad", arm.revolute.any()), ("m", not arm.revolute.all())) if there]
 
 
 def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plot:
-    """What of each joint's range every recording shows; positions themselves where the model states no range."""
+    """Return a plot of the share of each joint's range in every recording; of positions without a range."""
     span = arm.upper - arm.lower
     stated = bool(np.isfinite(span).all())
     low, unit = (arm.lower, "% of range") if stated else (np.zeros(arm.n), ", ".join(length_units(arm)))
@@ -49,7 +49,7 @@ def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plo
     of = "the range that the model states" if stated else "no range: the model states none"
     return Plot(
         title="Range of each joint",
-        caption=f"From the lowest to the highest position of each joint, in shares of {of}.",
+        caption=f"From the lowest to the highest position of each joint, as a share of {of}.",
         x=Axis(title="joint", categories=names),
         y=Axis(title="position", unit=unit, zero=stated),
         series=tuple(series),

@@ -1,4 +1,4 @@
-"""What `rx90 new-robot` says: joints in order, what is assumed, what to do next."""
+"""Report of `rx90 new-robot`: joints in order, assumed values, next commands."""
 
 import shlex
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from sim.clearance import CLEARANCE
 
 
 def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
-    """The joints in their order, limits with what is assumed of them, and the command that comes next."""
+    """Return the report: joints in order, limits with marks of assumed ones, next command."""
     torque, speed = new.drives["current_limit"], new.drives["max_velocity"]
     arm = new.arm
     joints = table(
@@ -34,8 +34,8 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     parts = (
         joints,
         Paragraph(
-            "Check order and names of the joints against your controller's. Values marked * are assumed; so "
-            "are gains, friction, rotor inertias and payload, by the rules of thumb noted in robot.toml. "
+            "Check order and names of the joints against your controller's. Values marked * are assumed. Gains, "
+            "friction, rotor inertias and payload are also assumed, by the rules of thumb noted in robot.toml. "
             "Predicted: standard deviation of the gain with the motion found, for residuals of 2 % of the "
             "torque."
         ),
@@ -62,7 +62,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
 
 
 def _warnings(new: NewRobot) -> Iterator[str]:
-    """What is odd about the arm, its home and its file."""
+    """Yield remarks on the arm, its home pose and its file."""
     if new.load.warning:
         yield f"Warning: payload: {new.load.warning}."
     if new.end.held:
@@ -78,8 +78,8 @@ def _warnings(new: NewRobot) -> Iterator[str]:
         yield f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}."
     if new.facts.left:
         yield (
-            f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve numerical "
-            "stability only. Friction and rotor inertias in robot.toml follow rules of thumb; replace "
+            f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve only numerical "
+            f"stability. Friction and rotor inertias in robot.toml follow rules of thumb; replace "
             "them by measured values."
         )
     if new.facts.from_shapes:

@@ -1,4 +1,4 @@
-"""What `rx90 paper` says: tables 2 to 4 and figure 3 beside the published ones, and whether the claims hold."""
+"""Report of `rx90 paper`: tables 2 to 4 and figure 3 with the published values, and the claims."""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ FIGURE_3 = "figure3"
 
 
 def paper_report(found: PaperResult, torques: "pd.DataFrame", seed: int) -> Report:
-    """The verdict, tables, figure and claims. Figure 3 shows `torques`, the rows of case 2."""
+    """Return the report: verdict, tables, figure and claims. Figure 3 shows `torques`, the rows of case 2."""
     parts: list[Part] = [_table_2(found), _table_3(found)]
     parts += [reason_paragraph(each.joint, each.reason) for each in found.gains if each.reason is not None]
     parts += [_table_4(found), _patterns(found), _second_payload(found), _all_parameters(found)]
@@ -42,7 +42,7 @@ def _claim(check: Claim) -> Paragraph:
 
 
 def _numbers(first: str, *titles: str) -> tuple[Column, ...]:
-    """Headings: words, then numbers; a unit follows a bar."""
+    """Return columns: of words, then of numbers; a unit follows a bar."""
     pairs = (title.partition("|") for title in titles)
     return (Column(title=first, words=True), *(Column(title=title, unit=unit) for title, _, unit in pairs))
 

@@ -1,4 +1,4 @@
-"""What `rx90 patch` says: every attribute that was changed, and what was unchanged."""
+"""Report of `rx90 patch`: changed and unchanged attributes."""
 
 from scenarios.gains_in_use.results import Patched
 from scenarios.reports.content import Mood, Paragraph, Part, Report, column, table, two_sigma
@@ -29,8 +29,8 @@ def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
     """What was written.
 
     Args:
-        written: What was changed, and what was not.
-        other: What the copy was held against.
+        written: Changed and unchanged attributes.
+        other: The model with which the copy was compared.
     """
     changed = [each for each in written.changes if each.after is not None]
     left = [each for each in written.changes if each.after is None]

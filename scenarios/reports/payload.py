@@ -1,4 +1,4 @@
-"""What `rx90 payload` says: what the scenario's payload shows, what others would, and the drawing of the best."""
+"""Report of `rx90 payload`: accuracy with the scenario's payload and with designed ones, drawing of the best."""
 
 from functools import partial
 from typing import Any
@@ -18,7 +18,7 @@ DRAWING = "payload-drawing"
 
 
 def payload_report(design: PayloadDesign) -> Report:
-    """Joint by joint before and after, the shapes that were tried, and the drawing."""
+    """Return the report: accuracy by joint before and after, the shapes, and the drawing."""
     best = design.best
     parts: list[Part] = [*_conclusion(design), _joints(design), *_why(design), _shapes(design)]
     parts += [
@@ -47,7 +47,7 @@ def payload_report(design: PayloadDesign) -> Report:
 
 
 def payload_design_result(design: PayloadDesign) -> results.PayloadDesign:
-    """What a design came to, as JSON has it."""
+    """Return the result of a design for JSON."""
     carrying = design.carrying
     return results.PayloadDesign(
         scenario=design.scenario.name,
@@ -110,7 +110,7 @@ def _verdict(before: bool, after: bool) -> Cell:
 
 
 def _why(design: PayloadDesign) -> list[Paragraph]:
-    """Why the scenario's payload cannot show some joint, and what the new one does there."""
+    """Return why the scenario's payload does not identify some joint, and the torque of the new one on it."""
     before, after = design.before, design.after
     said: list[Paragraph] = []
     for j in np.flatnonzero(~design.shows(before.deviations)):
@@ -126,7 +126,7 @@ def _why(design: PayloadDesign) -> list[Paragraph]:
 
 
 def _beside(design: PayloadDesign, com: Array) -> float:
-    """Distance of a centre of mass from the flange's axis [m]."""
+    """Return the distance of a centre of mass from the flange's axis [m]."""
     flange = design.carrying.flange
     return float(np.linalg.norm((flange.rotation.T @ (com - flange.origin))[:2]))
 
@@ -145,7 +145,7 @@ def _shapes(design: PayloadDesign) -> Table:
 
 
 def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
-    """That the scenario's payload needs no other, if that is so; what is known of either is left aside."""
+    """Return a sentence if the scenario's own payload is better, disregarding what is known of either."""
     own, new = (design.worst(each.deviations) for each in (design.before, design.after))
     if own > new:
         return []
@@ -162,7 +162,7 @@ def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
 
 
 def _conclusion(design: PayloadDesign) -> list[Paragraph]:
-    """What the new weight shows, and before that whether the scenario's own does better."""
+    """Return a sentence on the accuracy with the new payload, preceded by a comparison with the scenario's own."""
     return [*_own_is_better(design), _identified(design)]
 
 

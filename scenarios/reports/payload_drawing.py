@@ -1,4 +1,4 @@
-"""A drawing of a weight: from the side and from above, with its dimensions in millimetres, to make it from."""
+"""Manufacturing drawing of a payload: side view and top view with dimensions in millimetres."""
 
 from functools import partial
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ INK, STEEL, FLANGE, AXIS = "#222222", "#c9ced6", "#8a9099", "#b03030"
 
 
 def draw_weight(weight: Weight, *, flange: str) -> "Figure":
-    """Side view and top view in one scale, the flange's axes and the centre of mass in both."""
+    """Return side view and top view at one scale, with the flange's axes and the centre of mass."""
     import matplotlib.pyplot as plt
 
     figure, (side, top) = plt.subplots(1, 2, figsize=(12.0, 6.6), width_ratios=(1.0, 1.0))
@@ -46,12 +46,12 @@ def draw_weight(weight: Weight, *, flange: str) -> "Figure":
     )
     note = "All dimensions in mm, ISO 2768-m. Screws and their holes are left out: weigh the finished payload."
     figure.text(0.5, 0.02, note, ha="center", fontsize=9, color=INK)
-    plt.close(figure)  # the caller has it; pyplot need not keep it
+    plt.close(figure)  # the caller owns the figure; pyplot must not keep it
     return figure
 
 
 def _reach(weight: Weight) -> tuple[Array, Array]:
-    """Lowest and highest coordinates of weight and flange [mm], each (3,)."""
+    """Return lowest and highest coordinates of payload and flange [mm], each (3,)."""
     corners = [np.array([[-FACE, -FACE, -0.5 * FACE], [FACE, FACE, 0.0]])]
     corners += [np.array(each.center) + np.outer([-0.5, 0.5], each.edges) for each in weight.parts]
     every = np.concatenate(corners)
@@ -59,7 +59,7 @@ def _reach(weight: Weight) -> tuple[Array, Array]:
 
 
 def _side_view(axes: "Axes", weight: Weight, gap: float) -> None:
-    """The weight's x to the right, z upwards."""
+    """Draw the side view: the payload's x to the right, z upwards."""
     from matplotlib.patches import Rectangle
 
     box = partial(Rectangle, facecolor=STEEL, edgecolor=INK, linewidth=1.2)
@@ -79,12 +79,12 @@ def _side_view(axes: "Axes", weight: Weight, gap: float) -> None:
     if len(weight.parts) > 1:
         _dimension(axes, 0.0, BRACKET, low[0] - gap, low[0], upright=True)
     axis([0.0, 0.0], [low[2] - gap, high[2] + 0.4 * gap])
-    along = ("x", "y", "\u2212x", "\u2212y")[weight.quarter % 4]  # of the flange's axes the one along the weight's x
+    along = ("x", "y", "\u2212x", "\u2212y")[weight.quarter % 4]  # the flange's axis along the payload's x
     _frame(axes, {along: np.array([1.0, 0.0]), "z": np.array([0.0, 1.0])})
 
 
 def _top_view(axes: "Axes", weight: Weight, gap: float) -> None:
-    """Seen from outside: x to the right, y upwards."""
+    """Draw the view onto the flange: x to the right, y upwards."""
     from matplotlib.patches import Circle, Rectangle
 
     disc, box = (partial(kind, facecolor=STEEL, edgecolor=INK, linewidth=1.2) for kind in (Circle, Rectangle))
@@ -99,7 +99,7 @@ def _top_view(axes: "Axes", weight: Weight, gap: float) -> None:
         if part.cylinder:
             axes.text(x, high[1] + 0.5 * gap, f"\u2300 {width:g}", ha="center", fontsize=9, color=INK)
             continue
-        outer = k < len(weight.parts)  # the bracket's dimensions stand farther out, and on the other side
+        outer = k < len(weight.parts)  # the bracket's dimensions are farther out, on the other side
         level, at = low[1] - (2.2 if outer else 1.0) * gap, low[0] - gap if outer else high[0] + gap
         _dimension(axes, x - width / 2.0, x + width / 2.0, level, y - depth / 2.0)
         edge = x + (-1.0 if outer else 1.0) * width / 2.0
@@ -108,7 +108,7 @@ def _top_view(axes: "Axes", weight: Weight, gap: float) -> None:
 
 
 def _frame(axes: "Axes", directions: dict[str, Array]) -> None:
-    """Two of the flange's axes, from its centre."""
+    """Draw two of the flange's axes from its centre."""
     arrow = {"arrowstyle": "-|>", "color": AXIS, "lw": 1.4}
     for name, direction in directions.items():
         axes.annotate("", xy=tuple(1.5 * FACE * direction), xytext=(0.0, 0.0), arrowprops=arrow)
@@ -117,7 +117,7 @@ def _frame(axes: "Axes", directions: dict[str, Array]) -> None:
 
 
 def _dimension(axes: "Axes", a: float, b: float, level: float, edge: float, *, upright: bool = False) -> None:
-    """A dimension between two coordinates: lines from the edge to its level, its number beside the arrow there."""
+    """Draw a dimension between two coordinates: extension lines, arrow and number."""
 
     def at(along: float, across: float) -> tuple[float, float]:
         return (across, along) if upright else (along, across)

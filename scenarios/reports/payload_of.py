@@ -1,4 +1,4 @@
-"""What `rx90 payload-of` says: mass, centre and inertia of a payload."""
+"""Report of `rx90 payload-of`: mass, centre and inertia of a payload."""
 
 from collections.abc import Iterator, Sequence
 
@@ -23,7 +23,7 @@ COLUMNS = (
 
 
 def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed], diagnosed: Diagnosed) -> Report:
-    """The body in the frame of the last link, with intervals that contain those of the gains."""
+    """Return the report: payload in the frame of the last link, with intervals that include those of the gains."""
     rows = tuple(
         quantity_row(
             each.name,
@@ -53,7 +53,7 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
 
 
 def verdict(body: FoundBody, mood: Mood) -> Paragraph:
-    """The mass and where it is."""
+    """Return a sentence on mass and centre."""
     mass = body.of("mass")
     if mass is None:
         return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)

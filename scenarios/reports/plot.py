@@ -1,4 +1,4 @@
-"""Plots as values: series of numbers with labels, units and a manner of drawing, for pages; text leaves them out."""
+"""Plots as data: series with labels, units and styles, for pages; text output omits them."""
 
 import math
 from collections.abc import Sequence
@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # a command that draws nothing needs no NumPy
+if TYPE_CHECKING:  # a command without plots does not need NumPy
     from ident.support.arrays import Array
 
 Value = float | str | None
-"""A number or the name of a category; None is a gap."""
+"""A number or the name of a category; None for a gap."""
 DIGITS = 5
-"""Significant digits of a number in a plot: a screen shows three."""
+"""Significant digits of a number in a plot."""
 
 
 class Mark(Enum):
@@ -26,7 +26,7 @@ class Mark(Enum):
 
 
 class Tone(Enum):
-    """What sets a series apart from others: each has a colour, a dash and a shape of its own."""
+    """Style of a series: colour, dash and shape."""
 
     FIRST = "first"
     SECOND = "second"
@@ -39,7 +39,7 @@ class Tone(Enum):
 
 TONES = (Tone.FIRST, Tone.SECOND, Tone.THIRD, Tone.FOURTH)
 MANY = (*TONES, Tone.FIFTH, Tone.SIXTH)
-"""Of parts of a whole, which need not be told apart by more than a place in a stack."""
+"""Styles of the parts of a stack."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +47,11 @@ class Axis:
     """An axis of a plot.
 
     Attributes:
-        title: What is along it.
-        unit: Of its numbers, empty where they have none.
-        categories: Names along it in their order, empty for an axis of numbers.
-        log: Whether equal factors are equally far.
-        zero: Whether 0 is on it.
+        title: Name of the quantity.
+        unit: Unit of its numbers, empty if dimensionless.
+        categories: Names along it in order, empty for an axis of numbers.
+        log: Whether the axis is logarithmic.
+        zero: Whether the axis includes 0.
     """
 
     title: str
@@ -62,21 +62,21 @@ class Axis:
 
     @property
     def words(self) -> str:
-        """Title, its first letter a capital, and unit."""
+        """Return title, capitalised, and unit."""
         title = self.title[:1].upper() + self.title[1:]
         return f"{title} [{self.unit}]" if self.unit else title
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series:
-    """Numbers that belong together.
+    """A data series.
 
     Attributes:
-        label: What they are, in a legend.
-        mark: How they are drawn.
-        tone: What sets them apart.
-        x, y: Places, of one length.
-        low, high: Ends of `INTERVALS` and of parts of a `STACK` on the axis of numbers, empty for other marks.
+        label: Label in the legend.
+        mark: Type of mark.
+        tone: Style.
+        x, y: Coordinates, of equal length.
+        low, high: Ends of `INTERVALS` and of parts of a `STACK`, empty for other marks.
     """
 
     label: str
@@ -90,7 +90,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A line across a plot: a limit, or the border between two motions."""
+    """A reference line: a limit, or the border between two motions."""
 
     label: str
     at: float
@@ -103,15 +103,15 @@ class Plot:
 
     Attributes:
         title: One line above it.
-        caption: What one sees in it, a sentence or two; how numbers were left out, if they were.
+        caption: Explanation in one or two sentences, including omitted data.
         x, y: The axes.
-        series: In the order they are drawn, the last on top.
-        bands: Stretches of the x axis that are shaded, from and to.
-        bands_label: What they are.
-        references: Lines across.
-        zoom: Whether one may want to look closer along x.
-        height: Of its axes [pixel].
-        strip: What stands below it along the same x, on a scale of its own; None for nothing.
+        series: Series in drawing order, the last on top.
+        bands: Shaded intervals of the x axis, start and end.
+        bands_label: Label of the bands.
+        references: Reference lines.
+        zoom: Whether the x axis can be zoomed.
+        height: Height of the axes [pixel].
+        strip: Plot below it with the same x axis and its own y scale; None for none.
     """
 
     title: str
@@ -128,21 +128,21 @@ class Plot:
 
 
 def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
-    """Numbers as a plot keeps them: `DIGITS` significant digits, None where there is no number."""
+    """Return numbers rounded to `DIGITS` significant digits, None for NaN."""
     return tuple(float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in map(float, numbers))
 
 
 def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, float]], tone: Tone) -> Series:
-    """Intervals of categories. `ends` are the value, its lower and its upper end."""
+    """Return a series of intervals of categories. `ends` has value, lower and upper end."""
     value, low, high = (values([each[k] for each in ends]) for k in range(3))
     return Series(label=label, mark=Mark.INTERVALS, tone=tone, x=tuple(x), y=value, low=low, high=high)
 
 
 def about(value: float, half: float) -> tuple[float, float, float]:
-    """A value with the ends of an interval that reaches as far either way."""
+    """Return a value with the ends of a symmetric interval."""
     return value, value - half, value + half
 
 
 def one_in(count: int, most: int) -> int:
-    """One in how many points is drawn so that no more than `most` are."""
+    """Return the step of subsampling that draws at most `most` points."""
     return max(1, -(-count // most))

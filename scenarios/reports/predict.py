@@ -1,4 +1,4 @@
-"""What a predicted error budget says: the verdict, all sources together beside the tolerances, each source's cost."""
+"""Report of a predicted error budget: verdict, all sources together with tolerances, error from each source."""
 
 from collections.abc import Iterator, Sequence
 
@@ -13,12 +13,12 @@ MEANING = (
     "biases (signed) and of variances. Within: share of runs within tolerance, for normal errors."
 )
 LEAST = 5e-6
-"""Relative error of a source that is told as 0."""
+"""Relative error of a source below which it is reported as 0."""
 CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
 
 
 def prediction_report(budget: PredictedBudget, found: Diagnosed) -> Report:
-    """The predicted budget of a scenario, and what is found of the logs that its motions will give."""
+    """Return the predicted budget of a scenario, and the faults that logs of its motions will exclude."""
     sources = len(budget.joints[0].costs) if budget.joints else 0
     title = f"Predicted error budget of scenario {budget.scenario}, method {budget.method}: {sources} sources"
     parts: list[Part] = [_verdict(budget), _table(budget), *_nothing(budget), Paragraph(MEANING), Paragraph(CONTROL)]
@@ -40,13 +40,13 @@ def _verdict(budget: PredictedBudget) -> Paragraph:
 
 
 def _nothing(budget: PredictedBudget) -> list[Paragraph]:
-    """The sources that cost nothing, in a line if there are any."""
+    """Return a line of sources without effect, if there are any."""
     none = [of_joints[0].source for of_joints in _costs(budget) if not _costs_something(of_joints)]
     return [Paragraph(f"Below {100.0 * LEAST:g} % on every joint: {', '.join(none)}.")] if none else []
 
 
 def _costs(budget: PredictedBudget) -> Iterator[tuple[Cost, ...]]:
-    """Of each source what it costs each joint."""
+    """Return the errors from each source by joint."""
     return zip(*(each.costs for each in budget.joints), strict=True)
 
 

@@ -1,4 +1,4 @@
-"""What `rx90 recipe` writes: a page for those who record, every number from the scenario."""
+"""The page of `rx90 recipe`: instructions for recording, with numbers from the scenario."""
 
 import shlex
 from collections.abc import Collection, Mapping, Sequence
@@ -17,38 +17,39 @@ from scenarios.reports.trajectory import motion_table
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 
 SHOWN_HZ = 1000.0
-"""Rate at which speeds of the motion are looked at."""
+"""Sampling rate for the speeds of the motion."""
 SETTINGS = (
-    "Tell the controller what is mounted, as its manual asks: motor currents, measured or commanded, "
-    "stay valid whatever it feeds forward. Never log a payload-compensated current."
+    "State the mounted payload in the controller, as its manual requires: motor currents, measured or commanded, stay "
+    "valid whatever is fed forward. Never log a payload-compensated current."
 )
-"""What the robot's own settings of a payload are to be: u = K i holds for the current that the motor gets."""
+"""Advice on payload settings of the robot: u = K i holds for the motor current in any case."""
 BEFORE = (
-    "Weigh every payload on a scale and write mass and deviation into its file: its error goes into the gains in full.",
+    "Weigh every payload and write mass and standard deviation into its file: a relative error of the mass is the "
+    "same error of the gains.",
     "Bolt the payload so that it cannot turn or rattle.",
     SETTINGS,
     (
-        "Mount exactly what the files describe: hoses, sensors and grippers belong to the payload, or stay "
-        "on for bare motions as well."
+        "Mount exactly what the files describe: hoses, sensors and grippers either are part of the payload or stay "
+        "mounted for bare motions too."
     ),
     "Log a minute at rest: positions must not drift, and each sample must be logged exactly once.",
-    "Turn each joint by hand or slowly: the position that is logged must rise when the model's joint does.",
+    "Turn each joint by hand or slowly: the logged position must increase with that of the model's joint.",
 )
 SAFETY = (
     (
         "This page does not replace the robot's manual or a risk assessment of your cell: the motion "
         "avoids only the arm's own model, not fences, tables, cables or hoses."
     ),
-    "Nobody is within reach while the robot moves; one person has a hand on the emergency stop.",
+    "Keep everybody out of reach while the robot moves; one person stays at the emergency stop.",
     "Run the motion bare at reduced speed first, then at full speed, then with each payload at reduced speed.",
-    "Stop at collisions, protective stops or unusual noise; a motion that was stopped is recorded again, all of it.",
+    "Stop at collisions, protective stops or unusual noise; record a stopped motion again in full.",
 )
 
 
 def recipe_report(
     setup: Setup, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
 ) -> Report:
-    """The page."""
+    """Return the page."""
     source, table = scenario_source(setup), setup.scenario.table
     robot = setup.experiments[0].plant.robot
     load = robot.rated_load
@@ -67,8 +68,8 @@ def recipe_report(
         Heading("Mount"),
         _weights(payloads),
         Paragraph(
-            "In the frame of the last link, as the scenario states; +- is one standard deviation. The files stand "
-            "beside this page: write what you measure into them." + rated
+            "In the frame of the last link, as the scenario states; +- is one standard deviation. The files are in "
+            "the folder of this page; enter the measured values there." + rated
         ),
         Heading("Log"),
         *_log(table.identification.observe),
@@ -97,10 +98,12 @@ def _motions(setup: Setup) -> Table:
 
 def _warm_up(seconds: float) -> str:
     if seconds > 0.0:
-        return f"Before the first one, repeat the motion with a bare flange for {seconds:g} s: drives and oil warm up."
+        return (
+            f"Before the first one, repeat the motion with a bare flange for {seconds:g} s to warm up drives and oil."
+        )
     return (
-        "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare "
-        "motion at the end reveals the drift."
+        "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare motion at the "
+        "end shows the remaining drift."
     )
 
 
@@ -130,18 +133,18 @@ def _log(observe: ObserveOptions) -> list[Part]:
     return [
         Paragraph(
             "Time, positions of the joints and currents of the drives, each motion from its start to its end, "
-            f"at {slowest_hz(observe):g} Hz or more. Rates above {REGRESSOR_RATE * observe.cutoff_hz:g} Hz add "
-            "nothing, as faster logs are averaged."
+            f"at {slowest_hz(observe):g} Hz or more. Rates above {REGRESSOR_RATE * observe.cutoff_hz:g} Hz do not "
+            "improve the result, as faster logs are averaged."
         ),
         Paragraph(
-            "Positions and currents by one clock, unfiltered if possible. State which current it is: measured or "
-            "commanded, in A, or as torque with its constant."
+            "Positions and currents from one clock, unfiltered if possible. State the kind of current: measured or "
+            "commanded, in A, or a torque with its constant."
         ),
     ]
 
 
 def _checked(setup: Setup, files: Sequence[str]) -> list[list[str]]:
-    """Recordings of a check each: the bare ones with those of one mounting."""
+    """Return the recordings of each check: bare ones with those of one mounting."""
     bare = [file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE]
     loaded = dict[str, list[str]]()
     for file, carried in zip(files, setup.protocol, strict=True):
@@ -171,7 +174,7 @@ def _afterwards(setup: Setup, commands: Collection[str]) -> list[Part]:
     bare = next((file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE), None)
     parts.append(Line(identify_command(setup, Path()) + " --gains-out gains.toml"))
     if bare is not None:
-        parts.append(Paragraph("and, with one more motion that carries another known weight:"))
+        parts.append(Paragraph("and, with one more motion with another known payload:"))
         words = ["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", "--unloaded", bare, *other]
         parts.append(Line(shlex.join(words)))
     return parts

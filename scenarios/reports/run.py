@@ -1,4 +1,4 @@
-"""What `rx90 run` says: the verdict, injected against identified gains, the reasons."""
+"""Report of `rx90 run`: verdict, injected and identified gains, reasons."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ from scenarios.results.models.run import Result
 
 
 def run_report(run: Run) -> Report:
-    """The verdict, the table of injected against identified gains, and the reasons."""
+    """Return the report: verdict, table of injected and identified gains, and reasons."""
     scenario, revolute = run.setup.scenario, run.setup.structure.arm.revolute
     result = Result.of_run(run)
     parts: list[Part] = [conclusion(result.gains), judged_table(result.gains, revolute), *_tolerances(result.gains)]
@@ -41,7 +41,7 @@ def run_report(run: Run) -> Report:
 
 
 def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
-    """Injected against identified gains. `revolute`, shape (n,), says which joints turn."""
+    """Injected against identified gains. `revolute`, shape (n,), states which joints are revolute."""
     unit, (interval, *shares) = gain_unit(revolute), interval_columns()
     return table(
         gains,
@@ -63,7 +63,7 @@ def _verdict(gain: ResultGain) -> Cell:
 
 
 def conclusion(gains: Sequence[ResultGain]) -> Paragraph:
-    """Whether all joints passed, in a sentence."""
+    """Return the verdict in a sentence."""
     if all(gain.passed for gain in gains):
         return Paragraph(f"PASSED: {_passed(gains)}.", Mood.GOOD, strong=True)
     return Paragraph(f"FAILED: {_failed([gain for gain in gains if not gain.passed])}.", Mood.BAD, strong=True)
@@ -81,7 +81,7 @@ def _passed(gains: Sequence[ResultGain]) -> str:
 
 
 def _failed(failed: Sequence[ResultGain]) -> str:
-    """Which joints exceed their tolerance, by how much the worst, and which are against the scenario's expectation."""
+    """Return joints that exceed their tolerance, the worst error, and joints contrary to the expectation."""
     off = [gain for gain in failed if gain.identifiable and _excess(gain) > 1.0]
     unexpected = [gain.joint for gain in failed if gain.identifiable and _excess(gain) <= 1.0]
     refused = [gain.joint for gain in failed if not gain.identifiable]
@@ -97,7 +97,7 @@ def _failed(failed: Sequence[ResultGain]) -> str:
 
 
 def _worst(gains: Sequence[ResultGain]) -> str:
-    """The gain that uses most of its tolerance."""
+    """Return the gain with the largest ratio of error to tolerance."""
     worst = max(gains, key=_excess)
     which = f"worst: joint {worst.joint}, " if gains[1:] else ""
     error = two_digits(100.0 * (worst.rel_error or 0.0), sign="+")
@@ -105,12 +105,12 @@ def _worst(gains: Sequence[ResultGain]) -> str:
 
 
 def _tolerances(gains: Sequence[ResultGain]) -> list[Paragraph]:
-    """The tolerances of gains that have not all the same one, which the verdict states."""
+    """Return the tolerances of gains if they differ; otherwise the verdict states them."""
     each = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
     told = ", ".join(f"{size} % (joint {joint})" for joint, size in each.items())
     return [Paragraph(f"Tolerances: {told}.")] if len(set(each.values())) > 1 else []
 
 
 def _excess(gain: ResultGain) -> float:
-    """Error of a gain over its tolerance."""
+    """Return the ratio of a gain's error to its tolerance."""
     return abs(gain.rel_error or 0.0) / (gain.tolerance or 1.0)

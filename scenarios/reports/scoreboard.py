@@ -1,4 +1,4 @@
-"""Methods on public recordings, in words: what ran, gains, agreement, predictions, refusals, what is missing."""
+"""Report of methods on public recordings: runs, gains, agreement, predictions, refusals, missing recordings."""
 
 from collections.abc import Sequence
 
@@ -19,7 +19,7 @@ from scenarios.reports.content import (
 )
 from scenarios.reports.gains import sentence
 
-UNTRIED = "untried: no file of this format has been seen by this project"
+UNTRIED = "untried: this project has not read any file of this format"
 ENTRIES = (
     Column(title="Recordings", words=True),
     Column(title="Licence", words=True, file_only=True),
@@ -37,7 +37,8 @@ METHODS = (
     Column(title="Time", unit="min"),
 )
 METHODS_SAID = (
-    "Refused rightly, given wrongly: joints of sets without a payload, whose gains no data can give. Within 2 sigma: "
+    "Refused rightly, given wrongly: joints of sets without a payload, whose gains the data cannot determine. Within "
+    "2 sigma: "
     "gains of sets that share no recording, whose difference is within two of its standard deviations; 95 % are "
     "expected."
 )
@@ -82,9 +83,9 @@ WEIGHTS = (
     Column(title="Error", unit="%"),
 )
 PREDICTED = (
-    "Root mean square of the joints' errors, in % of their rms currents. The arm is that of the set's bare motions "
-    "with the gains in question; on a bare recording a factor common to all gains has no effect. "
-    "Errors of different joints are not to be compared."
+    "Root mean square of the joints' errors, in % of their rms currents. The arm is identified from the set's bare "
+    "motions with the gains in question; on a bare recording a factor common to all gains has no effect. "
+    "Errors of different joints are not comparable."
 )
 SENSORS = (
     Column(title="Joint"),
@@ -96,7 +97,7 @@ SENSORS = (
 
 
 def scoreboard_report(found: Scoreboard) -> Report:
-    """The board: its verdict, a row an entry and a method, then every entry that ran, then how to get the others."""
+    """Return the scoreboard: verdict, a row per entry and method, details, how to get missing recordings."""
     ran = [each for each in found.entries if each.status == "run"]
     parts: list[Part] = [_verdict(found), Table(columns=ENTRIES, rows=tuple(map(_entry_row, found.entries)))]
     if any(each.refusals for each in ran):
@@ -127,7 +128,7 @@ def _verdict(found: Scoreboard) -> Paragraph:
     said += f", {unusable} not usable" if unusable else ""
     if compared:
         said += f"; gains of disjoint pairs agree within 2 sigma on {within} of {compared} joints"
-    said += f"; {wrong} gains given where no data can give one."
+    said += f"; {wrong} gains given that the data cannot determine."
     return Paragraph(said, Mood.BAD if wrong or unusable else Mood.PLAIN, strong=True)
 
 
@@ -188,7 +189,9 @@ def _entry_parts(each: Entry) -> list[Part]:
             cells(p.set, p.log, p.gains, ", ".join(map(str, p.joints)), percent(p.rel_error, ".1f"))
             for p in each.predictions
         ]
-        parts.append(Table(title="Currents of recordings that no fit has seen", columns=PREDICTIONS, rows=tuple(rows)))
+        parts.append(
+            Table(title="Currents of recordings that were not used in any fit", columns=PREDICTIONS, rows=tuple(rows))
+        )
         parts.append(Paragraph(PREDICTED))
     if each.weights:
         rows = [
@@ -204,7 +207,11 @@ def _entry_parts(each: Entry) -> list[Part]:
             for w in each.weights
         ]
         parts.append(
-            Table(title="Payloads weighed with gains identified without them", columns=WEIGHTS, rows=tuple(rows))
+            Table(
+                title="Payloads estimated with gains that were identified without them",
+                columns=WEIGHTS,
+                rows=tuple(rows),
+            )
         )
     if each.sensors:
         rows = [

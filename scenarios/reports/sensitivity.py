@@ -1,4 +1,4 @@
-"""What an error budget says: the sources of each joint's error ranked, and which to reduce first."""
+"""Report of an error budget: ranked sources of each joint's error, and which to reduce first."""
 
 from collections.abc import Sequence
 
@@ -9,19 +9,19 @@ from scenarios.reports.gains import budget_verdict
 from scenarios.reports.plots.sensitivity import chart
 
 SHOWN = 6
-"""Sources a joint that a screen shows; files have all."""
+"""Number of sources per joint on a screen; files have all."""
 CHART = "budget"
 WIDEST = 0.5
-"""Width of an index's interval from which on it tells nothing: half of what an index can be."""
+"""Width of an index's interval above which the index is withheld: half of its range."""
 MEANING = (
-    "Alone: the source at its declared size with all others off. Share: of the sum of mean squares. First and total "
+    "Alone: the source at its declared size, all others off. Share: of the sum of mean squares. First and total "
     "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
     "trials are too few for an interval narrower than 0.5."
 )
 
 
 def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
-    """The source that dominates, and each joint's sources, the largest first."""
+    """Return the report: dominant source, and each joint's sources, the largest first."""
     parts: list[Part] = [verdict(found.joints, scenario.table.tolerance.gain)]
     for budget in found.joints:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
@@ -35,7 +35,7 @@ def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
 
 
 def verdict(budgets: Sequence[BudgetJoint], tolerances: Sequence[float]) -> Paragraph:
-    """How large errors are with all sources on, and what to reduce first."""
+    """Return a sentence on errors with all sources on, and on the source to reduce first."""
     return budget_verdict(
         [
             (each.joint, each.together, tolerances[each.joint - 1], each.costs[0].source if each.costs else None)

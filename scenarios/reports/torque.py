@@ -1,4 +1,4 @@
-"""`rx90 torque` in words: how large torques are, what was written, which joints have no column or an odd gain."""
+"""Report of `rx90 torque`: largest torques, written file, joints without a column, remarks on gains."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ OF_ROBOT = "The gains are of robot {}; that the log is of the same one is not ch
 
 
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:
-    """How large torques are, and what was written."""
+    """Return the report: largest torques and written file."""
     title = f"{one_line(written.out)}: {written.samples} samples, joints {', '.join(map(str, written.joints))}"
     largest = float(np.abs(found.tau).max())
     places = max(3 - int(np.floor(np.log10(largest))), 0) if largest else 0  # four digits of the largest torque
@@ -43,7 +43,7 @@ def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Repo
 
 
 def _verdict(found: JointTorque, file: GainsFile) -> Paragraph:
-    """The largest torque, and force where joints slide."""
+    """Return the largest torque, or force of prismatic joints."""
     largest = list[str]()
     for unit in dict.fromkeys(_unit(file, joint) for joint in found.joints.tolist()):
         own = [k for k, joint in enumerate(found.joints.tolist()) if _unit(file, joint) == unit]
@@ -54,7 +54,7 @@ def _verdict(found: JointTorque, file: GainsFile) -> Paragraph:
 
 
 def _peak(found: JointTorque, k: int) -> tuple[float, float]:
-    """The largest torque, either way, and two standard deviations of it."""
+    """Return the largest magnitude of torque and two standard deviations of it."""
     at = int(np.argmax(np.abs(found.tau[:, k])))
     return float(abs(found.tau[at, k])), 2.0 * float(found.std[at, k])
 

@@ -1,4 +1,4 @@
-"""What `rx90 trajectory` says: how far, how fast and how sharply each joint moves, beside its limits."""
+"""Report of `rx90 trajectory`: range, speed and acceleration of each joint, with its limits."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Part, Report,
 
 
 def motion_table(motion: SampledMotion, limits: Limits) -> Table:
-    """How each joint moves."""
+    """Return the table of the joints' motion."""
     speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
     names = motion.joint_names or (NONE,) * len(speed)
     return table(
@@ -29,7 +29,7 @@ def motion_table(motion: SampledMotion, limits: Limits) -> Table:
 
 
 def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: str) -> Report:
-    """What was written."""
+    """Return the report."""
     broken = limits.broken_by((motion.q, motion.dq, motion.ddq))
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     verdict = Paragraph(words, strong=True)
@@ -55,7 +55,7 @@ def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: st
 
 
 def _share(share: float) -> Cell:
-    """A share of a limit in percent, a dash where there is no limit."""
+    """Return a share of a limit in percent, a dash without a limit."""
     if share == 0.0:
         return Cell(NONE)
     return Cell(f"{100.0 * share:.0f}", Mood.BAD if share > 1.0 else Mood.PLAIN)

@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, in words: how far off each joint's currents are predicted, beside other gains."""
+"""Report of the prediction of a motion that was not used in any fit."""
 
 from collections.abc import Sequence
 from pathlib import PurePath
@@ -32,13 +32,13 @@ DOUBTED = (
 
 
 def unseen_verdict(
-    found: ResultUnseen | None, *, this: str = "the gains found", other: str = "the others"
+    found: ResultUnseen | None, *, this: str = "the identified gains", other: str = "the others"
 ) -> list[Part]:
-    """How far off the motion is predicted, in a sentence; nothing where there is none."""
+    """Return a sentence on the prediction error; nothing without such a motion."""
     if found is None:
         return []
     log = PurePath(found.log).name
-    said = f"of the currents of {log}, which no fit has seen"
+    said = f"of the currents of {log}, not used in any fit"
     fitted = [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]
     if fitted:
         said += f" (residual of the fit {_digits(float(np.sqrt(np.mean(np.square(fitted)))))} %)"
@@ -47,7 +47,7 @@ def unseen_verdict(
         errors += f" with {this}, {_digits(found.other_rel_error)} % with {other},"
     why = ": the difference is not significant" if found.verdict == "no different" else ""
     if why and not found.loaded and found.fitted:
-        why += "; a bare motion hardly distinguishes gains, one with a weighed payload does"
+        why += "; a motion with a weighed payload distinguishes gains better than a bare one"
     beyond = [each for each in found.joints if each.exceeds]
     if beyond:
         listed = ", ".join(f"joint {each.joint} ({_digits(each.rel_error)} %)" for each in beyond)
@@ -55,7 +55,7 @@ def unseen_verdict(
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
         why += (
             f". {log} is not predicted on {listed}, where at most {less} % is expected: its payload, unit or sign is "
-            "not as stated, or gains, arm or friction do not hold there"
+            f"not as stated, or gains, arm model or friction are wrong for it"
         )
     wrong = [each for each in found.joints if each.misjudged]
     if wrong:
@@ -97,7 +97,7 @@ def unseen_parts(
         row += [percent(each.largest_rel_error, ".1f")]
         rows.append([*row, *([_gain_error(each)] if weighed else [])])
     table = Table(
-        title=f"Currents of {PurePath(found.log).name}, which no fit has seen",
+        title=f"Currents of {PurePath(found.log).name}, not used in any fit",
         columns=tuple(columns),
         rows=tuple(cells(*row) for row in rows),
     )

@@ -1,4 +1,4 @@
-"""What `rx90 verify` says: masses against the scale, or currents against their prediction."""
+"""Report of `rx90 verify`: estimated and weighed mass, or predicted currents."""
 
 from collections.abc import Callable, Sequence
 
@@ -36,17 +36,17 @@ MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
 
 def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> Report:
-    """The mass from all joints and from each alone, and what that says of the gains."""
+    """Return the report: mass from all joints and from each alone, and the verdict on the gains."""
     result = verification_result(found, diagnosed, unseen)
     payload = found.payload
     parts: list[Part] = [
         _conclusion(found),
         *unseen_verdict(result.unseen, this="these gains"),
-        Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
+        Paragraph(f"Weighed mass: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         _masses(found),
         Paragraph(
             "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
-            f"gains and model; 2 sigma [%]: from the scale as well. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
+            f"gains and model; 2 sigma [%]: also from the scale. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
             "standard deviations (5 % false alarms for all verdicts together). Correlation through a bare motion "
             "that was also used for identification is neglected."
         ),
@@ -56,7 +56,7 @@ def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unsee
     parts += unseen_parts(result.unseen)
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
-    return Report("Gains against the scale", tuple(parts), result.model_dump(mode="json"))
+    return Report("Gains verified with the weighed mass", tuple(parts), result.model_dump(mode="json"))
 
 
 def _masses(found: Verification) -> Table:
@@ -92,7 +92,7 @@ def _conclusion(found: Verification) -> Paragraph:
         agreed = f"error {_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}"
         return Paragraph(f"PASSED: {_weighed(found)}, {agreed}.", Mood.GOOD, strong=True)
     if off:
-        more = "; the most certain one is listed first and may bias the others" if len(off) > 1 else ""
+        more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
         return Paragraph(f"FAILED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
         words = (
@@ -105,10 +105,10 @@ def _conclusion(found: Verification) -> Paragraph:
 
 
 def _weighed(found: Verification) -> str:
-    """The mass from all joints beside that on the scale."""
+    """Return a sentence with the mass from all joints and the weighed one."""
     mass = found.together.mass
     assert mass is not None, "a mass that agrees or differs is there"
-    return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg on the scale"
+    return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg weighed"
 
 
 def _common_words(common: CommonError, found: Verification) -> str:
@@ -125,8 +125,8 @@ def _common_words(common: CommonError, found: Verification) -> str:
             f"and gains{apart}"
         )
     return (
-        f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the mass on "
-        f"the scale, here and where the gains were identified{apart}"
+        f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the weighed masses, "
+        f"here and of the identification{apart}"
     )
 
 
@@ -137,14 +137,14 @@ def _off(rel_error: float, rel_std: float) -> str:
 def prediction_report(
     identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
 ) -> Report:
-    """How well each part of the motions follows from the others."""
+    """Return the report of the cross-validation."""
     result = cross_validation_result(identified, found, unseen)
     estimate = identified.estimate
     words = (
         f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict "
         "the currents "
-        "of the block left out. An error common to all blocks, such as a wrong mass or model, stays undetected; "
-        "to detect it, record another weight: --gains G.toml --loaded B --payload P.toml."
+        "of the block left out. An error common to all blocks, such as a wrong mass or model, is not detected; to "
+        "detect it, record a motion with another weight: --gains G.toml --loaded B --payload P.toml."
     )
     parts = (
         _predicted(found),
@@ -166,7 +166,7 @@ def prediction_report(
 
 
 def _predicted(found: Sequence[JointPrediction]) -> Paragraph:
-    """How large errors of prediction are, and how far a gain moves."""
+    """Return a sentence on prediction errors and changes of gains."""
     shares = [each.share for each in found]
     text = f"Currents of time blocks left out are predicted within {percent(min(shares), '.2f')} to "
     text += f"{percent(max(shares), '.2f')} % of rms"

@@ -1,1 +1,1 @@
-"""Folders that results are kept in, and read back from."""
+"""Result folders, and models of results."""

@@ -1,6 +1,6 @@
-"""The rows that a fit was found from, with their places in time, position and speed: what its page is drawn from.
+"""The rows of a fit with time, position and speed, as data of its page.
 
-They are saved beside the result, a row a row, so that a page identifies nothing again.
+They are saved with the result, so that a page needs no new identification.
 """
 
 from collections.abc import Sequence
@@ -24,32 +24,32 @@ from scenarios.results.models.check import CheckLog
 from scenarios.support.errors import ScenarioError
 
 ROWS = "fit-rows.parquet"
-"""No name of a recording: a hyphen in these stands before a number (`scenarios.experiments.files.mountings`)."""
+"""Not the name of a recording, where a hyphen precedes a number (`scenarios.experiments.files.mountings`)."""
 COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
-"""Columns of the file by the arrays of `FitRows`; beside them `joint` and `motion`, both from 1."""
+"""Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
 ABOUT = b"rx90"
-"""Key of the file's metadata whose value is all that is no row, in JSON."""
+"""Key of the file's metadata with all other data, in JSON."""
 GAP = 1.5
-"""Rows further apart than this many periods are not joined."""
+"""Rows farther apart than this number of periods are not connected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitRows:
-    """Rows of one joint, motions one after the other.
+    """Rows of one joint, motions in sequence.
 
     Attributes:
         joint: The joint, from 0.
-        scale: Of a current to what is drawn: the gain, or 1 where it is refused.
-        unit: Of that.
-        turning: Whether the joint turns; else it slides.
-        t: Time since the first log began, pauses between logs left out [s], shape (r,).
-        stamp: Time that the log of each row has in the middle of its filter [s], shape (r,).
+        scale: Factor from current to the plotted quantity: the gain, or 1 if refused.
+        unit: Unit of the plotted quantity.
+        turning: Whether the joint is revolute, otherwise prismatic.
+        t: Time since the start of the first log, without pauses between logs [s], shape (r,).
+        stamp: Time in the log at the middle of each row's filter [s], shape (r,).
         V: Currents [drive units], shape (r,).
-        residual: What the model leaves of them, shape (r,).
-        q, dq: Position and speed of the joint, shape (r,); empty where nothing is drawn against them.
+        residual: Residuals [drive units], shape (r,).
+        q, dq: Position and speed of the joint, shape (r,); empty if not plotted.
         motion: Number of each row's motion, shape (r,).
         sigma: Standard deviation of the residual [drive units].
-        still: Stretches beside a reversal, whose samples are left out, from and to [s].
+        still: Time intervals near reversals whose samples are removed, start and end [s].
     """
 
     joint: int
@@ -67,7 +67,7 @@ class FitRows:
     still: tuple[tuple[float, float], ...]
 
     def broken(self, values: Array) -> tuple[Array, Array]:
-        """Times and values with NaN where rows are left out or a motion ends, for a line that is drawn."""
+        """Return times and values for a line plot, with NaN where rows are removed or a motion ends."""
         step = np.diff(self.t)
         gaps = np.flatnonzero((step > GAP * np.median(step)) | (np.diff(self.motion) > 0)) + 1
         return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
@@ -75,14 +75,14 @@ class FitRows:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fit:
-    """What an estimate was found from, as it is drawn.
+    """Rows of an estimate, for plots.
 
     Attributes:
-        rows: Of each joint that has some.
-        correlation: Of the residual of a row with that of the next, of the same joints.
-        row_period: Time from one row to the next [s].
-        motions: How joints moved in each log, or in what lies between two of its gaps.
-        begins: When each motion begins on the axis of time, and when the last one ends [s].
+        rows: Rows of each joint that has any.
+        correlation: Autocorrelation of the residuals at lag 1, of the same joints.
+        row_period: Time between rows [s].
+        motions: Motion of the joints in each log, or in each part between gaps.
+        begins: Start time of each motion on the time axis, and end of the last one [s].
     """
 
     rows: tuple[FitRows, ...]
@@ -92,13 +92,13 @@ class Fit:
     begins: tuple[float, ...]
 
     def residual_share(self, joint: int) -> float | None:
-        """Norm of the residual of a joint, from 0, over that of its currents; None where it has no row."""
+        """Return the norm of a joint's residual over that of its currents (joint from 0); None without rows."""
         own = [each for each in self.rows if each.joint == joint]
         return float(np.linalg.norm(own[0].residual) / np.linalg.norm(own[0].V)) if own else None
 
 
 class _Joint(BaseModel):
-    """What a joint's `FitRows` has beside its arrays."""
+    """Data of a joint's `FitRows` besides its arrays."""
 
     model_config = ConfigDict(from_attributes=True)
     joint: int
@@ -110,7 +110,7 @@ class _Joint(BaseModel):
 
 
 class _About(BaseModel):
-    """What a `Fit` has beside its rows."""
+    """Data of a `Fit` besides its rows."""
 
     model_config = ConfigDict(from_attributes=True)
     rows: tuple[_Joint, ...]
@@ -121,7 +121,7 @@ class _About(BaseModel):
 
 
 def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
-    """What an estimate was found from."""
+    """Return the rows of an estimate."""
     problem, all_rows = prepared.problem, estimate.solution.rows
     logs = [motion.recording for motion in prepared.motions]
     joints, arm = sorted(all_rows.unknowns), problem.structure.arm
@@ -158,7 +158,7 @@ def read_fit(folder: Path) -> Fit:
     """Read `ROWS`.
 
     Raises:
-        ScenarioError: If it is not there, or one of another version.
+        ScenarioError: If it is missing, or of another version.
     """
     path = folder / ROWS
     if not path.is_file():
@@ -188,14 +188,14 @@ def read_fit(folder: Path) -> Fit:
 
 
 def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
-    """The rows of a joint, counted from 0; `logs` are what each motion was observed in."""
+    """Return the rows of a joint, from 0; `logs` are the logs of the motions."""
     rows, gain = estimate.solution.rows, estimate.joints[joint]
     own = rows.of(joint)
     turning = bool(problem.structure.arm.revolute[joint])
     known = isinstance(gain, IdentifiedGain)
     motion, stamp, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
     first = np.array([log.t[0] for log in logs])
-    later = np.array(begins(logs)[:-1]) - first  # place on the axis less time in the log, (motions,)
+    later = np.array(begins(logs)[:-1]) - first  # time on the axis minus time in the log, (motions,)
     for k in np.unique(motion).tolist():
         seen, at = problem.motions[k].observation, motion == k
         observed = seen.joints[joint]
@@ -220,7 +220,7 @@ def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequenc
 
 
 def _states(problem: Problem, joint: int, motion: Indices, position: Indices) -> tuple[Array, Array]:
-    """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
+    """Return position and speed of a joint at the middle of its rows' filters, each of shape (r,)."""
     q, dq = np.empty(len(motion)), np.empty(len(motion))
     for k in np.unique(motion).tolist():
         behind, own = problem.motions[k].observation.full_rate, motion == k
@@ -231,12 +231,12 @@ def _states(problem: Problem, joint: int, motion: Indices, position: Indices) ->
 
 
 def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
-    """When each log begins if each follows the one before, and when the last one ends [s]."""
+    """Return the start of each log if they follow each other, and the end of the last one [s]."""
     return tuple(np.cumsum([0.0, *(len(log.t) * log.period for log in logs)]).tolist())
 
 
 def _still(seen: Observation, joint: int) -> list[tuple[float, float]]:
-    """Stretches of a log whose samples are left out for a joint, from and to, in the log's own time [s]."""
+    """Return time intervals of a log whose samples are removed for a joint, start and end, in log time [s]."""
     behind, observed = seen.full_rate, seen.joints[joint]
     assert behind is not None, "asked of motions that were recorded"
     middle = 0.5 * (len(behind.decimator.kernel) - 1) * behind.period

@@ -1,4 +1,4 @@
-"""Writing the gains file: what was found, with what it came from."""
+"""Writing of gains files: identified gains with their provenance."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ from scenarios.support.versions import versions
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Origin:
-    """What gains were found from; `options` are the method's own, a dataclass."""
+    """Provenance of gains; `options` are those of the method, a dataclass."""
 
     model: Path
     arm: Arm
@@ -44,7 +44,7 @@ class Origin:
 
 
 def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
-    """The gains file of an estimate."""
+    """Return the gains file of an estimate."""
     known = estimated_gains(estimate)
     payloads = {id(each.payload): each.payload for each in origin.motions if each.payload is not None}
     number = {key: k for k, key in enumerate(payloads, 1)}
@@ -77,7 +77,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
 
 
 def recording_digest(recording: Recording) -> str:
-    """SHA-256 of the samples: the same whether they are read from Parquet or CSV."""
+    """Return the SHA-256 of the samples, independent of the file format."""
     whole = hashlib.sha256()
     for part in (recording.t, recording.q, recording.v):
         whole.update(np.ascontiguousarray(part, dtype="<f8").tobytes())
@@ -85,7 +85,7 @@ def recording_digest(recording: Recording) -> str:
 
 
 def gains_text(file: GainsFile, ending: str) -> str:
-    """The content of a gains file, JSON for `.json`, else TOML; what is not known is left out."""
+    """Return the content of a gains file, JSON for `.json`, otherwise TOML; unknown values are omitted."""
     table = file.model_dump(mode="json", exclude_none=True)
     if ending.lower() == ".json":
         return to_json(table) + "\n"
@@ -118,7 +118,7 @@ def _numbers(gain: IdentifiedGain) -> dict[str, float]:
 
 
 def _options(options: object) -> dict[str, JsonValue]:
-    """Fields of an options dataclass that have a value."""
+    """Return the fields of an options dataclass that have a value."""
     values = {name: getattr(options, name) for name in option_types(type(options))}
     return {name: value for name, value in values.items() if value is not None}
 

@@ -1,4 +1,4 @@
-"""Recordings that were identified or checked as a folder, that of `--save`: logs, result, and the record of both."""
+"""Folder of `--save` of an identification or check: logs, result and record."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
@@ -18,13 +18,13 @@ from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 ASKED = "payload.toml"
-"""The payload that a check was asked about, or that would be mounted."""
+"""Name of the file of a planned payload."""
 BELIEVED = {".toml": "gains.toml", ".json": "gains.json"}
-"""The gains that were given, by the ending of their file."""
+"""Name of the file of given gains, by its ending."""
 
 
 def log_files(motions: int) -> tuple[str, ...]:
-    """Names of the files that may be written of so many recordings."""
+    """Return the names of files that may be written for a number of recordings."""
     return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, ROWS, RECORD)
 
 
@@ -48,26 +48,26 @@ def save_logs(
     believed: Path | None = None,
     fit: Fit | None = None,
 ) -> None:
-    """Write recordings, payloads, the arm, the result and its rows, and the record of all that.
+    """Write recordings, payloads, the arm, the result and its rows, and the record.
 
     Args:
-        folder: Where.
-        kind: What was done with the recordings.
-        title: Of its report.
-        command: That did it.
-        model: File of the robot's model.
-        flange: Last body of its arm, where the file has more.
+        folder: The folder.
+        kind: Kind of the result.
+        title: Title of its report.
+        command: The command.
+        model: Model file of the robot.
+        flange: Last body of its arm, if the file has more bodies.
         couplings: Pairs of joints, from 1.
-        motions: Recordings and payloads, in the order they were taken.
+        motions: Recordings and payloads, in order.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
+        gains: Limits for accepting a gain.
         document: The result for programs.
-        method: Of an identification.
-        options: The method's own, a dataclass.
-        payload: That a check was asked about, or that would be mounted on a bare flange.
-        about: What the gains of a check are about [N m / drive unit].
-        believed: File of gains that were given with bare motions.
-        fit: What gains were found from.
+        method: Method of an identification.
+        options: Options of the method, a dataclass.
+        payload: The planned payload of a check or of bare motions.
+        about: Nominal gains of a check [N m / drive unit].
+        believed: File of gains given with bare motions.
+        fit: Rows of the fit.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -109,7 +109,7 @@ def save_logs(
 
 
 def _changed(options: object | None) -> dict[str, JsonValue]:
-    """Fields of an options dataclass that differ from their defaults."""
+    """Return the fields of an options dataclass that differ from their defaults."""
     if options is None:
         return {}
     defaults = type(options)()

@@ -1,8 +1,8 @@
-"""A problem as a folder: recordings, payloads as believed, the robot's kinematics, and nothing of the truth.
+"""Problem folder: recordings, assumed payloads and the robot's kinematics, without true values.
 
-What is in it:
+Files:
 
-problem.json       which recording carries which payload, couplings, how recordings are observed
+problem.json       payloads of the recordings, couplings, options
 robot.xml, .urdf   links and joints; every inertia is 1, whatever the robot has
 *.parquet          recordings
 payload*.toml      payloads
@@ -30,7 +30,7 @@ from ident.support.naming import one_line, shown
 from ident.support.options import options_from_table
 from scenarios.support.errors import ForeignProblem
 
-if TYPE_CHECKING:  # a process that only identifies needs no simulator
+if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from sim.robot import Robot
 
 Options = TypeVar("Options")
@@ -39,9 +39,9 @@ PROBLEM = "problem.json"
 MODELS = ("robot.xml", "robot.urdf")
 _KINDS = (("motion", "parquet"), ("payload", "toml"))
 LARGEST = 1_000_000
-"""Bytes of a problem file."""
+"""Largest number of bytes of a problem file."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
-"""A file beside the problem file."""
+"""A file in the folder of the problem file."""
 Number = Annotated[int, Field(ge=1)]
 
 
@@ -52,32 +52,32 @@ class _Table(BaseModel):
 class RobotTable(_Table):
     """The arm."""
 
-    model: Name = Field(description="File beside this one")
+    model: Name = Field(description="File in the same folder")
     couplings: tuple[tuple[Number, Number], ...] = Field(
         (), description="Pairs of joints, from 1, whose second motor turns with the sum of both"
     )
 
 
 class MotionTable(_Table):
-    """One motion, and what was mounted; motions of one payload file are one mounting."""
+    """One motion and its payload; motions with the same payload file are one mounting."""
 
-    recording: Name = Field(description="File beside this one")
-    payload: Name | None = Field(None, description="Payload file beside this one; left out for a bare flange")
+    recording: Name = Field(description="File in the same folder")
+    payload: Name | None = Field(None, description="Payload file in the same folder; omitted for a bare flange")
 
 
 class ProblemFile(_Table):
-    """A problem: motions of one arm from which its drive gains are to be found, in order of time within a mounting.
+    """A problem: motions of one arm for the identification of its drive gains, in order of time within a mounting.
 
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
     """
 
-    format: Literal[1] = Field(description="Of this file")
+    format: Literal[1] = Field(description="Version of the file format")
     robot: RobotTable = Field(description="The arm")
-    motions: tuple[MotionTable, ...] = Field(min_length=1, description="In order of time within a mounting")
+    motions: tuple[MotionTable, ...] = Field(min_length=1, description="Recordings, in order of time within a mounting")
     observe: dict[str, float | str] = Field(
-        {}, description="Options of `rx90 identify`: how recordings become a linear system"
+        {}, description="Options of `rx90 identify`: filters and rows of the linear system"
     )
-    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: how estimates are judged")
+    gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: limits for accepting a gain")
 
 
 Stated = TypeVar("Stated", bound=ProblemFile)
@@ -85,14 +85,14 @@ Stated = TypeVar("Stated", bound=ProblemFile)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GivenProblem:
-    """What a method is given.
+    """Input of a method.
 
     Attributes:
-        folder: Where it was read from; None for one that never was a folder.
-        arm: The arm that moved.
-        motions: Recordings and payloads, as `identify` takes them.
+        folder: Its folder; None if it was not read from one.
+        arm: The arm.
+        motions: Recordings and payloads, as for `identify`.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
+        gains: Limits for accepting a gain.
     """
 
     folder: Path | None
@@ -111,15 +111,15 @@ def write_problem(
     observing: ObserveOptions,
     gains: GainOptions,
 ) -> None:
-    """Write a problem into a folder, which is made; what carries the same payload object shares a payload file.
+    """Write a problem into a new folder; motions with the same payload object share a payload file.
 
     Args:
-        folder: Where.
-        robot: Of whose model file the kinematics are taken.
+        folder: The folder.
+        robot: The robot, whose model file has the kinematics.
         couplings: Pairs of joints, from 1.
-        motions: Recordings, whose names become those of the files, and what they carry.
+        motions: Recordings, whose names become file names, and payloads.
         observing: Filters and thresholds.
-        gains: When a gain counts as identifiable.
+        gains: Limits for accepting a gain.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -137,7 +137,7 @@ def write_problem_of(
     observing: ObserveOptions,
     gains: GainOptions,
 ) -> None:
-    """As `write_problem`, of an arm that is a model file and its last body.
+    """Write a problem as `write_problem`, for a model file and its last body.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -155,12 +155,12 @@ def write_problem_of(
 
 
 def motion_files(motions: int) -> tuple[str, ...]:
-    """Names of the files that `write_motions` may write."""
+    """Return the names of files that `write_motions` may write."""
     return tuple(f"{kind}-{k}.{ending}" for k in range(1, motions + 1) for kind, ending in _KINDS)
 
 
 def write_motions(motions: Sequence[Motion], folder: Path) -> tuple[MotionTable, ...]:
-    """Write recordings and payloads; what carries the same payload object shares a file.
+    """Write recordings and payloads; motions with the same payload object share a file.
 
     Raises:
         OSError: If they cannot be written.
@@ -181,7 +181,7 @@ def read_problem(folder: Path) -> GivenProblem:
     """Read a problem.
 
     Raises:
-        ForeignProblem: If the folder holds none, or one that says what cannot be.
+        ForeignProblem: If the folder has no problem, or an invalid one.
         IdentificationError: If robot, recording or payload cannot be read.
     """
     path = folder / PROBLEM
@@ -189,10 +189,10 @@ def read_problem(folder: Path) -> GivenProblem:
 
 
 def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
-    """The problem that a file states, with the files beside it.
+    """Return the problem of a file and the files in its folder.
 
     Raises:
-        ForeignProblem: If it says what cannot be.
+        ForeignProblem: If it is not valid.
         IdentificationError: If robot, recording or payload cannot be read.
     """
     folder = path.parent
@@ -214,15 +214,15 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
 
 
 def is_problem(folder: Path) -> bool:
-    """Whether a folder is meant as a problem."""
+    """Return whether a folder is a problem folder."""
     return (folder / PROBLEM).is_file()
 
 
 def read_stated(path: Path, kind: type[Stated]) -> Stated:
-    """What a file states, a problem or more.
+    """Return the content of a file, validated.
 
     Raises:
-        ForeignProblem: If it cannot be read, or states what cannot be; the message says where.
+        ForeignProblem: If it cannot be read or is not valid; the message says where.
     """
     try:
         if path.stat().st_size > LARGEST:
@@ -248,7 +248,7 @@ def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: 
 
 
 def write_model(model: Path, flange: str | None, folder: Path) -> str:
-    """Write the kinematics of a robot as a file of its own. The file has one of the names `MODELS`.
+    """Write the kinematics of a robot to a file with one of the names `MODELS`.
 
     Returns:
         The file's name.

@@ -1,7 +1,7 @@
-"""What a folder of a run, an identification or a check says of itself: all that it takes to do it again, and digests.
+"""Record of a result folder: all data to repeat the result, and digests.
 
-`record.json` is a problem file (`scenarios.results.problem_folder`) and more. It is written last: a folder without one
-is none, or is half written.
+`record.json` is a problem file (`scenarios.results.problem_folder`) with further keys. It is written last: a folder
+without it is incomplete.
 """
 
 import hashlib
@@ -32,12 +32,11 @@ Kept = TypeVar("Kept", bound=ResultModel)
 
 
 class RecordFile(ProblemFile):
-    """A problem, what was made of it, and the digests of the folder's files.
+    """A problem, its result, and the digests of the folder's files.
 
-    `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
-    its picture from that of another (`scene_digest`). Of a check, `payload` is the one that was asked about, and
-    `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be mounted,
-    and `believed` the gains that were given.
+    `sources` are the original names of the recordings, `scenario` the name of the scenario of a run, and `scene` the
+    digest of its picture (`scene_digest`). For a check, `payload` is the planned payload and `about` has the nominal
+    gains [N m / drive unit]. For bare motions, `payload` is the planned payload and `believed` the file of given gains.
     """
 
     kind: Kind
@@ -57,7 +56,7 @@ class RecordFile(ProblemFile):
 
 
 def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
-    """SHA-256 of files of a folder.
+    """Return the SHA-256 of files of a folder.
 
     Raises:
         OSError: If one cannot be read.
@@ -66,12 +65,12 @@ def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
 
 
 def now() -> str:
-    """The time, as a record states it."""
+    """Return the current time for a record."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def write_record(record: RecordFile, folder: Path) -> None:
-    """Write what a folder says of itself, its other files being there.
+    """Write the record of a folder after its other files.
 
     Raises:
         OSError: If it cannot be written.
@@ -80,10 +79,10 @@ def write_record(record: RecordFile, folder: Path) -> None:
 
 
 def read_record(folder: Path) -> RecordFile:
-    """Read what a folder says of itself, and hold its files against it.
+    """Read the record of a folder, and check its files.
 
     Raises:
-        ScenarioError: If it says nothing, or nothing that can be meant; if a file is missing, or another than it was.
+        ScenarioError: If there is no valid record; if a file is missing or changed.
     """
     try:
         record = read_stated(folder / RECORD, RecordFile)
@@ -108,7 +107,7 @@ def read_result(folder: Path, kind: type[Kept]) -> Kept:
     """Read the result of a folder.
 
     Raises:
-        ScenarioError: If it is none of that kind, or one of another version.
+        ScenarioError: If it is of another kind or version.
     """
     path = folder / RESULT
     try:
@@ -121,10 +120,10 @@ def read_result(folder: Path, kind: type[Kept]) -> Kept:
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
-    """The recordings, payloads and arm of a folder; recordings may have whatever jumps and spikes they have.
+    """Return recordings, payloads and arm of a folder; recordings may have jumps and spikes.
 
     Raises:
-        ScenarioError: If the record says what cannot be; if robot, recording or payload cannot be read.
+        ScenarioError: If the record is not valid; if robot, recording or payload cannot be read.
     """
 
     def unchecked(path: Path) -> Recording:
@@ -137,13 +136,13 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
 
 
 def read_saved(folder: Path, kind: type[Kept]) -> tuple[RecordFile, Kept, GivenProblem]:
-    """What a folder says of itself, its result and its problem; raises as `read_record` and those two."""
+    """Return record, result and problem of a folder; raises as `read_record` and those two."""
     record = read_record(folder)
     return record, read_result(folder, kind), recorded_problem(folder, record)
 
 
 def motion_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:
-    """Recordings in their order, those of a payload followed by its description."""
+    """Return arguments: recordings in order, those with a payload followed by its file."""
     words: list[str] = []
     for payload, carrying in groupby(motions, key=lambda motion: motion.payload):
         words += ["--unloaded" if payload is None else "--loaded", *(str(folder / each.recording) for each in carrying)]
@@ -152,14 +151,14 @@ def motion_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:
 
 
 def coupling_words(couplings: Sequence[tuple[int, int]]) -> list[str]:
-    """Options that say which motors turn with two joints, from 1."""
+    """Return options for motors that turn with two joints, from 1."""
     return [word for first, second in couplings for word in ("--coupling", str(first), str(second))]
 
 
 def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own: Mapping[str, object]) -> list[str]:
-    """Options other than their defaults.
+    """Return options that differ from their defaults.
 
-    `observe` and `gains` are by name, what is left out has its default; of the method's `own`, what is None.
+    `observe` and `gains` are by name, omitted ones have defaults; values None of the method's `own` have defaults.
     """
     words: list[str] = []
     for stated, defaults in ((observe, asdict(ObserveOptions())), (gains, asdict(GainOptions()))):
@@ -173,7 +172,7 @@ def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own
 
 
 def identify_words(folder: Path, record: RecordFile) -> str:
-    """The command that identifies the same from a folder, wherever it is."""
+    """Return the command that repeats the identification from a folder."""
     words = ["rx90", "identify", "--model", str(folder / record.robot.model), *motion_words(folder, record.motions)]
     words += [] if record.method is None else ["--method", record.method]
     words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
@@ -182,7 +181,7 @@ def identify_words(folder: Path, record: RecordFile) -> str:
 
 
 def check_words(folder: Path, record: RecordFile) -> str:
-    """The command that checks the same recordings again; what gains are about is the robot's own, and not in a file."""
+    """Return the command that repeats the check; nominal gains are those of the robot, not in a file."""
     bare, loaded = (
         [str(folder / m.recording) for m in record.motions if (m.payload is None) == b] for b in (True, False)
     )

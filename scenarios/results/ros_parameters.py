@@ -6,7 +6,7 @@ from scenarios.experiments.files.gains import TURNING, GainsFile
 
 
 def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
-    """The text of a parameter file for any node; refused joints are named in a comment and have no entry."""
+    """Return a parameter file for any node; refused joints are named in a comment and have no entry."""
     lines = [
         "# Joint torque (force) per drive unit, joint side: effort = torque_constant * current reference.",
         "# N m / drive unit" + "".join(

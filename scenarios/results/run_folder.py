@@ -1,4 +1,4 @@
-"""A run as a folder, that of `--save`, and the command that identifies the same from it."""
+"""Folder of a run (`--save`), and the command that repeats the identification from it."""
 
 import hashlib
 import os
@@ -35,19 +35,19 @@ from scenarios.support.versions import versions
 
 
 def run_files(setup: Setup) -> tuple[str, ...]:
-    """Names of the files that are written: recordings, payloads, the arm, truth, result and its rows."""
+    """Return the names of written files: recordings, payloads, arm, true values, result and its rows."""
     recordings = [f"{experiment.name}.parquet" for experiment in setup.experiments]
     check = [] if setup.check is None else [f"{CHECK}.parquet", payload_file(CHECK)]
     return (*recordings, *map(payload_file, setup.payloads), *check, *MODELS, "truth.json", RESULT, ROWS, RECORD)
 
 
 def payload_file(mounting: str) -> str:
-    """Name of the file that describes what is mounted."""
+    """Return the name of a payload file."""
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
 def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
-    """Write recordings, believed payloads, the arm, truth, result and its rows, and the record of all that.
+    """Write recordings, assumed payloads, arm, true values, result and its rows, and the record.
 
     `identify_command` gives the same estimate on them, to the last digit.
 
@@ -101,7 +101,7 @@ def _record(run: Run, folder: Path, model: str) -> RecordFile:
 
 
 def origin(run: Run) -> Origin:
-    """What the gains of a run were found from."""
+    """Return the provenance of the gains of a run."""
     chosen = run.setup.scenario.table.identification
     return Origin(
         model=run.setup.experiments[0].plant.robot.model,
@@ -113,7 +113,7 @@ def origin(run: Run) -> Origin:
 
 
 def model_words(setup: Setup) -> list[str]:
-    """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
+    """Return the arguments for the arm: model file, flange and couplings."""
     robot = setup.experiments[0].plant.robot
     model = short_path(robot.model)
     words = [model] if robot.flange is None else [model, "--flange", robot.flange]
@@ -121,13 +121,13 @@ def model_words(setup: Setup) -> list[str]:
 
 
 def short_path(path: Path) -> str:
-    """A path without detours, where it is the same file without them."""
+    """Return a normalised path, if it is the same file."""
     short = Path(os.path.normpath(path))
     return str(short if short.exists() and short.samefile(path) else path)
 
 
 def identify_command(setup: Setup, folder: Path) -> str:
-    """The command that gives the same estimate on the files of `save_run`, to the last digit."""
+    """Return the command that gives the same estimate from the files of `save_run`, to the last digit."""
     chosen = setup.scenario.table.identification
     words = ["rx90", "identify", "--model", *model_words(setup), *motion_words(folder, _motions(setup))]
     options = option_words(asdict(chosen.observe), asdict(chosen.gains), chosen.options)
@@ -135,7 +135,7 @@ def identify_command(setup: Setup, folder: Path) -> str:
 
 
 def _motions(setup: Setup) -> tuple[MotionTable, ...]:
-    """Recordings in the order that identification is given them, by the names of their files."""
+    """Return recordings in the order of identification, by file name."""
     return tuple(
         MotionTable(
             recording=f"{setup.experiments[k].name}.parquet",
@@ -146,14 +146,14 @@ def _motions(setup: Setup) -> tuple[MotionTable, ...]:
 
 
 SEEN = ("robot", "experiment", "plant")
-"""Tables of a scenario that a picture of it shows, or that move what it shows."""
+"""Tables of a scenario that affect its picture."""
 
 
 def scene_digest(scenario: Scenario) -> str:
-    """SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
+    """Return the SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
 
     Raises:
-        ScenarioError: If it names what is not there.
+        ScenarioError: If a file is missing.
         RobotError: If the robot's files cannot be read.
     """
     stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion

@@ -1,4 +1,4 @@
-"""Joint torques as Parquet: `t`, and of each joint that has a gain `tau1`, `tau1_low`, `tau1_high`."""
+"""Joint torques as Parquet: `t`, and for each joint with a gain `tau1`, `tau1_low`, `tau1_high`."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from ident.estimation.joint_torque import JointTorque
 from scenarios.experiments.files.gains import TURNING, GainsFile
 
 DEVIATIONS = 2.0
-"""Standard deviations from a torque to either end of its interval."""
+"""Half-width of the interval of a torque, in standard deviations."""
 
 
 def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:

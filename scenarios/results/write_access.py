@@ -1,7 +1,7 @@
-"""Files that a command may write: found out before the work, and not over files that are not its own.
+"""Write access of commands: checked before the work; files of others are not overwritten.
 
-A command leaves `.rx90.json` beside what it wrote, with its name and the digest of each file. It writes over these
-again; over any other file, or one that has been changed since, only when told to; over one that it reads, never.
+A command writes `.rx90.json` with its name and the digest of each of its files. It may overwrite these files; other or
+changed files only with --force; files that it reads never.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ RECORD = ".rx90.json"
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The right of a command to write some files of a folder."""
+    """Permission of a command to write some files of a folder."""
 
     folder: Path
     names: tuple[str, ...]
@@ -29,15 +29,15 @@ class Claim:
 
     @property
     def said(self) -> str:
-        """What the user asked for: the file where it is one, else the folder."""
+        """The path that the user stated: a file or the folder."""
         return one_line(self.folder / self.names[0] if len(self.names) == 1 else self.folder)
 
     @contextmanager
     def writing(self) -> Generator[None]:
-        """Make the folder, let files be written, record them: also those of a command that is stopped half-way.
+        """Create the folder, and record the written files, also if the command is interrupted.
 
         Raises:
-            ScenarioError: If the folder cannot be made, or a file or the record not be written.
+            ScenarioError: If the folder cannot be created, or a file or the record cannot be written.
         """
         make_folder(self.folder)
         try:
@@ -54,7 +54,7 @@ class Claim:
             raise ScenarioError(f"{self.said}: {RECORD} beside it cannot be written: {_reason(error)}") from error
 
     def _record(self) -> None:
-        """Note the digests of the files that are there."""
+        """Record the digests of the existing files."""
         records = _records(self.folder)
         there = [name for name in self.names if (self.folder / name).is_file()]
         files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
@@ -63,10 +63,10 @@ class Claim:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder, and those above it.
+    """Create a folder and its parents.
 
     Raises:
-        ScenarioError: If it cannot be made.
+        ScenarioError: If it cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -75,10 +75,10 @@ def make_folder(folder: Path) -> None:
 
 
 def try_folder(folder: Path, said: str) -> None:
-    """Find out by writing a byte whether a folder, or the nearest one above it that is there, takes files.
+    """Test by writing a byte whether a folder, or its nearest existing parent, is writable.
 
     Raises:
-        ScenarioError: If it does not.
+        ScenarioError: If it is not.
     """
     there = folder.absolute()
     while not os.path.exists(there) and there != there.parent:
@@ -92,13 +92,13 @@ def try_folder(folder: Path, said: str) -> None:
 
 
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
-    """Find out whether a command may write files, and can.
+    """Check whether a command may and can write files.
 
-    Files that are not its own are written over with `force`, those that it `reads` never.
+    Files of others are overwritten with `force`, files that it `reads` never.
 
     Raises:
-        ScenarioError: If the folder cannot be written; if a file is one that the command reads; if one is there that
-            the command did not write, or that was changed since.
+        ScenarioError: If the folder is not writable; if a file is one that the command reads; if a file exists that the
+            command did not write, or that was changed since.
         OSError: If a file cannot be written.
     """
     held = Claim(folder, tuple(names), command)
@@ -122,7 +122,7 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
 
 
 def check_own_folder(folder: Path, command: str) -> None:
-    """Check that no other command has written into a folder, as that of a run.
+    """Check that no other command has written into a folder.
 
     Raises:
         ScenarioError: If one has.
@@ -144,7 +144,7 @@ def _reason(error: OSError) -> str:
 
 
 def _records(folder: Path) -> dict[str, dict[str, str]]:
-    """Digests of the files that each command wrote into a folder; what is no such record records nothing."""
+    """Return the digests of files that each command wrote into a folder; empty without a valid record."""
     try:
         records = json.loads((folder / RECORD).read_text(encoding="utf-8"))
         return {str(command): {str(k): str(v) for k, v in files.items()} for command, files in records.items()}

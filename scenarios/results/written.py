@@ -1,4 +1,4 @@
-"""What commands print of files: those that they wrote, and the built-in scenarios."""
+"""Results on files: written files, and built-in scenarios."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,26 +13,26 @@ from scenarios.support.result_model import ResultModel
 class Written(ResultModel):
     """What `rx90 recipe --json` and `rx90 view --render FILE --json` print."""
 
-    out: str = Field(description="the file that was written")
+    out: str = Field(description="The file that was written")
 
 
 class Converted(ResultModel):
     """What `rx90 convert --json` prints."""
 
     out: str = Field(description="The recording that was written")
-    layout: str | None = Field(description="of recognised or named logs, null where the columns are declared")
-    signal: str | None = Field(description="declared quantity of v")
-    v: str | None = Field(description="quantity of v in the recording")
-    samples: int = Field(description="Of the recording")
-    joints: int = Field(description="How many it has")
-    duration_s: float = Field(description="From the first sample to the last [s]")
-    rate_hz: float = Field(description="One over the mean time between samples [Hz]")
-    columns: dict[str, str | list[str]] = Field(description="of the log, used for t, q and v")
+    layout: str | None = Field(description="Layout of the log, recognised or named; null if the columns are declared")
+    signal: str | None = Field(description="Declared quantity of v")
+    v: str | None = Field(description="Quantity of v in the recording")
+    samples: int = Field(description="Number of samples of the recording")
+    joints: int = Field(description="Number of joints")
+    duration_s: float = Field(description="Time from the first to the last sample [s]")
+    rate_hz: float = Field(description="Mean sampling rate [Hz]")
+    columns: dict[str, str | list[str]] = Field(description="Columns of the log that are used for t, q and v")
     notes: list[str] = Field(description="Assumptions and remarks")
 
 
 def converted(log: Log, out: Path) -> Converted:
-    """A log that was written as a recording."""
+    """Return the result of a converted log."""
     said, recording = log.read.description, log.recording
     return Converted(
         out=str(out),
@@ -51,16 +51,16 @@ def converted(log: Log, out: Path) -> Converted:
 class ListedScenario(ResultModel):
     """A built-in scenario."""
 
-    name: str = Field(description="Name that commands take")
-    description: str = Field(description="What it shows, in a line")
+    name: str = Field(description="Name of the scenario")
+    description: str = Field(description="Description in one line")
 
 
 class ListedScenarios(ResultModel):
     """What `rx90 list --json` prints."""
 
-    scenarios: list[ListedScenario] = Field(description="Those that are built in")
+    scenarios: list[ListedScenario] = Field(description="Built-in scenarios")
 
 
 def listed(described: Mapping[str, str]) -> ListedScenarios:
-    """Scenarios by their names, with their descriptions."""
+    """Return scenarios by name, with descriptions."""
     return ListedScenarios(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])

@@ -1,4 +1,4 @@
-"""What every part needs and none is about: errors, progress on a terminal, versions, the import path.
+"""General support: errors, progress on a terminal, versions, import path.
 
-It may know nothing else of this package.
+It may not import other folders of this package.
 """

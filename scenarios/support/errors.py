@@ -1,12 +1,12 @@
-"""What a user of the command line can get wrong, besides what `ident` and `sim` refuse.
+"""Errors of users of the command line, besides those of `ident` and `sim`.
 
-A class stands here where somebody catches it, or where studies count it by its name; any other cause is a
-`ScenarioError`, and its message, one line for the user, says which.
+There is a class for each error that is caught or counted by studies; any other error is a `ScenarioError` with a
+one-line message.
 """
 
 
 class ScenarioError(ValueError):
-    """A scenario, or what it is used for, that cannot be."""
+    """An impossible scenario or use of one."""
 
 
 class UnknownName(ScenarioError):
@@ -14,7 +14,7 @@ class UnknownName(ScenarioError):
 
 
 class UnreadableFile(ScenarioError):
-    """A scenario or motion file that is missing, too large, or no TOML that can be meant."""
+    """A scenario or motion file that is missing, too large, or not valid TOML."""
 
 
 class WrongValue(ScenarioError):
@@ -22,52 +22,52 @@ class WrongValue(ScenarioError):
 
 
 class WrongDraw(ScenarioError):
-    """A random change that cannot be made."""
+    """A random value that cannot be drawn."""
 
 
 class StudyError(ScenarioError):
-    """A study that cannot be carried out."""
+    """A study that cannot be run."""
 
 
 class ForeignProblem(ScenarioError):
-    """A folder that is no problem, or says what cannot be."""
+    """A folder that is not a valid problem folder."""
 
 
 class MethodError(ScenarioError):
-    """A call of a method that gave no answer: counted, never raised to the user."""
+    """A call of a method without an answer; it is counted, never raised to the user."""
 
 
 class MethodTimedOut(MethodError):
-    """It took longer than it may."""
+    """The call exceeded its time limit."""
 
 
 class MethodOutOfMemory(MethodError):
-    """It wanted more memory than it may have."""
+    """The call exceeded its memory limit."""
 
 
 class MethodCrashed(MethodError):
-    """It ended with an error or by a signal."""
+    """The call ended with an error or by a signal."""
 
 
 class MethodNotStarted(MethodError):
-    """It could not be started."""
+    """The method could not be started."""
 
 
 class NoAnswer(MethodError):
-    """What it said is no JSON object, or longer than any answer."""
+    """The output is not a JSON object, or too long."""
 
 
 class NotFinite(MethodError):
-    """A number of its answer is not finite."""
+    """A number of the answer is not finite."""
 
 
 class WrongForm(MethodError):
-    """Its answer lacks a key, or a value is of another type."""
+    """A key of the answer is missing, or a value has the wrong type."""
 
 
 class WrongJoints(MethodError):
-    """Its answer has not one gain for each joint, in their order."""
+    """The answer does not have one gain for each joint, in order."""
 
 
 class ImpossibleGain(MethodError):
-    """A gain of zero, a negative deviation, a gain that is refused and stated, or neither."""
+    """A gain of zero, a negative standard deviation, or a contradictory entry."""

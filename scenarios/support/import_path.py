@@ -1,23 +1,23 @@
-"""What Python may import from: not from the folder that the user happens to work in."""
+"""Import path of Python, without the working folder."""
 
 import os
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-"""Where this project's packages lie."""
+"""Folder of this project's packages."""
 
 
 FOREIGN = "PYTHONPATH"
-"""Environment variable whose folders come before those that this project was installed with."""
+"""Environment variable whose folders precede the installed packages."""
 COMPILED = ("pinocchio", "eigenpy", "coal", "hppfcl", "mujoco", "numpy", "scipy", "pandas", "pyarrow", "pydantic_core")
-"""Packages with compiled parts, which work with the Python alone that they were built for."""
+"""Packages with compiled parts, which need the Python version they were built for."""
 
 
 def own_packages_first() -> None:
-    """Put folders of PYTHONPATH with compiled packages behind those that this project was installed with.
+    """Move folders of PYTHONPATH with compiled packages behind the installed packages.
 
-    Every shell with a ROS environment has one, with a Pinocchio of another version or Python. Where there is no other
-    package of that name, the folder stays where it is. Called before any of these is imported.
+    A ROS environment sets such a folder, with a Pinocchio of another version or Python. If there is no other package of
+    that name, the folder is not moved. Call this before these packages are imported.
     """
     given = {os.path.abspath(folder) for folder in os.environ.get(FOREIGN, "").split(os.pathsep) if folder}
     own = [folder for folder in sys.path if os.path.abspath(folder) not in given]
@@ -31,15 +31,15 @@ def own_packages_first() -> None:
 
 
 def _has(folder: str, name: str) -> bool:
-    """Whether a package lies in a folder; one without a file of its own gives way to any other."""
+    """Return whether a package is in a folder; namespace packages have the lowest priority."""
     return os.path.isfile(os.path.join(folder, name, "__init__.py"))
 
 
 def leave_working_folder() -> None:
-    """Take the working folder off the import path, unless this project lies there.
+    """Remove the working folder from the import path, unless it contains this project.
 
-    `python -m` puts it first, where a `sim.py` or `ident.py` of the user's would be taken for a package of this
-    project. Called before these are imported, hence nothing is imported here that is not loaded already.
+    `python -m` adds it as the first entry, where a user's `sim.py` or `ident.py` would replace a package of this
+    project. Called before these are imported, so this module imports only modules that are already loaded.
     """
     if sys.path and not sys.flags.safe_path and sys.path[0] in ("", os.getcwd()) and os.getcwd() != ROOT:
         del sys.path[0]

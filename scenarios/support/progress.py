@@ -1,4 +1,4 @@
-"""How far a study or a search is: a bar on a terminal, a line now and then elsewhere; both on stderr."""
+"""Progress of a study or search on stderr: a bar on a terminal, otherwise occasional lines."""
 
 import time
 from collections.abc import Callable, Generator
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 FIRST_LINE, LINE_EVERY = 2.0, 10.0
-"""Time until the first line without a terminal, and between two of them [s]."""
+"""Time before the first line without a terminal, and interval of further lines [s]."""
 
 NARROW = 60
-"""Characters of a terminal below which trials, time left and failures leave no room for a name, a bar and a rate."""
+"""Width of a terminal below which name, bar and rate are omitted."""
 
 
 @contextmanager
@@ -36,15 +36,15 @@ def reporter(label: str, total: int, done: int, console: "Console", workers: int
 
 @dataclass(slots=True)
 class _Count:
-    """Trials finished so far, how fast, and how long the others will take.
+    """Finished trials, their rate, and the remaining time.
 
-    Trials come back in batches, as many at a time as there are workers: of those under way counts what their workers
-    have spent on them, no more than such batches took so far. The time left then falls with the clock.
+    Trials finish in batches, one per worker. The time spent on running batches is included, up to the mean duration of
+    a batch, so that the remaining time decreases steadily.
 
     Attributes:
-        total: Trials of the study.
-        before: Those finished before.
-        begun: When each batch under way began, the earliest first.
+        total: Number of trials of the study.
+        before: Number of trials finished earlier.
+        begun: Start times of running batches, the earliest first.
     """
 
     total: int
@@ -62,7 +62,7 @@ class _Count:
 
     @property
     def pace(self) -> float:
-        """Time of one worker for one trial [s]."""
+        """Return the time of one worker for one trial [s]."""
         return self.spent / max(self.finished, 1)
 
     def add(self, trials: int, failed: int) -> None:
@@ -74,11 +74,11 @@ class _Count:
         self.batch = trials
 
     def rate(self) -> str:
-        """Trials a second, in words."""
+        """Return the trials per second, as text."""
         return f"{len(self.begun) / self.pace if self.pace else 0.0:.1f} per second"
 
     def left(self) -> str:
-        """The time left in words, empty before the first trial; after the last one what all of them took."""
+        """Return the remaining time as text, empty before the first trial; at the end the total time."""
         if not self.finished:
             return ""
         if self.done == self.total:
@@ -90,18 +90,18 @@ class _Count:
 
 
 class Reporter:
-    """What a study tells of its progress."""
+    """Interface for reporting the progress of a study."""
 
     def __init__(self, count: _Count) -> None:
         self._count = count
 
     def advance(self, trials: int, failed: int) -> None:
-        """Some trials have finished, of which some failed."""
+        """Report finished trials, of which some failed."""
         self._count.add(trials, failed)
         self.tick()
 
     def tick(self) -> None:
-        """Time has passed."""
+        """Update the display."""
 
 
 class _Bar(Reporter):
@@ -131,16 +131,16 @@ class _Lines(Reporter):
 
 
 def duration(seconds: float) -> str:
-    """Seconds in units that one can grasp."""
+    """Return seconds in suitable units."""
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
 
 
 EVERY = 1.0
-"""Time between two looks at the best, on a terminal [s]."""
+"""Interval of updates of the best value, on a terminal [s]."""
 Tell = Callable[[int, Callable[[], str]], None]
-"""Takes how much is done, and what gives the best so far in words."""
+"""Receives the completed amount, and a function that returns the best result so far as text."""
 
 
 @contextmanager
@@ -175,7 +175,7 @@ def _lines(label: str, total: int, console: "Console", before: int) -> Tell:
 
 
 def _now_and_then(first: float, period: float, say: Callable[[int, str], None]) -> Tell:
-    """Say it for the first time after a while, and again if the last time is a while ago."""
+    """Print after a delay, then at intervals."""
     due = time.monotonic() + first
 
     def tell(done: int, best: Callable[[], str]) -> None:

@@ -1,4 +1,4 @@
-"""What every result that a command prints begins with: a pydantic model whose JSON object may have further keys."""
+"""Base of all results that commands print: a pydantic model whose JSON object may have further keys."""
 
 import json
 from collections.abc import Mapping
@@ -9,12 +9,12 @@ from pydantic import BaseModel, ConfigDict
 class ResultModel(BaseModel):
     """A JSON object that may have more keys than these.
 
-    Its fields are the contract: JSON (`model_dump(mode="json")`), JSON Schema and reading back follow from them.
+    Its fields define JSON (`model_dump(mode="json")`), JSON Schema and reading.
     """
 
     model_config = ConfigDict(extra="allow", defer_build=True)  # a command uses few of those that it imports
 
 
 def to_json(document: Mapping[str, object]) -> str:
-    """Serialise; a number that is not finite would be no JSON and is an error."""
+    """Serialise; a number that is not finite is an error, as JSON has none."""
     return json.dumps(document, indent=2, allow_nan=False)

@@ -1,4 +1,4 @@
 """Seeds of trials: whole numbers from 0."""
 
 SEEDS = 2**31
-"""Seeds end before this."""
+"""Upper bound of seeds, exclusive."""

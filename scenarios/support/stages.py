@@ -1,7 +1,7 @@
-"""What a command is doing now, stage by stage, with the time left where that is known; on stderr.
+"""Current stage of a command, with the remaining time if known; on stderr.
 
-A bar on a terminal, gone when the work is done; elsewhere a line when it has lasted two seconds, and every ten seconds
-after. A thread of its own tells it, so that work which reports nothing shows life too.
+A bar on a terminal, removed at the end; otherwise a line after two seconds and every ten seconds. A separate thread
+updates it, also during work that reports nothing.
 """
 
 import threading
@@ -19,25 +19,25 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 BAR = 15
-"""Characters of a bar, so that it fits narrow terminals."""
+"""Width of a bar in characters, for narrow terminals."""
 
 
 class Stages:
-    """What work tells of its stages; this one tells nobody."""
+    """Interface for reporting stages; this class reports nothing."""
 
     def begin(self, name: str, total: float | None = None) -> None:
-        """A stage begins. The total is in a unit of one's own, None where nobody knows."""
+        """Begin a stage. The total is in any unit, None if unknown."""
 
     def advance(self, amount: float) -> None:
-        """So much more of the stage is done."""
+        """Advance the stage."""
 
 
 SILENT = Stages()
-"""Nobody is told."""
+"""Stages that are not reported."""
 
 
 def counted(items: Iterable[T], stages: Stages) -> Iterator[T]:
-    """The items; each counts as one done when the next is asked for."""
+    """Yield the items, and advance by one after each."""
     for item in items:
         yield item
         stages.advance(1)
@@ -71,7 +71,7 @@ class _Bar(Stages):
 
 @dataclass(slots=True)
 class Stage:
-    """How far a stage is, which began at a time of a clock of seconds; `total` is None where nobody knows it."""
+    """State of a stage, with its start time [s]; `total` is None if unknown."""
 
     name: str
     total: float | None
@@ -79,7 +79,7 @@ class Stage:
     done: float = 0.0
 
     def line(self, now: float) -> str:
-        """The stage in a line."""
+        """Return the stage as one line."""
         lasted = now - self.began
         if not self.total or not self.done:
             return f"{self.name}: for {duration(lasted)}"

@@ -8,14 +8,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 CODE = ("ident", "sim", "rx90_mjcf", "scenarios")
-"""Packages of this project, beside each other."""
+"""Packages of this project."""
 DERIVED = ("__pycache__",)
-"""Folders of a package that Python makes of its files."""
+"""Cache folders of a package."""
 
 PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pandas", "pyarrow")
-"""Packages whose versions a study records, and refuses to mix."""
+"""Packages whose versions a study records and does not mix."""
 OF_EXTRAS = ("pandas", "pyarrow")
-"""Those of them that may be absent."""
+"""Optional ones of these."""
 
 
 def _is_there(name: str) -> bool:
@@ -28,7 +28,7 @@ def _is_there(name: str) -> bool:
 
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
-    """Versions of Python, of the packages that results depend on, and a digest of this project's own files."""
+    """Return versions of Python and of packages that results depend on, and a digest of this project's files."""
     code = hashlib.sha256()
     for name, digest in files().items():
         code.update(f"{name} {digest}\n".encode())
@@ -38,14 +38,14 @@ def versions() -> dict[str, str]:
 
 @lru_cache(maxsize=1)
 def files() -> dict[str, str]:
-    """Digests of this project's own files: code, robots, drives, payloads, motions, scenarios."""
+    """Return digests of this project's files: code, robots, drives, payloads, motions, scenarios."""
     return digests(ROOT)
 
 
 def digests(root: Path) -> dict[str, str]:
-    """Digest of every file of this project's packages, 16 hexadecimal digits, by its path below `root`.
+    """Return the digest of every file of this project's packages, 16 hexadecimal digits, by its path below `root`.
 
-    Any file may decide a row, so none is left out but what Python derives from them and hidden ones.
+    Any file may affect a row, so only caches and hidden files are omitted.
     """
     found: dict[str, str] = {}
     for package in CODE:

@@ -1,7 +1,7 @@
-"""Model errors: what the robot has and the identification model has not, one file each.
+"""Model errors: effects of the robot that the identification model lacks, one file each.
 
-`docs/derivations.md` has the equation and the source of each. One more costs its file and, here, a base of
-`ModelErrors` and a line of `EFFECTS`.
+`docs/derivations.md` has the equation and the source of each. A new one needs a file and, here, a base class of
+`ModelErrors` and an entry of `EFFECTS`.
 """
 
 from collections.abc import Mapping
@@ -45,7 +45,7 @@ class ModelErrors(
     moved_frames.MovedFrames,
     base_tilt.BaseTilt,
 ):
-    """Values of every effect, keys of `[plant.errors]`; zero switches each off."""
+    """Values of all effects, keys of `[plant.errors]`; zero switches an effect off."""
 
 
 EFFECTS: Mapping[str, Effect[ModelErrors]] = {
@@ -65,4 +65,4 @@ EFFECTS: Mapping[str, Effect[ModelErrors]] = {
     "cogging": cogging.EFFECT,
     "presliding": presliding.EFFECT,  # after all that is dry friction
 }
-"""What they do, in the order in which it is done."""
+"""The effects, in the order in which they act."""

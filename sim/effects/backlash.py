@@ -1,7 +1,7 @@
-"""Backlash of elastic transmissions: within it they carry nothing but their damping.
+"""Backlash of elastic transmissions: within the gap only damping acts.
 
-With d = q_motor - q_link and b = backlash the spring of a transmission gives Ke (|d| - b / 2) sign(d) where |d| is more
-than b / 2, and nothing elsewhere. At the start of a motion every link hangs on the side that gravity pulls it to.
+With d = q_motor - q_link and b = backlash the spring of a transmission gives Ke (|d| - b / 2) sign(d) if |d| exceeds b
+/ 2, otherwise 0. At the start of a motion every link is on the side to which gravity pulls it.
 """
 
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ from sim.errors import EffectError
 from sim.robot import Robot
 
 NOTHING = 1e-9
-"""Torque [N m] that is rounding: it pulls no link to either side."""
+"""Torque [N m] below which rounding errors dominate: it moves no link to either side."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash(JointElasticity):
-    """Play of the transmissions.
+    """Backlash of the transmissions.
 
     Attributes:
-        backlash: Angle that every link can turn against its motor without resistance [rad].
+        backlash: Angle by which every link can turn relative to its motor without torque [rad].
     """
 
     backlash: Annotated[float, Interval(ge=0.0, le=0.1), Unit("rad")] = 0.0
@@ -46,7 +46,7 @@ def _open(values: Backlash, model: mujoco.MjModel, build: Build) -> None:
 
 
 def _hang(values: Backlash, model: mujoco.MjModel, state: Array) -> None:
-    """Let links fall to one side, then sag."""
+    """Move links to one side of the gap, then to equilibrium."""
     if not values.backlash:
         return
     n, data = model.nu, mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""A tilted base: gravity turned the other way."""
+"""A tilted base: the direction of gravity is rotated by the inverse tilt."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,11 +13,11 @@ from sim.effects.effect import Build, Effect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class BaseTilt(Values):
-    """A base that is turned about its x axis and then about its own y axis.
+    """Tilt of the base about its x axis, then about its rotated y axis.
 
     Attributes:
         base_tilt_x: Tilt of the base about its x axis [rad].
-        base_tilt_y: Tilt of the base about its y axis, after the other [rad].
+        base_tilt_y: Tilt of the base about its y axis, applied after that about x [rad].
     """
 
     base_tilt_x: Annotated[float, Interval(ge=-0.5, le=0.5), Unit("rad")] = 0.0

@@ -1,9 +1,9 @@
-"""Torque that waves with the position of the motor: cogging is added, ripple multiplies.
+"""Periodic torque over the position of the motor: cogging is additive, torque ripple multiplicative.
 
     tau = (1 + torque_ripple sin(k q + 1)) g (v - v0) - cogging |g| v_max sin(k q),      k = motor_waves
 
-q is the position of the driven joint, which is the motor's behind its gear. The phases of both differ by 1 rad, so that
-neither hides the other.
+q is the position of the driven joint, which is that of the motor on the joint side. The phases of both differ by 1 rad,
+so that they do not cancel.
 """
 
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ from annotated_types import Interval
 from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_drive, each_value
 
 PHASE = 1.0
-"""Of ripple against cogging [rad]."""
+"""Phase of ripple relative to cogging [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cogging(Values):
-    """Waves over the position of every motor.
+    """Periodic torque over the position of every motor.
 
     Attributes:
         cogging: Amplitude of cogging, as a share of the drive's largest torque.
         torque_ripple: Amplitude of ripple, as a share of the drive's torque.
-        motor_waves: Waves per turn of the joint: those per turn of the motor times the gear ratio; assumed.
+        motor_waves: Periods per turn of the joint: periods per turn of the motor times the gear ratio; assumed.
     """
 
     cogging: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0

@@ -1,8 +1,8 @@
-"""What a model error is: values with ranges, and what they do to a model or to a control step.
+"""Definition of a model error: values with ranges, and functions that change a model or a control step.
 
-A file of this package holds one. Its values are a dataclass whose fields are keys of a scenario's `[plant.errors]`, its
-`EFFECT` the functions that act; a function that is left out does nothing. An effect whose values are zero leaves no
-trace. `sim.effects` names them all.
+Each file of this package defines one. Its values are a dataclass whose fields are keys of a scenario's
+`[plant.errors]`; its `EFFECT` has the functions that act, and an omitted function does nothing. An effect with zero
+values changes nothing. `sim.effects` lists all effects.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,12 +36,12 @@ class Values:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Build:
-    """What a model is made of, beside its errors.
+    """The plant of a model, without its errors.
 
     Attributes:
         robot: The arm.
-        drives: Its drives as they are.
-        earlier: Motions that the robot has carried out before this one in the same experiment.
+        drives: Its true drives.
+        earlier: Number of earlier motions of the robot in the same experiment.
         step: Physics step [s].
     """
 
@@ -57,19 +57,19 @@ class ControlStep:
 
     Attributes:
         t: Time since the start of the motion [s].
-        period: Its length [s].
+        period: Control period [s].
         q: Positions of the driven joints [rad], shape (B, n).
         dq: Their speeds [rad/s], shape (B, n).
         v: Currents that are held over the period [drive units], shape (B, n).
-        constant: Dry friction without what varies [N m], shape (B, n + c).
-        speed: Speeds that it rubs at [rad/s], shape (B, n + c).
+        constant: Constant part of dry friction [N m], shape (B, n + c).
+        speed: Speeds at which friction acts [rad/s], shape (B, n + c).
         friction: Dry friction over the period [N m], shape (B, n + c); at first `constant`, changed in place.
         damping: Viscous friction over the period [N m s/rad], shape (B, n + c); at first constant, changed in place.
-        torque: Torque on the driven joints beside the drives [N m], shape (B, n); at first zero, changed in place.
-        turns: Speeds that friction rubs at, as sums of joint speeds, shape (B, n + c, n).
-        transmitted: Torque that the links took over from their drives [N m], shape (B, n); of the period before, and
-            zero in the first.
-        warmth: Temperature rise of the drives [K], shape (B, n); changed in place, and kept from period to period.
+        torque: Additional torque on the driven joints [N m], shape (B, n); at first zero, changed in place.
+        turns: Matrix from joint speeds to the speeds at which friction acts, shape (B, n + c, n).
+        transmitted: Torque transmitted from drives to links [N m], shape (B, n); of the preceding period, zero in the
+            first.
+        warmth: Temperature rise of the drives [K], shape (B, n); changed in place and kept between periods.
     """
 
     t: float
@@ -88,15 +88,15 @@ class ControlStep:
 
 
 Term = Callable[[ControlStep], None]
-"""Does what an effect does in a control period."""
+"""Function of an effect in a control period."""
 
 
 def _nothing(*_: object) -> None:
-    """Of an effect that does nothing here."""
+    """Function of an effect that does nothing at this point."""
 
 
 def _never(*_: object) -> bool:
-    """Of an effect that never does."""
+    """Function of an effect that never varies."""
     return False
 
 
@@ -106,20 +106,20 @@ def _no_term(*_: object) -> Term:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Effect(Generic[V]):
-    """What one model error does; V are its values.
+    """Functions of one model error; V is the type of its values.
 
     Attributes:
-        fits: Refuses values that a robot or its drives have no place for, with an `EffectError`.
+        fits: Raises an `EffectError` for values that do not apply to a robot or its drives.
         resizes: Whether the values change the sizes of a model, so that it runs in a batch of its own.
-        before_compile: Changes the arm as drawn, its payload and drives in place.
-        after_compile: Changes the compiled model, its drives and friction injected.
-        settle: Given positions of all joints with the driven ones at their start, moves the others to rest.
+        before_compile: Changes the model specification of arm, payload and drives in place.
+        after_compile: Changes the compiled model, which has its drives and friction.
+        settle: Moves the joints that are not driven to equilibrium, with the driven ones at their start.
         varies: Whether the values act in every control period.
-        term: What B simulations with these values, on these builds, get in a control period.
-        instant: Whether the term follows from what a `ControlStep` holds of its moment alone, so that the moments of a
-            motion can be asked for at once, as so many simulations; one that remembers is asked in order.
-        along: The term of one simulation whose moments are handed over all at once, in order, for an effect that
-            remembers; None where nobody has written it.
+        term: Returns the function that acts in a control period on B simulations with these values and builds.
+        instant: Whether the term depends only on the current `ControlStep`, so that all steps of a motion can be
+            evaluated together, as separate simulations. A term with memory is evaluated in order.
+        along: For a term with memory: the term of one simulation that receives all its steps together, in order; None
+            if not implemented.
     """
 
     fits: Callable[[V, Robot, DriveTruth], None] = _nothing
@@ -134,16 +134,16 @@ class Effect(Generic[V]):
 
 
 def each_value(values: Sequence[object], *names: str) -> list[Array]:
-    """Values of B simulations by their names, each of shape (B, 1)."""
+    """Return values of B simulations by name, each of shape (B, 1)."""
     return [np.array([[getattr(each, name)] for each in values]) for name in names]
 
 
 def each_drive(builds: Sequence[Build], *names: str) -> list[Array]:
-    """Numbers of the drives of B simulations by their names, each of shape (B, n)."""
+    """Return parameters of the drives of B simulations by name, each of shape (B, n)."""
     return [np.stack([np.asarray(getattr(each.drives, name), dtype=np.float64) for each in builds]) for name in names]
 
 
 def tendons_ending(model: mujoco.MjModel, ending: str) -> slice:
-    """Where tendons whose names end so, added one after another, stand in a compiled model; empty if there are none."""
+    """Return the slice of tendons of a compiled model whose names have this ending; empty if there are none."""
     found = [k for k in range(model.ntendon) if model.tendon(k).name.endswith(ending)]
     return slice(found[0], found[-1] + 1) if found else slice(0)

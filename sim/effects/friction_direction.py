@@ -1,6 +1,6 @@
-"""Friction that differs between both directions: `Fc (1 + coulomb_by_direction sign(dq) / 2)`, `Fv` in the same way.
+"""Friction that depends on the direction of motion: `Fc (1 + coulomb_by_direction sign(dq) / 2)`, `Fv` in the same way.
 
-It holds for a coupled motor too, by the direction that the motor turns in.
+For a coupled motor, the direction is that of the motor.
 """
 
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_va
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionByDirection(Values):
-    """Difference of friction between both directions.
+    """Difference of friction between the two directions.
 
     Attributes:
-        coulomb_by_direction: Dry friction at positive less that at negative speed, as a share of their mean.
-        viscous_by_direction: Viscous friction at positive less that at negative speed, as a share of their mean.
+        coulomb_by_direction: Dry friction at positive minus that at negative speed, as a share of their mean.
+        viscous_by_direction: Viscous friction at positive minus that at negative speed, as a share of their mean.
     """
 
     coulomb_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0

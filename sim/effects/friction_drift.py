@@ -12,7 +12,7 @@ from sim.effects.wrist_coupling import coupling_tendons
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionDrift(Values):
-    """Friction of each motion against the one before, of the loaded against the bare one in a pair; -1 leaves none.
+    """Relative change of friction from each motion to the next; -1 removes friction.
 
     Attributes:
         coulomb_drift: Relative change of dry friction from each motion to the next.
@@ -24,7 +24,7 @@ class FrictionDrift(Values):
 
 
 def _drift(values: FrictionDrift, model: mujoco.MjModel, build: Build) -> None:
-    """Joints and coupled motors; a transmission's damping is not friction."""
+    """Change friction of joints and coupled motors; damping of a transmission is not friction."""
     dry, viscous = ((1.0 + drift) ** build.earlier for drift in (values.coulomb_drift, values.viscous_drift))
     model.dof_frictionloss *= dry
     model.tendon_frictionloss *= dry

@@ -15,10 +15,10 @@ from sim.robot import Robot
 
 @dataclass(frozen=True, kw_only=True)
 class GravitySpringErrors(Values):
-    """The spring that the robot's file places.
+    """Stiffness of the gravity spring that the robot file defines.
 
     Attributes:
-        gravity_spring: Stiffness of a spring that helps the robot's joint against gravity [N/m].
+        gravity_spring: Stiffness of a spring that supports the robot's joint against gravity [N/m].
     """
 
     gravity_spring: Annotated[float, Interval(ge=0.0, le=1e6), Unit("N/m")] = 0.0
@@ -32,9 +32,9 @@ def _has_spring(values: GravitySpringErrors, robot: Robot, drives: DriveTruth) -
 
 
 def _hook_spring(values: GravitySpringErrors, spec: mujoco.MjSpec, build: Build) -> None:
-    """Hook it above the joint's axis and to the far end of the joint's link.
+    """Attach the spring above the joint's axis and to the far end of the joint's link.
 
-    Its torque depends on the angle between both ends alone, so it does not matter which of them is the near one.
+    The torque depends only on the angle between both ends, so the ends may be exchanged.
     """
     spring = build.robot.gravity_spring
     if not values.gravity_spring or spring is None:

@@ -1,4 +1,4 @@
-"""Elastic joints: every drive on a motor of its own, behind the arm in the state, and a transmission between both.
+"""Elastic joints: drives act on motor joints, which transmissions connect to the joints of the arm.
 
 A transmission is a fixed tendon q_motor - q_link with stiffness and damping.
 """
@@ -25,11 +25,11 @@ Stiffness Ke acts explicitly, damping De implicitly, so a link of any inertia is
 `De = 2 zeta sqrt(Ke Ia)` this is `sqrt(Ke / Ia) step <= 4 zeta`.
 """
 SOFTEST = 0.1
-"""Largest compliance [rad/(N m)]: a transmission that turns by more than a radian under 10 N m is none."""
+"""Largest compliance [rad/(N m)]: one radian under 10 N m."""
 MASSLESS = 1e-12
-"""Mass [kg] and inertia [kg m^2] of a motor's body, which MuJoCo wants above zero; its inertia is its armature."""
+"""Mass [kg] and inertia [kg m^2] of a motor's body, positive as MuJoCo requires; the armature is the rotor."""
 SAG_ITERATIONS = 20
-"""Each brings a sagging link nearer to rest by the ratio of gravity's stiffness to the transmission's, about 0.03."""
+"""Number of iterations; each multiplies the error by gravity's over the transmission's stiffness, about 0.03."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,14 +37,13 @@ class JointElasticity(Values):
     """Elastic transmissions.
 
     Attributes:
-        joint_compliance: Elasticity of each joint's transmission [rad/(N m)]; None or all zero for rigid
-            ones.
+        joint_compliance: Compliance of each joint's transmission [rad/(N m)]; None or all zero for rigid joints.
     """
 
     joint_compliance: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Check the compliances; all zero are none."""
+        """Check the compliances; replace all zero by None."""
         super().__post_init__()
         if self.joint_compliance is None:
             return
@@ -75,13 +74,13 @@ def _add_motors(values: JointElasticity, spec: mujoco.MjSpec, build: Build) -> N
     stiffness, inertia = 1.0 / np.array(values.joint_compliance), np.asarray(build.drives.rotor_inertia)
     _refuse_stiff(stiffness, inertia, build.step)
     damping = 2.0 * TRANSMISSION_DAMPING * np.sqrt(stiffness * inertia)
-    # Motors beside the arm are islands of their own; solved with it, their last digits differ.
+    # Motors beside the arm are separate islands; solving them together with the arm changes the last digits.
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
     links = [joint.name for joint in spec.joints]
     pairs = [(coupling.motor, coupling.turns_with) for coupling in build.robot.couplings]
     motors: list[mujoco.MjsBody] = []
     for j, link in enumerate(links):
-        # MuJoCo's inertia matrix holds entries within one branch alone, and a coupling has one between its two motors.
+        # MuJoCo's inertia matrix has entries only within one branch, but a coupling needs one between its two motors.
         parent = motors[-1] if any(min(pair) < j <= max(pair) for pair in pairs) else spec.worldbody
         motor = parent.add_body(name=f"{link}_motor", explicitinertial=True, mass=MASSLESS, inertia=[MASSLESS] * 3)
         motor.add_joint(name=motor.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
@@ -108,7 +107,7 @@ def _refuse_stiff(stiffness: Array, inertia: Array, step: float) -> None:
 
 
 def transmissions(model: mujoco.MjModel) -> slice:
-    """Where the tendons of elastic joints stand among those of a compiled model; empty without any."""
+    """Return the slice of the tendons of elastic joints in a compiled model; empty without any."""
     return tendons_ending(model, TRANSMISSION)
 
 
@@ -121,7 +120,7 @@ def _settle(values: JointElasticity, model: mujoco.MjModel, state: Array) -> Non
 
 
 def sag(model: mujoco.MjModel, state: Array) -> None:
-    """Turn the links until transmission and gravity balance."""
+    """Move the links to the equilibrium of transmission and gravity."""
     n, compliance, data = model.nu, 1.0 / model.tendon_stiffness[transmissions(model)], mujoco.MjData(model)
     for _ in range(SAG_ITERATIONS):
         data.qpos[:] = state

@@ -1,10 +1,10 @@
-"""Dry friction that grows with load, in its usual forms.
+"""Load-dependent dry friction, in its usual forms.
 
     load_friction |g (v - v0)| + transmitted_friction |tau_link| + gear_friction |tau_link + f|
 
-g (v - v0) is what the motor gives, tau_link what the links take over, less by the rotor's inertia and all friction, f
-the other friction of the drive, which gears carry as well. The first law is explicit; the others, in which friction is
-on both sides, take tau_link of the control period before.
+g (v - v0) is the motor torque; tau_link is the torque transmitted to the links, smaller by the rotor's inertial torque
+and all friction; f is the other friction of the drive, which the gear also transmits. The first law is explicit. The
+others have friction on both sides and use tau_link of the preceding control period.
 """
 
 from collections.abc import Sequence
@@ -19,12 +19,12 @@ from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_dr
 
 @dataclass(frozen=True, kw_only=True)
 class LoadFriction(Values):
-    """Load-dependent dry friction, on the drive's own joint.
+    """Load-dependent dry friction of the drive's own joint.
 
     Attributes:
         load_friction: Dry friction per unit of drive torque |g (v - v0)|.
-        transmitted_friction: Dry friction per unit of torque that the links take over.
-        gear_friction: Dry friction per unit of torque that the gears carry: that of the links and of other friction.
+        transmitted_friction: Dry friction per unit of torque that is transmitted to the links.
+        gear_friction: Dry friction per unit of torque in the gear: that of the links plus that of other friction.
     """
 
     load_friction: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.0

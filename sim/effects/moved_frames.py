@@ -1,4 +1,4 @@
-"""Kinematics that differ from the drawing: frames that lie farther out."""
+"""Kinematics that differ from the model file: shifted frames."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -15,11 +15,11 @@ from sim.robot import Robot
 
 @dataclass(frozen=True, kw_only=True)
 class MovedFrames(Values):
-    """Frames, by the name of the distance that leads to them in the robot's file.
+    """Errors of distances between frames; the robot file names the frames.
 
     Attributes:
-        d3_error: Distance by which frame 3 lies farther from frame 2 than drawn [m].
-        r4_error: Distance by which frame 4 lies farther from frame 3 than drawn [m].
+        d3_error: Error of the distance from frame 2 to frame 3 [m].
+        r4_error: Error of the distance from frame 3 to frame 4 [m].
     """
 
     d3_error: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("m")] = 0.0
@@ -27,7 +27,7 @@ class MovedFrames(Values):
 
     @property
     def moved(self) -> dict[str, float]:
-        """Distances that differ [m], by the name that a robot gives them."""
+        """Return the nonzero errors of distances [m], by their names in the robot file."""
         return {name: error for name, error in (("d3", self.d3_error), ("r4", self.r4_error)) if error}
 
 

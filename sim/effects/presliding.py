@@ -1,10 +1,10 @@
-"""Dry friction that builds up over a distance instead of at once (Dahl 1968; LuGre without its damping).
+"""Presliding: dry friction develops over a distance (Dahl 1968; LuGre without its damping).
 
     ds/dt = (1 - s sign(dq)) dq / presliding,      tau = -F s
 
-F is all dry friction of the joint or the coupled motor, s between -1 and 1 its deflection, 0 at the start of a motion.
-At a held speed the law has a solution, exact over a control period and stable for any distance; its torque is held, so
-that the stiffness F / presliding must not be more than rotor and period bear.
+F is the total dry friction of the joint or the coupled motor, and s, between -1 and 1, its relative deflection, 0 at
+the start of a motion. At constant speed the law has an exact solution over a control period, which is stable for any
+distance. The torque is held over the period, which limits the stiffness F / presliding for a given rotor and period.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ class Presliding(Values):
     """Elastic deflection before sliding.
 
     Attributes:
-        presliding: Distance over which dry friction builds up to 63 % [rad]; 0 if it is there at once.
+        presliding: Distance after which dry friction has reached 63 % [rad]; 0 for immediate friction.
     """
 
     presliding: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0

@@ -1,6 +1,6 @@
-"""Dry friction that is stronger near standstill: `Fc (1 + stribeck exp(-(dq / stribeck_speed)^2))`.
+"""Dry friction that increases near standstill: `Fc (1 + stribeck exp(-(dq / stribeck_speed)^2))`.
 
-It holds for a coupled motor too, at the speed that the motor turns with.
+For a coupled motor, the speed is that of the motor.
 """
 
 from collections.abc import Sequence
@@ -15,11 +15,11 @@ from sim.effects.effect import Build, ControlStep, Effect, Term, Values, each_va
 
 @dataclass(frozen=True, kw_only=True)
 class Stribeck(Values):
-    """Extra dry friction near standstill.
+    """Additional dry friction near standstill.
 
     Attributes:
-        stribeck: Extra dry friction near standstill, as a share of Coulomb friction.
-        stribeck_speed: Speed at which that extra has fallen to 37 % [rad/s]; assumed.
+        stribeck: Additional dry friction near standstill, as a share of Coulomb friction.
+        stribeck_speed: Speed at which the additional friction is 37 % of its largest value [rad/s]; assumed.
     """
 
     stribeck: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0

@@ -1,11 +1,12 @@
-"""Drives that warm up: one temperature a drive, and what depends on it.
+"""Drives that warm up: one temperature per drive, and its effects.
 
     T dx/dt = W (v / v_max)^2 - x                      W motor_warming, T warming_time, x the rise above the cold drive
     tau = g (1 + gain_by_temperature x) (v - v0)
     Fc exp(coulomb_by_temperature x),  Fv exp(viscous_by_temperature x)
 
-W v^2 / v_max^2 is where I^2 R heat and cooling balance. A current that is held has an exact solution over each period.
-The rise goes on from motion to motion of an experiment (`sim.sequence`), over the rests between them with v = 0.
+W v^2 / v_max^2 is the equilibrium of I^2 R heating and cooling. The solution is exact over a period with constant
+current. The temperature rise continues between the motions of an experiment (`sim.sequence`), with v = 0 during the
+rests.
 """
 
 from collections.abc import Sequence
@@ -26,14 +27,14 @@ from sim.robot import Robot
 
 @dataclass(frozen=True, kw_only=True)
 class Temperature(Values):
-    """How drives warm up, and what that changes.
+    """Warming of the drives and its effects.
 
     Attributes:
-        motor_warming: Temperature rise that a drive settles at under its largest current [K].
+        motor_warming: Steady-state temperature rise of a drive at its largest current [K].
         warming_time: Time constant of warming and cooling [s]; assumed.
-        gain_by_temperature: Relative change of the gain, by the temperature rise [1/K]; magnets weaken, so negative.
-        coulomb_by_temperature: Relative change of dry friction, by the temperature rise [1/K].
-        viscous_by_temperature: Relative change of viscous friction, by the temperature rise [1/K].
+        gain_by_temperature: Relative change of the gain per temperature rise [1/K]; negative, as magnets weaken.
+        coulomb_by_temperature: Relative change of dry friction per temperature rise [1/K].
+        viscous_by_temperature: Relative change of viscous friction per temperature rise [1/K].
     """
 
     motor_warming: Annotated[float, Interval(ge=0.0, le=1e4), Unit("K")] = 0.0
@@ -53,13 +54,13 @@ def _fits(values: Temperature, robot: Robot, drives: DriveTruth) -> None:
 
 
 def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:
-    """Temperature rise after some time under a steady load.
+    """Return the temperature rise after some time at constant load.
 
     Args:
-        values: How drives warm up.
-        warmth: Temperature rise before [K], shape (n,).
-        load: Mean square of the current over its limit, shape (n,); 0 for a rest.
-        seconds: The time [s].
+        values: Warming of the drives.
+        warmth: Initial temperature rise [K], shape (n,).
+        load: Mean square of the current relative to its limit, shape (n,); 0 for a rest.
+        seconds: Duration [s].
     """
     settled = values.motor_warming * load
     return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
@@ -69,13 +70,13 @@ def warming(values: Temperature, warmth: Array, load: Array, period: float) -> A
     """Temperature rise along a motion.
 
     Args:
-        values: How drives warm up.
+        values: Warming of the drives.
         warmth: Temperature rise at its start [K], shape (n,).
-        load: Square of the current over its limit in each period, shape (N, n).
+        load: Square of the current relative to its limit in each period, shape (N, n).
         period: Control period [s].
 
     Returns:
-        At the start of each period and at the end of the last [K], shape (N + 1, n).
+        Temperature rise at the start of each period and at the end of the last [K], shape (N + 1, n).
     """
     kept = np.exp(-period / values.warming_time)
     settled = values.motor_warming * load
@@ -104,7 +105,7 @@ def _term(values: Sequence[Temperature], builds: Sequence[Build]) -> Term:
 
 
 def varies(values: Temperature) -> bool:
-    """Whether drives warm up and it matters."""
+    """Return whether drives warm up and a parameter depends on it."""
     return values.motor_warming > 0.0 and bool(
         values.gain_by_temperature or values.coulomb_by_temperature or values.viscous_by_temperature
     )

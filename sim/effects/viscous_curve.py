@@ -1,11 +1,11 @@
-"""Viscous friction that does not grow in proportion to speed.
+"""Viscous friction that is not proportional to speed.
 
-A share s of it follows another power p of the speed, and is what it was at the speed w:
+A share s of it is proportional to the power p of the speed, and is unchanged at the speed w:
 
     Fv ((1 - s) dq + s w |dq / w|^p sign(dq))
 
-A power below 1 flattens (lubricant that shears thinner), one above 1 steepens (lubricant that is churned). It holds for
-a coupled motor too, at the speed that the motor turns with.
+A power below 1 flattens the curve (shear-thinning lubricant), a power above 1 steepens it (churning losses). For a
+coupled motor, the speed is that of the motor.
 """
 
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ class ViscousCurve(Values):
     """The share of viscous friction that is not proportional to speed.
 
     Attributes:
-        viscous_curve: That share.
-        viscous_power: The power of speed that it follows; a cube root unless stated.
-        viscous_speed: The speed at which it is what it would be in proportion [rad/s].
+        viscous_curve: Share of viscous friction that follows the power of speed.
+        viscous_power: The power of speed; the default is the cube root.
+        viscous_speed: The speed at which this friction equals the proportional one [rad/s].
     """
 
     viscous_curve: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
@@ -37,7 +37,7 @@ def _term(values: Sequence[ViscousCurve], builds: Sequence[Build]) -> Term:
     share, power, speed = each_value(values, "viscous_curve", "viscous_power", "viscous_speed")
 
     def add(step: ControlStep) -> None:
-        # As dry friction, whose direction is the constraint's to find: a root is steep where speed changes its sign.
+        # Added as dry friction, whose direction the constraint solver finds: a root is steep at zero speed.
         step.friction[:] += share * step.damping * speed * np.abs(step.speed / speed) ** power
         step.damping[:] *= 1.0 - share
 

@@ -14,15 +14,16 @@ from sim.errors import EffectError
 from sim.robot import Robot
 
 COUPLING = "_coupling"
-"""Ending of the name of the tendon that a motor pulls when it turns with the sum of two joints."""
+"""Ending of the name of the tendon of a motor that turns with the sum of two joints."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WristCoupling(Values):
-    """The couplings that the robot's file names.
+    """The couplings that the robot file defines.
 
     Attributes:
-        wrist_coupling: Share, 0 to 1, of every coupled motor that turns with the sum instead of its own joint.
+        wrist_coupling: Share, 0 to 1, of every coupled motor that turns with the sum of two joints instead of its own
+            joint.
     """
 
     wrist_coupling: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
@@ -30,7 +31,7 @@ class WristCoupling(Values):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnParts:
-    """What every drive has on its own, without what turns with the sum of two joints; arrays are (n,).
+    """The part of every drive that turns with its own joint; arrays have shape (n,).
 
     Attributes:
         rotor_inertia: [kg m^2].
@@ -44,7 +45,7 @@ class OwnParts:
 
 
 def own_parts(share: float, robot: Robot, drives: DriveTruth) -> OwnParts:
-    """The parts that drives keep when a share of every coupled motor turns with the sum."""
+    """Return the parts of the drives that do not turn with a sum of joints."""
     inertia, viscous, coulomb = (
         np.array(x, dtype=np.float64) for x in (drives.rotor_inertia, drives.viscous_friction, drives.coulomb_friction)
     )
@@ -57,12 +58,12 @@ def own_parts(share: float, robot: Robot, drives: DriveTruth) -> OwnParts:
 
 
 def coupling_tendons(model: mujoco.MjModel) -> slice:
-    """Where the tendons of coupled motors stand among those of a compiled model; empty without one."""
+    """Return the slice of the tendons of coupled motors in a compiled model; empty without any."""
     return tendons_ending(model, COUPLING)
 
 
 def coupled_motors(robot: Robot) -> tuple[int, ...]:
-    """Whose drive each of those tendons belongs to, in their order."""
+    """Return the joint whose drive each of those tendons belongs to, in order."""
     return tuple(coupling.motor for coupling in robot.couplings)
 
 

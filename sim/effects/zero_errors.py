@@ -1,4 +1,4 @@
-"""Zeros of joints that are off: encoders read another angle than the drawing has there."""
+"""Errors of the joints' zeros: encoder readings are offset from the joint angles."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from sim.errors import EffectError
 from sim.robot import Robot
 
 LARGEST = 0.5
-"""Largest error of a zero [rad or m]: beyond it the arm is another one."""
+"""Largest error of a zero [rad or m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +19,7 @@ class ZeroErrors(Values):
     """Errors of the joints' zeros.
 
     Attributes:
-        zero_error: What each joint's encoder reads where the drawing has zero [rad, of slides m]; None for no error.
+        zero_error: Encoder reading of each joint at its true zero [rad, m for prismatic joints]; None for no error.
     """
 
     zero_error: tuple[float, ...] | None = None
@@ -28,7 +28,7 @@ class ZeroErrors(Values):
         """Check the errors.
 
         Raises:
-            EffectError: If one makes no sense.
+            EffectError: If an error is out of range.
         """
         super().__post_init__()
         if self.zero_error is not None and not all(abs(each) <= LARGEST for each in self.zero_error):

@@ -1,7 +1,7 @@
-"""Sensors: what stands between the plant and its log, one file each.
+"""Sensors: effects between the plant and its log, one file each.
 
-One more costs its file and, here, a base of `SensorOptions` and a line of `SENSOR_EFFECTS`; at the end, so that the
-others keep their random numbers.
+A new one needs a file and, here, a base class of `SensorOptions` and an entry of `SENSOR_EFFECTS`, at the end, so that
+the others keep their random numbers.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ class SensorOptions(
     current.CurrentNoise,
     encoder.Encoder,
 ):
-    """Values of every sensor, keys of `[experiment.sensors]`; zero switches each off."""
+    """Values of all sensors, keys of `[experiment.sensors]`; zero switches a sensor effect off."""
 
 
 SENSOR_EFFECTS: Mapping[str, SensorEffect[SensorOptions]] = {
@@ -38,21 +38,21 @@ SENSOR_EFFECTS: Mapping[str, SensorEffect[SensorOptions]] = {
     "drive_clocks": drive_clocks.EFFECT,
     "samples": samples.EFFECT,
 }
-"""What they do, in the order in which it is done."""
+"""The effects, in the order in which they act."""
 
 STREAMS = tuple(name for effect in SENSOR_EFFECTS.values() for name in effect.streams)
 """Names of all noise streams."""
 
 
 def noise_streams(rng: np.random.Generator) -> NoiseStreams:
-    """The streams that follow from one generator: a child of it for every sensor that draws any."""
+    """Return the streams of one generator: a child generator for every sensor that draws random numbers."""
     drawing = [effect for effect in SENSOR_EFFECTS.values() if effect.streams]
     children = zip(drawing, rng.spawn(len(drawing)), strict=True)
     return NoiseStreams({name: child for effect, child in children for name in effect.streams})
 
 
 def check_rate(options: SensorOptions, rate_hz: float) -> None:
-    """Check that sensors fit the rate they log at.
+    """Check that the values of sensors fit their sampling rate.
 
     Raises:
         SensorError: If one does not.
@@ -60,11 +60,11 @@ def check_rate(options: SensorOptions, rate_hz: float) -> None:
     for effect in SENSOR_EFFECTS.values():
         effect.fits(options, rate_hz)
         if effect is log_rate.EFFECT:
-            rate_hz = options.log_rate_hz or rate_hz  # what comes behind it sees the samples of the log
+            rate_hz = options.log_rate_hz or rate_hz  # later sensors act on the samples of the log
 
 
 def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: NoiseStreams) -> Log:
-    """What is logged of a motion.
+    """Return the log of a motion.
 
     Args:
         q: Readings of the encoders [rad], shape (N, n).
@@ -80,7 +80,7 @@ def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: 
 
 
 def logged_without_noise(q: Array, v: Array, rate_hz: float, options: SensorOptions) -> Log:
-    """What is logged of a motion by sensors that draw no random numbers; arguments as `logged`."""
+    """Return the log of a motion without random effects; arguments as `logged`."""
     log, silent = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz), NoiseStreams({})
     for effect in SENSOR_EFFECTS.values():
         if not effect.streams:
@@ -89,12 +89,12 @@ def logged_without_noise(q: Array, v: Array, rate_hz: float, options: SensorOpti
 
 
 def noises(log: Log, options: SensorOptions) -> list[Noise]:
-    """What sensors that draw random numbers add to a log, to first order."""
+    """Return the noise that sensors add to a log, to first order."""
     return [noise for effect in SENSOR_EFFECTS.values() for noise in effect.noise(options, log)]
 
 
 def without_spectrum(log: Log, options: SensorOptions) -> tuple[str, ...]:
-    """Names of the streams that change a log, and of which `noises` says nothing."""
+    """Return names of the streams that change a log but have no first-order model in `noises`."""
     drawn = noise_streams(np.random.default_rng(0))  # any numbers: what is asked is whether there are some
     return tuple(
         name

@@ -1,4 +1,4 @@
-"""The clock that stamps the samples: they are taken on time, and stamped with an error."""
+"""Clock jitter: samples are taken on time, but their time stamps have an error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -39,7 +39,7 @@ def _jittered(values: Clock, log: Log, streams: NoiseStreams) -> Log:
 
 
 def _noise(values: Clock, log: Log) -> Sequence[Noise]:
-    """What is stamped too late is taken for what was a little later: less by speed times error, of all joints alike."""
+    """Return the equivalent position error: minus speed times the error of the stamp, equal for all joints."""
     if not values.clock_jitter:
         return []
     q, v = (-values.clock_jitter * np.gradient(x, 1.0 / log.rate_hz, axis=0) for x in (log.q, log.v))

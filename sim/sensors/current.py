@@ -16,12 +16,12 @@ from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentNoise(Values):
-    """White and coloured noise; coloured real residuals are what a model leaves unexplained.
+    """White and coloured noise; coloured noise represents residuals of real robots.
 
     Attributes:
         current_white: White noise of the logged current, as a share of the joint's rms current.
-        current_coloured: Noise below `coloured_cutoff_hz` of the logged current, as a share of the same.
-        coloured_cutoff_hz: Its cut-off [Hz].
+        current_coloured: Noise of the logged current below `coloured_cutoff_hz`, as a share of the joint's rms current.
+        coloured_cutoff_hz: Cut-off of the coloured noise [Hz].
     """
 
     current_white: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
@@ -30,23 +30,23 @@ class CurrentNoise(Values):
 
 
 LOWEST_SHARE = 1e-5
-"""Lowest cut-off of coloured noise, as a share of the rate: below it the filter settles for longer than it runs."""
+"""Lowest cut-off of coloured noise, as a share of the rate: below it the filter does not settle within the run."""
 
 
 def logged_current(v: Array, rate_hz: float, values: CurrentNoise, streams: NoiseStreams) -> Array:
-    """The current reference as it is logged.
+    """Return the current reference as logged.
 
     Args:
         v: Current references [drive units], shape (N, n).
         rate_hz: Their rate [Hz].
         values: Noise levels.
-        streams: Sources of the noise; white is drawn before coloured where they are the same generator.
+        streams: Sources of the noise; white noise is drawn before coloured noise if they are the same generator.
 
     Returns:
         v with white and coloured noise, both in proportion to each joint's rms current, shape (N, n).
     """
     rms = np.sqrt(np.mean(v**2, axis=0))
-    noise = streams["white"].standard_normal(v.shape)  # in place from here on: fresh megabytes cost more than sums
+    noise = streams["white"].standard_normal(v.shape)  # in place from here on: allocation costs more than the sums
     noise *= values.current_white
     if values.current_coloured:
         coloured = coloured_noise(v.shape, rate_hz, values.coloured_cutoff_hz, streams["coloured"])
@@ -58,7 +58,7 @@ def logged_current(v: Array, rate_hz: float, values: CurrentNoise, streams: Nois
 
 
 def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng: np.random.Generator) -> Array:
-    """Stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n)."""
+    """Return stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n)."""
     sos, warm_up, scale = _shaping(rate_hz, cutoff_hz)
     white = rng.standard_normal((warm_up + shape[0], shape[1]))
     coloured = filtered(sos, white)[warm_up:]
@@ -68,7 +68,7 @@ def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng
 
 @lru_cache(maxsize=16)
 def _shaping(rate_hz: float, cutoff_hz: float) -> tuple[Array, int, float]:
-    """Filter of coloured noise, samples until it has settled, and its gain for white noise."""
+    """Return the filter of coloured noise, its settling time in samples, and its gain for white noise."""
     sos = butterworth(2, cutoff_hz, rate_hz)
     warm_up = int(np.ceil(5.0 * rate_hz / cutoff_hz))
     impulse = filtered(sos, np.eye(4 * warm_up, 1))

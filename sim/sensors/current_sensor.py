@@ -1,6 +1,6 @@
-"""Current sensors that are adjusted a little differently in every motion: `(1 + e) v + o`.
+"""Current sensors whose gain and offset errors differ between motions: `(1 + e) v + o`.
 
-e and o are drawn for each motion and joint: an amplifier that is zeroed when it is switched on, shunts that warm up.
+e and o are drawn for each motion and joint. Causes are amplifiers that are zeroed at power-on, and warming shunts.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class CurrentSensor(Values):
-    """Errors of the logged current that last for a motion.
+    """Errors of the logged current that are constant during a motion.
 
     Attributes:
         current_gain_error: Standard deviation of the relative error e of a motion's current.

@@ -1,4 +1,4 @@
-"""Currents that are logged later than the positions they were commanded at."""
+"""A delay of the logged currents relative to the positions."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
@@ -12,17 +12,17 @@ from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class Delay(Values):
-    """A lag between both logs.
+    """Delay between logged currents and positions.
 
     Attributes:
-        current_delay: Time by which the logged current lags behind the logged position [s]; negative: it leads.
+        current_delay: Delay of the logged current relative to the logged position [s]; negative: the current leads.
     """
 
     current_delay: Annotated[float, Interval(ge=-10.0, le=10.0), Unit("s")] = 0.0
 
 
 def delayed(v: Array, rate_hz: float, delay: float) -> Array:
-    """Samples as they were `delay` [s] before, between samples on straight lines, at the ends held; shape (N, n)."""
+    """Return the samples delayed by `delay` [s], linearly interpolated and held at the ends; shape (N, n)."""
     t = np.arange(len(v)) / rate_hz
     return np.stack([np.interp(t - delay, t, column) for column in v.T], axis=1)
 

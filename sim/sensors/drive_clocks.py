@@ -1,7 +1,7 @@
-"""Drives with clocks of their own: joint j's samples are stamped t, and taken at `(1 + r_j) t + o_j`.
+"""Drives with separate clocks: samples of joint j are stamped t but taken at `(1 + r_j) t + o_j`.
 
-r and o are drawn for each motion and joint. Position and current of one drive are taken together; between samples of
-the loop the log is read on straight lines, at the ends held.
+r and o are drawn for each motion and joint. Position and current of one drive are sampled together. Values between
+samples of the loop are linearly interpolated, and held at the ends.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class DriveClocks(Values):
-    """How the drives' clocks differ from the one that stamps.
+    """Differences between the drives' clocks and the clock of the time stamps.
 
     Attributes:
         clock_offset: Standard deviation of o [s].

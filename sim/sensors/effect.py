@@ -1,8 +1,8 @@
-"""What a sensor does between the plant and its log: values with ranges, and how they change readings or the log.
+"""Definition of a sensor effect: values with ranges, and functions that change readings or the log.
 
-A file of this package holds one or a few that share random numbers. Their values are a dataclass whose fields are keys
-of a scenario's `[experiment.sensors]`, `EFFECT` the functions that act; a function that is left out does nothing.
-`sim.sensors` names them all.
+Each file of this package defines one, or a few that share random numbers. The values are a dataclass whose fields are
+keys of a scenario's `[experiment.sensors]`; `EFFECT` has the functions that act, and an omitted function does nothing.
+`sim.sensors` lists all of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,32 +33,32 @@ class Values:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NoiseStreams:
-    """Random numbers of one motion, each kind of noise from a generator of its own choice.
+    """Random numbers of one motion, with a generator for each kind of noise.
 
     Attributes:
-        generators: By the name of the kind.
+        generators: Generators by the name of the kind.
     """
 
     generators: Mapping[str, np.random.Generator]
 
     def __getitem__(self, name: str) -> np.random.Generator:
-        """The generator of one kind."""
+        """Return the generator of one kind."""
         return self.generators[name]
 
     def replaced(self, others: Mapping[str, np.random.Generator]) -> "NoiseStreams":
-        """The same with some kinds from other generators."""
+        """Return a copy with other generators for some kinds."""
         return NoiseStreams({**self.generators, **others})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Log:
-    """What is logged of one motion: N samples of n joints.
+    """The log of one motion: N samples of n joints.
 
     Attributes:
         t: Time stamps [s], shape (N,).
-        q: Positions as the controller read them [rad], shape (N, n).
+        q: Positions as read by the controller [rad], shape (N, n).
         v: Current references [drive units], shape (N, n).
-        rate_hz: Rate at which the samples were taken [Hz].
+        rate_hz: Sampling rate [Hz].
     """
 
     t: Array
@@ -69,15 +69,15 @@ class Log:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Noise:
-    """What one kind of noise adds to a log, to first order: independent numbers of unit variance times these.
+    """First-order model of one kind of noise: factors of independent numbers of unit variance.
 
     Attributes:
-        stream: Name of its random numbers.
-        q: Into positions [rad], broadcasts to (N, n).
-        v: Into currents [drive units], broadcasts to (N, n).
-        shared: Whether all joints get the same number of a sample.
-        lasting: Whether all samples of a motion get the same number.
-        sos: Second-order sections that the numbers pass through first; None for white.
+        stream: Name of the random numbers.
+        q: Factor for positions [rad], broadcasts to (N, n).
+        v: Factor for currents [drive units], broadcasts to (N, n).
+        shared: Whether all joints have the same number in a sample.
+        lasting: Whether all samples of a motion have the same number.
+        sos: Second-order sections that filter the numbers; None for white noise.
     """
 
     stream: str
@@ -93,16 +93,16 @@ Reader = Callable[[Array], None]
 
 
 def _nothing(*_: object) -> None:
-    """Of a sensor that does nothing here."""
+    """Function of a sensor that does nothing at this point."""
 
 
 def _no_reader(*_: object) -> None:
-    """Of a sensor that is not in the loop."""
+    """Function of a sensor that is not in the loop."""
     return
 
 
 def no_noise(*_: object) -> Sequence[Noise]:
-    """Of a sensor that draws nothing, or nothing of which a spectrum is known."""
+    """Function of a sensor without random numbers, or without a known spectrum."""
     return ()
 
 
@@ -112,14 +112,14 @@ def _as_it_is(values: object, log: Log, streams: NoiseStreams) -> Log:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SensorEffect(Generic[V]):
-    """What one sensor does; V are its values.
+    """Functions of one sensor effect; V is the type of its values.
 
     Attributes:
-        streams: Names of its random numbers. They are one generator unless a run replaces some.
-        fits: Refuses values that do not fit a rate [Hz], with a `SensorError`.
-        reader: What B simulations with these values and noise read in the loop; None if all read the truth.
-        logs: What stands in the log, beside the loop.
-        noise: What its random numbers add to a log that has none of them yet, to first order.
+        streams: Names of its random numbers, from one generator unless a run replaces some.
+        fits: Raises a `SensorError` for values that do not fit a rate [Hz].
+        reader: Returns the function that distorts readings of B simulations in the loop; None if all are exact.
+        logs: Changes the log, outside the loop.
+        noise: First-order model of the noise that it adds to a noise-free log.
     """
 
     streams: tuple[str, ...] = ()

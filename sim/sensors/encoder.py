@@ -1,4 +1,4 @@
-"""Encoders: noise, then the quantum. The controller sees what they read, and it is what is logged."""
+"""Encoders: noise, then quantisation. Controller and log use the readings."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Encoder(Values):
 
 
 class _Encoders:
-    """The encoders of B simulations; whole arrays, since broadcasting costs in the loop."""
+    """The encoders of B simulations, as full arrays, because broadcasting is slow in the loop."""
 
     def __init__(self, values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> None:
         self._noise = _drawn(values, streams, n)
@@ -48,19 +48,19 @@ class _Encoders:
 
 
 def rounded(reading: Array, quantum: Array, out: Array) -> None:
-    """Write readings at the nearest multiple of a quantum into `out`, which may be the readings; shapes are equal."""
+    """Round readings to the nearest multiple of a quantum, into `out`, which may be the readings; shapes are equal."""
     np.divide(reading, quantum, out)
     np.rint(out, out)
     np.multiply(out, quantum, out)
 
 
 def drawn_noise(values: Encoder, streams: NoiseStreams, shape: tuple[int, int]) -> Array:
-    """Noise of a whole motion, the same as its periods get one by one [rad], shape (N, n)."""
+    """Return the noise of a whole motion, equal to that of its single periods [rad], shape (N, n)."""
     return values.encoder_noise * streams["encoder"].standard_normal(shape)
 
 
 def _drawn(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Iterator[Array]:
-    """Noise of one control period after another [rad], shape (B, n)."""
+    """Yield the noise of successive control periods [rad], shape (B, n)."""
     std = np.array([[[each.encoder_noise]] for each in values])
     drawn, noise = np.empty((len(values), CHUNK, n)), np.empty((CHUNK, len(values), n))
     periods = list(noise)
@@ -78,7 +78,7 @@ def _reader(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) 
 
 
 def _noise(values: Encoder, log: Log) -> Sequence[Noise]:
-    """Of readings alone: currents that follow from them move the arm, and the log is true of that motion."""
+    """Return the noise of the readings only: the motion that it causes through the currents is in the log."""
     size = np.hypot(values.encoder_noise, values.encoder_quantum / np.sqrt(12.0))
     return [Noise(stream="encoder", q=np.full(1, size), v=np.zeros(1))] if size else []
 

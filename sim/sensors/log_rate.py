@@ -1,4 +1,4 @@
-"""A log slower than the controller: one of so many samples is kept, as it was at its instant."""
+"""A log that is slower than the controller: every k-th sample is kept, without filtering."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated
@@ -9,22 +9,22 @@ from sim.errors import SensorError
 from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
 
 ROUNDING = 1e-6
-"""Share of a period of the log by which it may miss whole periods of the controller."""
+"""Largest deviation of the log's period from a multiple of the controller's period, as a share of the former."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogRate(Values):
-    """How often a sample is logged.
+    """Rate of the log.
 
     Attributes:
-        log_rate_hz: Rate of the log [Hz], 0 for that of the controller, of which it is a whole part.
+        log_rate_hz: Rate of the log [Hz], the controller's rate divided by a whole number; 0 for the controller's rate.
     """
 
     log_rate_hz: Annotated[float, Interval(ge=0.0, le=1e5), Unit("Hz")] = 0.0
 
 
 def _every(values: LogRate, rate_hz: float) -> int:
-    """Periods of the controller in one of the log."""
+    """Return the number of controller periods per period of the log."""
     return max(1, round(rate_hz / values.log_rate_hz)) if values.log_rate_hz else 1
 
 

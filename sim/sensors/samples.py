@@ -1,7 +1,7 @@
-"""Samples that a network loses or repeats, never the first or the last.
+"""Lost and repeated samples, except the first and the last.
 
-A sample that is lost is not in the log. One that is repeated has a time of its own, and positions and currents of the
-sample before it: those of the last that is not a repetition.
+A lost sample is not in the log. A repeated sample has its own time, but the positions and currents of the last sample
+that is not a repetition.
 """
 
 from dataclasses import dataclass, replace
@@ -15,11 +15,11 @@ from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
 
 @dataclass(frozen=True, kw_only=True)
 class Samples(Values):
-    """Shares of samples, drawn one by one.
+    """Probabilities of faults of each sample.
 
     Attributes:
-        samples_lost: Share that is lost.
-        samples_repeated: Share that repeats the sample before.
+        samples_lost: Share of lost samples.
+        samples_repeated: Share of samples that repeat the preceding one.
     """
 
     samples_lost: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0

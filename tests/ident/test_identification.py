@@ -136,7 +136,7 @@ def test_swapped_files_are_named_where_the_method_does_not_converge(axes, monkey
 def test_a_motion_may_repeat_another_to_the_last_digit_only_where_it_is_simulated(axes):
     bare, loaded = logs_of(Truth())
     motions = [Motion(bare), Motion(loaded, BRICK), Motion(replace(bare, name="again"))]
-    with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
+    with pytest.raises(NotIdentifiable, match="bare and again contain the same motion"):
         identify(axes, motions, method="ls-2011", gains=LOOSE)
     estimate = identify(axes, motions, method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate
     once = identify(axes, mounted(bare, loaded, BRICK), method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate

@@ -152,7 +152,7 @@ def test_a_log_of_another_clock_rests_on_the_same_samples_and_filters(axes, logs
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
     again = replace(logs[0], name="again")
     motions = (Motion(logs[0]), Motion(again))
-    with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
+    with pytest.raises(NotIdentifiable, match="bare and again contain the same motion"):
         prepare(motions, axes, policy=DOUBTED)
     assert len(prepare(motions, axes, policy=KNOWN).motions) == 2
     assert len(prepare(motions, axes, policy=SIMULATED).motions) == 2

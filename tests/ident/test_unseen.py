@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, predicted from exact states: errors that follow from what is put in."""
+"""A motion that was not used in any fit, predicted from exact states: errors that follow from what is put in."""
 
 from dataclasses import replace
 

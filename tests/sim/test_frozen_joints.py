@@ -121,7 +121,7 @@ FAULTS = {
     "an inertia of a lost mesh": (
         menagerie(inertial=""),
         None,
-        r"link 'shoulder_link' takes its inertia from the mesh",
+        r"link 'shoulder_link' has its inertia from the mesh",
     ),
     "a link that no body is": (
         menagerie().replace('diaginertia="0.03 0.028 0.012"', 'diaginertia="0.03 0.028 0.112"', 1),

@@ -37,7 +37,7 @@ def test_a_mesh_that_is_no_solid_is_left_out_where_inertials_are_stated(tmp_path
 def test_an_inertia_from_a_mesh_that_is_no_solid_is_asked_for(tmp_path):
     path = with_meshes(tmp_path, {f"{k}.obj": FLAT for k in ("shoulder", "elbow", "wrist")}, inertial="")
     with pytest.raises(
-        ModelFileError, match=r"'shoulder_link' takes its inertia from the mesh 'shoulder\.obj', from which MuJoCo"
+        ModelFileError, match=r"'shoulder_link' has its inertia from the mesh 'shoulder\.obj', from which MuJoCo"
     ):
         bare_arm(path, ROTORS)
 

@@ -117,7 +117,7 @@ def test_what_the_native_law_cannot_do_is_refused(changes, message):
 def test_a_sensor_that_the_native_law_would_not_hear_is_refused(monkeypatch):
     heard = replace(SENSOR_EFFECTS["delay"], reader=lambda *_: lambda reading: None)
     monkeypatch.setitem(SENSOR_EFFECTS, "delay", heard)
-    with pytest.raises(ControllerError, match="reads no sensor but the encoders, but delay changes what"):
+    with pytest.raises(ControllerError, match="reads only the encoders, but delay changes what"):
         record([native()], streams(0), threads=1)
 
 

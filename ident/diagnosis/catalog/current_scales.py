@@ -62,7 +62,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         joints=joints,
         logs=scope,
         hypothesis=logs.given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
-        advice="bring the currents of all logs to one unit and sign",
+        advice="use one unit and one sign of the current in all logs",
         value=scale,
         unit="",
         refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),

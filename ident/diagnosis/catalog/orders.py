@@ -47,7 +47,7 @@ def _ordered(
         joints=joints,
         logs=scope,
         hypothesis=logs.given.changed(scope, **fields),
-        advice="bring the columns into the order of the model's joints",
+        advice="put the columns in the order of the model's joints",
     )
 
 

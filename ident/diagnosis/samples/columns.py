@@ -25,7 +25,7 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     step = np.diff(recording.q, axis=0)
     to_and_fro = ((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all()  # where friction has either sign
     if recording.n > 1 and to_and_fro and (recording.v >= 0.0).all():
-        sentence = "v is never negative on any joint, though all joints move in both directions: v holds magnitudes"
+        sentence = "v is never negative on any joint, though all joints move in both directions: v has no sign"
         found.append(_wrong(recording, tuple(range(recording.n)), sentence))
     for kind, x in (("q", recording.q), ("v", recording.v)):
         left = _left(x, x)

@@ -88,7 +88,7 @@ def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
             sentence=f"every joint moves by {ranges[j]:.3g} rad or m or more (q{j + 1} the least)"
             if not short
             else f"q{j + 1} moves by {ranges[j]:.3g} rad or m only",
-            advice="let every joint move further" if short else None,
+            advice="move every joint further" if short else None,
             joints=(j,),
             logs=(recording.name,),
             value=float(ranges[j]),

@@ -31,7 +31,7 @@ def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[
 
     def checked(problem: Problem, chosen: object) -> GainEstimate:
         if not isinstance(chosen, options):
-            raise OptionError(f"options are {type(chosen).__name__}; this estimator takes {options.__name__}")
+            raise OptionError(f"options are {type(chosen).__name__}; this estimator accepts {options.__name__}")
         return estimate(problem, chosen)
 
     return Estimator(options, checked)

@@ -73,7 +73,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     problem.check_difference()
     payload, *more = problem.payloads
     if more:
-        raise NotIdentifiable(f"{NAME} takes one payload; {1 + len(more)} are mounted")
+        raise NotIdentifiable(f"{NAME} accepts one payload; {1 + len(more)} are mounted")
     mass = replace(payload, known="mass").known_part()
     fits = [joint_fit(problem, joint, [mass]) for joint in range(problem.structure.arm.n)]
     first = judge_identifiability(NAME, problem, joint_by_joint(fits, [mass], problem.row_period))

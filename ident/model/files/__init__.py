@@ -1,6 +1,6 @@
-"""Robot model files: checked here, reduced to their kinematics, then read by Pinocchio.
+"""Robot model files: validated, reduced to their kinematics, then read by Pinocchio.
 
-`MODEL_FILES` names what each ending is; `minimal_model` reads any of them.
+`MODEL_FILES` has the readers by file ending; `minimal_model` reads any of them.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
         flange: Last body of the arm; joints that do not lead to it are held. None where all joints are the arm's.
 
     Raises:
-        RobotModelError: If the file is missing, of an unknown kind, unreadable, or states what cannot be.
+        RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
     """
     ending = path.suffix.lower()
     if ending not in MODEL_FILES:

@@ -1,8 +1,8 @@
-"""The part of a robot model that is the arm: what leads from the base to the flange, where there is more.
+"""Reduction of a robot model to the chain from base to flange.
 
-A gripper, a second arm or a table with a cup on it stands in many model files. With the flange named, joints that do
-not lead to it are taken as held where they are drawn, and the bodies behind them are no part of the kinematics: what
-they state is not looked at. Without, bodies that float freely beside the arm are no part of it.
+Many model files contain a gripper, a second arm or other objects. If the flange is named, joints outside the chain to
+it are locked at their initial positions, and bodies behind them are ignored. Otherwise, only free-floating bodies are
+ignored.
 """
 
 from collections.abc import Callable
@@ -13,24 +13,24 @@ from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, shown
 
 NAME_IT = (
-    "if it is no part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
+    "if it is not part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
     "chain to it are locked"
 )
-"""What to do about a joint that a serial arm has not."""
+"""Advice for a joint that a serial arm cannot have."""
 JOINTS = ("joint", "freejoint")
 MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
-"""Elements that MuJoCo turns into bodies, and Pinocchio leaves out."""
+"""Elements that MuJoCo expands to bodies and Pinocchio ignores."""
 ENDS = {"joint": ("joint1", "joint2"), "tendon": ("tendon1", "tendon2")}
-"""What an equality of MJCF ties, by its kind; others tie two bodies, or two sites."""
+"""Objects that an equality of MJCF constrains, by kind; others constrain two bodies or two sites."""
 
 
 def without_objects(root: Element) -> Element:
-    """An MJCF tree without the outermost bodies that float freely and have no joint but that."""
+    """Return an MJCF tree without top-level bodies whose only joint is a free joint."""
     return _each_outermost(root, lambda child: None if child.tag == "body" and _is_object(child) else child)
 
 
 def to_flange(root: Element, flange: str) -> Element:
-    """An MJCF tree with those bodies alone that lead from the world to a flange.
+    """Return an MJCF tree with only the bodies of the chain from the world to a flange.
 
     Raises:
         RobotModelError: If no body has that name.
@@ -41,10 +41,10 @@ def to_flange(root: Element, flange: str) -> Element:
 
 
 def refuse_ties(root: Element, flange: str | None) -> None:
-    """Refuse equalities of an MJCF tree that tie joints that move, of which only those to a flange do.
+    """Refuse equalities of an MJCF tree that constrain moving joints (those of the chain to a flange).
 
     Raises:
-        RobotModelError: Naming the equality.
+        RobotModelError: If there is one; the message names it.
     """
     joints, moved = (set[str](), dict[tuple[str, str], int]()) if flange is None else _moving(root, flange)
     for section in root.all("equality"):
@@ -58,7 +58,7 @@ def refuse_ties(root: Element, flange: str | None) -> None:
 
 
 def urdf_to_flange(root: Element, flange: str) -> Element:
-    """A URDF tree with those links and joints alone that lead from the base to a flange.
+    """Return a URDF tree with only the links and joints of the chain from the base to a flange.
 
     Raises:
         RobotModelError: If no link has that name.
@@ -79,7 +79,7 @@ def _refuse_unknown(root: Element, flange: str, known: list[str]) -> None:
 
 
 def _each_outermost(root: Element, kept: Callable[[Element], Element | None]) -> Element:
-    """The tree with each element of the world replaced by what is kept of it."""
+    """Return the tree with reduced elements of the world."""
 
     def world(element: Element) -> Element:
         return replace(element, children=[found for child in element.children if (found := kept(child)) is not None])
@@ -88,7 +88,7 @@ def _each_outermost(root: Element, kept: Callable[[Element], Element | None]) ->
 
 
 def _leading(element: Element, flange: str) -> Element | None:
-    """An element with what leads to a flange alone of what it carries; None of a body that does not lead there."""
+    """Return an element with only the chain to a flange; None for a body outside the chain."""
     if element.tag not in ("body", *MANIFOLD):
         return element
     at_end = element.tag == "body" and element.attributes.get("name") == flange
@@ -102,7 +102,7 @@ def _carries(element: Element) -> bool:
 
 
 def _moving(root: Element, flange: str) -> tuple[set[str], dict[tuple[str, str], int]]:
-    """What moves with all but the joints to a flange held.
+    """Return the moving parts with all joints outside the chain to a flange locked.
 
     Returns:
         Names of the joints, and the number of joints between the world and each body or site, by kind and name.
@@ -127,7 +127,7 @@ def _moving(root: Element, flange: str) -> tuple[set[str], dict[tuple[str, str],
 
 
 def _is_held(tie: Element, root: Element, joints: set[str], moved: dict[tuple[str, str], int]) -> bool:
-    """Whether an equality ties only what is held: joints that do not move, or bodies that move as one."""
+    """Return whether an equality constrains only locked joints, or bodies without relative motion."""
     given = tie.attributes
     ends = [given[key] for key in ENDS.get(tie.tag, ()) if key in given]
     if tie.tag == "joint":
@@ -142,7 +142,7 @@ def _is_held(tie: Element, root: Element, joints: set[str], moved: dict[tuple[st
 
 
 def _is_object(body: Element) -> bool:
-    """Whether a body has a free joint of its own and nothing else that moves."""
+    """Return whether a body has a free joint and no other moving part."""
     free = [j for j in body.all(*JOINTS) if j.tag == "freejoint" or j.attributes.get("type") == "free"]
     return bool(free) and sum(e.tag in JOINTS for e in body.walk()) == len(free)
 

@@ -1,10 +1,10 @@
-"""An MJCF file reduced to bodies and joints: files included, defaults resolved, every number checked with its line.
+"""Reduction of an MJCF file to bodies and joints: includes and defaults resolved, all numbers checked, with lines.
 
-Pinocchio's reader of MJCF takes 0 for what is no number, knows one worldbody with one body, and leaves out gravity, the
-orientation of a base body without joint, and elements it does not know. It takes metres of a slide for degrees and the
-ends of a range for distances from `ref`, and reads axes that are no unit vectors, and Euler angles about fixed axes,
-otherwise than MuJoCo. What it is given here has none of that: one root body, explicit joints, angles in radians,
-orientations as quaternions, and gravity and ranges beside the text.
+Pinocchio's reader of MJCF reads invalid numbers as 0, supports one worldbody with one body, and ignores gravity, the
+orientation of a base body without joint, and unknown elements. It converts metres of slide joints as degrees and takes
+ends of a range relative to `ref`. It differs from MuJoCo for axes that are not unit vectors and for Euler angles about
+fixed axes. The reduced file avoids all of this: one root body, explicit joints, angles in radians, orientations as
+quaternions, and separate gravity and ranges.
 """
 
 import math
@@ -35,25 +35,25 @@ from ident.support.naming import nearest, shown
 STRONGEST_GRAVITY = 100.0
 """Largest component of gravity [m/s^2]."""
 ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
-"""Attributes that turn a body, with their numbers."""
+"""Attributes of a body's orientation, with the number of their values."""
 PLACES = ("name", "childclass", "pos", *ORIENTATIONS)
 """Attributes of a body that decide its kinematics, and its name."""
 JOINT = ("type", "axis", "pos", "range", "ref", "limited")
 """Attributes of a joint that decide its kinematics."""
 BODY = ("body", "joint", "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD, "freejoint")
 INERTIA = tag("inertial", {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"})
-"""Not used, and wanted by readers."""
+"""Not used, but required by readers."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What is needed on the way down the bodies, and what is found there.
+    """Context and results of the traversal of bodies.
 
     Attributes:
         classes: Elements that state attributes of joints by default class, outer ones first.
         degree: Whether angles are in degrees.
         sequence: Axes of Euler angles, lower case for axes that turn with the body, upper case for fixed ones.
-        autolimits: Whether a range alone limits a joint.
+        autolimits: Whether a range without `limited` limits a joint.
         names: Bodies and joints seen so far, by kind and name.
         ranges: Ends of the joints that have any [rad or m].
     """
@@ -67,10 +67,10 @@ class _Reading:
 
 
 def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce an MJCF file and what it includes, to what leads to a flange where one is named.
+    """Reduce an MJCF file with its includes, to the chain to a flange if named.
 
     Raises:
-        RobotModelError: Naming line and element, if a number, name or class is wrong, or something is not supported.
+        RobotModelError: If a number, name or class is wrong or not supported; the message names line and element.
     """
     if root.tag != "mujoco":
         raise RobotModelError(f"{root.where}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf")
@@ -80,7 +80,7 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
     root = without_objects(root) if flange is None else to_flange(root, flange)
     bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
     around = "world root"
-    while ("body", around) in reading.names:  # a file that was reduced before has one
+    while ("body", around) in reading.names:  # an already reduced file has one
         around = f"around {around}"
     gravity = _gravity(root)
     text = tag(
@@ -94,13 +94,13 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
 
 
 def _expanded(element: Element, folder: Path, sizes: dict[Path, int], room: int) -> Element:
-    """The tree with every `<include file="..."/>` replaced by the children of the file's outermost element.
+    """Return the tree with every `<include file="..."/>` replaced by the children of the file's root element.
 
     Args:
-        element: Outermost element of the main file.
-        folder: That names are relative to, the main file's.
+        element: Root element of the main file.
+        folder: Folder of the main file, the base of names.
         sizes: Files read so far [bytes].
-        room: Levels that may follow.
+        room: Number of further nesting levels.
     """
     children = list[Element]()
     for child in element.children:
@@ -132,7 +132,7 @@ def _included(include: Element, folder: Path, sizes: dict[Path, int]) -> Element
 
 
 def _reading(root: Element) -> _Reading:
-    """What compiler and default sections state."""
+    """Return the content of compiler and default sections."""
     compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
     unit, sequence = compiler.get("angle", "degree"), compiler.get("eulerseq", "xyz")
     if compiler.get("coordinate", "local") != "local":
@@ -152,7 +152,7 @@ def _reading(root: Element) -> _Reading:
 
 
 def _add_defaults(section: Element, name: str, classes: dict[str, list[Element]]) -> None:
-    """The class of a section and those inside, each starting from the one around it."""
+    """Return the class of a section and its nested classes, with inherited attributes."""
     classes[name] += section.all("joint")
     for inner in section.all("default"):
         own = inner.attributes.get("class")
@@ -175,7 +175,7 @@ def _gravity(root: Element) -> tuple[float, ...]:
 
 
 def _bodies(parent: Element) -> list[Element]:
-    """The bodies inside an element, where nothing else makes bodies."""
+    """Return the bodies in an element; refuse elements that expand to bodies."""
     for child in parent.children:
         moves = any(each.tag in ("body", "joint", "freejoint") for each in child.walk())
         if child.tag in MANIFOLD and (moves or child.tag not in ("frame", "replicate")):
@@ -190,14 +190,16 @@ def _bodies(parent: Element) -> list[Element]:
 
 def _body(body: Element, inherited: str, reading: _Reading) -> str:
     _name_once(body, "body", reading)
-    name = body.attributes.get("name", f"body {len(reading.names)}")  # before those inside are counted
+    name = body.attributes.get("name", f"body {len(reading.names)}")  # before nested ones are counted
     _check_spelling(body, PLACES, PLACES)
     vector(body, "pos", 3, largest=FARTHEST)
     turned = _orientation(body, reading)
     inherited = _known_class(body, "childclass", inherited, reading)
     joints = body.all("joint", "freejoint")
     if len(joints) > 1:
-        raise RobotModelError(f"{joints[1].title}: a second joint in one body; give it a body of its own around it")
+        raise RobotModelError(
+            f"{joints[1].title}: a second joint in one body; put it in a separate body around this one"
+        )
     place = {key: value for key, value in body.attributes.items() if key == "pos"} | turned
     inside = [_joint(joint, inherited, reading) for joint in joints]
     inside += [_body(inner, inherited, reading) for inner in _bodies(body)]
@@ -205,7 +207,7 @@ def _body(body: Element, inherited: str, reading: _Reading) -> str:
 
 
 def _orientation(body: Element, reading: _Reading) -> dict[str, str]:
-    """The attribute that turns a body, as Pinocchio reads it; none if the body is not turned."""
+    """Return the orientation of a body for Pinocchio; none without rotation."""
     stated = [key for key in ORIENTATIONS if key in body.attributes]
     if len(stated) > 1:
         raise RobotModelError(f"{body.title}: {' and '.join(stated)} both state its orientation; give one")
@@ -233,22 +235,22 @@ def _orientation(body: Element, reading: _Reading) -> dict[str, str]:
 
 
 Quaternion = tuple[float, Array]
-"""Scalar and vector part; `scipy.spatial` has the same and takes a tenth of a second to import."""
+"""A quaternion, scalar and vector part; importing `scipy.spatial` would take 0.1 s."""
 
 
 def _about(axis: Array, angle: float) -> Quaternion:
-    """A turn about a unit axis."""
+    """Return a rotation about a unit axis."""
     return math.cos(0.5 * angle), math.sin(0.5 * angle) * axis
 
 
 def _then(first: Quaternion, second: Quaternion) -> Quaternion:
-    """A turn, and another one about the axes that it has turned."""
+    """Return a rotation followed by another one about the rotated axes."""
     (w, u), (x, v) = first, second
     return w * x - float(u @ v), w * v + x * u + np.cross(u, v)
 
 
 def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
-    """A joint with every attribute that counts stated; a slide is in metres whatever angles are in."""
+    """Return a joint with all used attributes explicit; a slide joint is in metres."""
     name = joint.attributes.get("name", f"joint{sum(kind == 'joint' for kind, _ in reading.names) + 1}")
     _name_once(joint, "joint", reading)
     stated: dict[str, str] = {}
@@ -284,7 +286,7 @@ def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
 
 
 def _check_spelling(element: Element, meant: tuple[str, ...], known: tuple[str, ...]) -> None:
-    """Refuse attributes that nearly are one that counts; MuJoCo has many others."""
+    """Refuse misspelt kinematic attributes; other attributes of MuJoCo are ignored."""
     for attribute in element.attributes:
         if attribute not in known and (close := nearest(attribute, meant)):
             raise RobotModelError(f"{element.title}: unknown attribute {shown(attribute)}{close}")

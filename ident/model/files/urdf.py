@@ -1,4 +1,4 @@
-"""A URDF reduced to links and joints, every number checked with its line, the tree checked before a reader sees it."""
+"""Reduction of a URDF to links and joints, with all numbers and the tree checked."""
 
 import math
 from pathlib import Path
@@ -10,10 +10,9 @@ from ident.support.naming import nearest, one_line, shown
 
 MOVING = ("revolute", "continuous", "prismatic")
 MOST_LINKS = 1000
-"""Links of a robot; the readers behind recurse."""
+"""Largest number of links, as the readers are recursive."""
 FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
-"""Ends of a turning joint between these are degrees [rad]: cables of arms bear two turns each way at most, and larger
-numbers stand in some files for a joint without ends."""
+"""Limits of a revolute joint between these values [rad] are probably in degrees; larger ones mean no limit."""
 PARTS = {
     "parent": ("link",),
     "child": ("link",),
@@ -22,14 +21,14 @@ PARTS = {
     "limit": ("lower", "upper"),
     "mimic": (),
 }
-"""Elements of a joint that decide its kinematics, and their attributes; a misspelt one would leave a default."""
+"""Kinematic elements of a joint and their attributes; a misspelt attribute would leave a default."""
 
 
 def minimal_urdf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce a URDF, to what leads to a flange where one is named.
+    """Reduce a URDF, to the chain to a flange if named.
 
     Raises:
-        RobotModelError: Naming line and element, if a number, name, type or the tree of links is wrong.
+        RobotModelError: If a number, name, type or the tree of links is wrong; the message names line and element.
     """
     if root.tag != "robot":
         raise RobotModelError(
@@ -86,7 +85,7 @@ def _joint(joint: Element, links: dict[str, Element]) -> str:
 
 
 def _parts(joint: Element) -> dict[str, Element]:
-    """The elements of a joint that decide its kinematics, one of each."""
+    """Return the kinematic elements of a joint, one of each."""
     parts: dict[str, Element] = {}
     name = f"joint {one_line(joint.attributes['name'])!r}"
     for element in joint.children:
@@ -118,7 +117,7 @@ def _checked(part: Element) -> dict[str, str]:
 
 
 def _limit(joint: Element, limit: Element | None, *, turns: bool) -> dict[str, str]:
-    """Limits; effort and velocity are stated for the reader, which wants them, and not used."""
+    """Return limits; effort and velocity are required by the reader but not used."""
     if limit is None:
         raise RobotModelError(f"{joint.title}: limit is missing; a joint without limits is of type continuous")
     ends = {key: (vector(limit, key, 1, largest=1e300) or (0.0,))[0] for key in PARTS["limit"]}
@@ -134,7 +133,7 @@ def _limit(joint: Element, limit: Element | None, *, turns: bool) -> dict[str, s
 
 
 def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Element]) -> None:
-    """Every link hangs on one joint, all but one base."""
+    """Check that every link but the base has exactly one parent joint."""
     parent_of: dict[str, str] = {}
     for joint in joints.values():
         parent, child = (joint.all(end)[0].attributes["link"] for end in ("parent", "child"))

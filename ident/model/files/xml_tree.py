@@ -1,4 +1,4 @@
-"""XML of robot models: elements that know their line, the numbers in their attributes, and what they are reduced to.
+"""XML of robot models: elements with lines, numbers of attributes, and the reduced model.
 
 Files are bounded in size and depth and have no entities: they go to C++ readers that recurse into them.
 """
@@ -15,12 +15,12 @@ from ident.support.file_access import read_bytes
 from ident.support.naming import one_line, shown
 
 LARGEST_FILE = 32_000_000
-"""Bytes of a model file."""
+"""Largest size of a model file [bytes]."""
 DEEPEST = 200
-"""Elements within elements."""
+"""Largest nesting depth of elements."""
 MOST_ELEMENTS = 200_000
 FARTHEST = 50.0
-"""Distance between neighbouring frames beyond which a model is given in other units [m]."""
+"""Largest plausible distance between neighbouring frames [m]."""
 LARGEST = 1e6
 """Largest number of any other kind; angles in degrees and components of directions stay far below."""
 SHORTEST = 1e-6
@@ -28,7 +28,7 @@ SHORTEST = 1e-6
 EARTH = (0.0, 0.0, -9.81)
 """Gravity of a model that states none [m/s^2]."""
 ESCAPED = str.maketrans({each: f"&#{ord(each)};" for each in '&<>"\n\r\t'})
-"""What stands for characters that an attribute cannot hold; `xml.sax.saxutils` has it, and imports a web client."""
+"""Escapes of attribute values; `xml.sax.saxutils` would import a web client."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DECLARED = re.compile(rb"\s*<\?xml[^>]*\sencoding")
 
@@ -39,10 +39,10 @@ class Element:
 
     Attributes:
         tag: Its name.
-        attributes: By name.
+        attributes: Attributes by name.
         where: File and line, for messages.
-        children: Elements inside.
-        start: Place of its `<` in the file [bytes].
+        children: Child elements.
+        start: Position of its `<` in the file [bytes].
     """
 
     tag: str
@@ -53,7 +53,7 @@ class Element:
 
     @property
     def title(self) -> str:
-        """How messages name it."""
+        """Name for messages."""
         name = self.attributes.get("name")
         return f"{self.where}: {self.tag}" + (f" {one_line(name)!r}" if name is not None else "")
 
@@ -63,11 +63,11 @@ class Element:
         return self.where.split(": ")[-1]
 
     def all(self, *tags: str) -> list["Element"]:
-        """Its children of some tags."""
+        """Return the children with some tags."""
         return [child for child in self.children if child.tag in tags]
 
     def walk(self) -> Iterator["Element"]:
-        """The element and all inside, in the order of the file."""
+        """Yield the element and all descendants, in file order."""
         yield self
         for child in self.children:
             yield from child.walk()
@@ -75,7 +75,7 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class MinimalModel:
-    """A robot model reduced to its kinematics: links and joints, every number checked, nothing else.
+    """A robot model reduced to its kinematics: links and joints, with checked numbers.
 
     Attributes:
         kind: The format of `text`, "mjcf" or "urdf".
@@ -91,7 +91,7 @@ class MinimalModel:
 
 
 def tag(name: str, attributes: dict[str, str], *inside: str) -> str:
-    """An XML element as text."""
+    """Return an XML element as text."""
     start = " ".join((name, *(f'{key}="{value.translate(ESCAPED)}"' for key, value in attributes.items())))
     return f"<{start}>{''.join(inside)}</{name}>" if inside else f"<{start}/>"
 
@@ -99,13 +99,13 @@ def tag(name: str, attributes: dict[str, str], *inside: str) -> str:
 def read_xml(path: Path) -> Element:
     """Read an XML file in the encoding that it declares, in UTF-8, or in Latin-1 where it is not UTF-8.
 
-    Names of an arm are in UTF-8: MuJoCo takes others for broken.
+    Names of an arm must be in UTF-8, as MuJoCo requires.
 
     Returns:
-        The outermost element.
+        The root element.
 
     Raises:
-        RobotModelError: If the file cannot be read, is no XML, declares entities, or is too large or deep.
+        RobotModelError: If the file cannot be read, is not XML, declares entities, or is too large or deep.
     """
     content = read_bytes(path, most_bytes=LARGEST_FILE, error=RobotModelError)
     old = _is_in_an_old_encoding(content)
@@ -147,7 +147,7 @@ def read_xml(path: Path) -> Element:
 
 
 def _is_in_an_old_encoding(content: bytes) -> bool:
-    """Whether bytes are neither UTF-8 nor marked as UTF-16."""
+    """Return whether bytes are neither UTF-8 nor marked as UTF-16."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return False
     try:
@@ -158,19 +158,19 @@ def _is_in_an_old_encoding(content: bytes) -> bool:
 
 
 def vector(element: Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
-    """The numbers of an attribute: the right count of them, finite and of a plausible size.
+    """Return the numbers of an attribute, checked for count, finiteness and plausible size.
 
     Args:
-        element: Where it stands.
+        element: The element.
         attribute: Its name.
-        count: How many numbers it has.
+        count: Number of values.
         largest: Their largest size.
 
     Returns:
-        As many numbers, None if the attribute is not there.
+        The numbers, None without the attribute.
 
     Raises:
-        RobotModelError: Naming line, element, attribute and the word that is wrong.
+        RobotModelError: If a number is wrong; the message names line, element, attribute and word.
     """
     text = element.attributes.get(attribute)
     if text is None:
@@ -189,7 +189,7 @@ def vector(element: Element, attribute: str, count: int, *, largest: float = LAR
 
 
 def direction(element: Element, attribute: str, count: int = 3) -> None:
-    """Check a vector of which only the direction counts.
+    """Check a vector of which only the direction is used.
 
     Raises:
         RobotModelError: As `vector`, or if it is zero.

@@ -1,4 +1,4 @@
-"""Formats of log files that recordings are read from, one file each; `LOGS` names them."""
+"""Formats of log files, one file each; `LOGS` lists them."""
 
 from pathlib import Path
 
@@ -16,11 +16,11 @@ LOGS: dict[str, LogFormat] = {
     "lerobot": LEROBOT,
     "csv": CSV,
 }
-"""Log formats by name; the ending of a file's name decides, and what no format claims is read as CSV."""
+"""Log formats by name; the ending of a file's name selects the format, and CSV is the default."""
 
 
 def format_of(path: Path) -> LogFormat:
-    """The format of a file by its name, of a folder by what lies in it."""
+    """Return the format of a file by its name, of a folder by its content."""
     name = path.name.lower()
     for log in LOGS.values():
         if name.endswith(log.endings) or (log.marks and (path / log.marks).is_file()):

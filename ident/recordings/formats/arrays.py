@@ -1,6 +1,6 @@
 """Logs in NumPy's files: archives of arrays (`.npz`), or one array (`.npy`) of rows or of named fields.
 
-An array of rows, or a field of them, counts as a column for each number of a row: `name[0]`, `name[1]`, .. in an
+An array of rows, or a field of them, gives one column per number of a row: `name[0]`, `name[1]`, .. in an
 archive, but `q1`, .. and `v1`, .. of arrays `q` and `v`; 1, 2, .. of an array alone.
 """
 
@@ -17,16 +17,16 @@ from ident.support.file_access import check_file
 from ident.support.naming import one_line, shown
 
 LARGEST = 4_000_000_000
-"""Bytes of a file."""
+"""Largest size of a file [bytes]."""
 UNREADABLE = (OSError, EOFError, ValueError, TypeError, KeyError, BadZipFile, ZlibError, MemoryError)
-"""What NumPy raises at files that are none of its own."""
+"""Exceptions of NumPy for files of other formats."""
 
 
 def read_arrays(path: Path, request: Request) -> Columns:
     """Read the columns of a log.
 
     Raises:
-        RecordingError: If the file is none of NumPy's, or a wanted column is missing or holds no numbers.
+        RecordingError: If the file is not NumPy's, or a selected column is missing or not numeric.
     """
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     try:
@@ -82,7 +82,7 @@ def _numbers(path: Path, name: str, array: np.ndarray, *, dated: bool) -> Array:
 
 
 def _check_turned(path: Path, arrays: dict[str, np.ndarray], samples: int) -> None:
-    """Refuse an array whose rows are joints, and whose columns are at least as many as there are samples."""
+    """Refuse a transposed array, with joints as rows and samples as columns."""
     for name, array in arrays.items():
         if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
             rows, columns = array.shape

@@ -1,4 +1,4 @@
-"""Columns of a log: what is asked of a file, and our own names, `t`, `q1` .., `v1` .."""
+"""Columns of a log: requests, and the standard names `t`, `q1` .., `v1` .."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -11,11 +11,11 @@ from ident.support.arrays import Array
 from ident.support.naming import one_line
 
 MOST_COLUMNS = 10_000
-"""Columns of a file, used or not."""
+"""Largest number of columns of a file."""
 MOST_VALUES = 50_000_000
-"""Numbers that are read of a file; a million samples of 24 joints."""
+"""Largest number of values read from a file; a million samples of 24 joints."""
 Columns: TypeAlias = Mapping[str, Array]
-"""Values by column name, all (N,)."""
+"""Values by column name, each of shape (N,)."""
 OURS = re.compile(r"t|[qv][1-9][0-9]{0,3}")
 
 
@@ -25,7 +25,7 @@ class Chosen:
 
     Attributes:
         names: Their names.
-        dated: Those of them that hold dates, to be read as seconds since 1970.
+        dated: Those with dates, which are read as seconds since 1970.
     """
 
     names: tuple[str, ...]
@@ -34,15 +34,15 @@ class Chosen:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What is asked of a file.
+    """A request for columns of a file.
 
     Attributes:
-        chosen: Of the names of all its columns, those to read; raises `RecordingError` if one is not there.
-        known: How many of some names are meant by the request, to find out how a text file is laid out.
-        text: How a text file is laid out, as far as it is said.
-        topic: Of a bag, where it has several.
-        joints: Names of the joints in their order, where they are known.
-        episode: Of a dataset, where it has several.
+        chosen: Selects the columns to read from all names; raises `RecordingError` if one is missing.
+        known: Returns how many names belong to the request, for detecting the layout of a text file.
+        text: Declared layout of a text file.
+        topic: Topic of a bag, if it has several.
+        joints: Names of the joints in order, if known.
+        episode: Episode of a dataset, if it has several.
     """
 
     chosen: Callable[[Path, Sequence[str]], Chosen]
@@ -55,12 +55,12 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class LogFormat:
-    """A kind of file that recordings are read from.
+    """A log format.
 
     Attributes:
-        endings: How the names of such files end, lower case.
-        read: Reads the columns that a request chooses, under their names in the file; raises `RecordingError`.
-        marks: Name of a file that a folder of this kind holds, empty if none is.
+        endings: Endings of file names, lower case.
+        read: Reads the columns of a request, with their names in the file; raises `RecordingError`.
+        marks: Name of a file that identifies a folder of this format, or empty.
     """
 
     endings: tuple[str, ...]
@@ -69,11 +69,11 @@ class LogFormat:
 
 
 def listed(names: Sequence[str], most: int = 8) -> str:
-    """Names for a message, cut where they are many or long."""
+    """Return names for a message, shortened if many or long."""
     text = ", ".join(one_line(name) for name in names[:most])
     return f"{text[:200]}, .." if len(names) > most or len(text) > 200 else text
 
 
 def entry(name: str, number: int) -> str:
-    """Name of an entry, from 0, of a column that holds a row of numbers; `q` and `v` are our own, counted from 1."""
+    """Return the name of an entry, from 0, of a column of arrays; entries of `q` and `v` are counted from 1."""
     return f"{name}{number + 1}" if name in ("q", "v") else f"{name}[{number}]"

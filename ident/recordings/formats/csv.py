@@ -1,7 +1,7 @@
-"""Logs in text files: a header line with the column names, one row a sample.
+"""Logs in text files: a header line with the column names, one row per sample.
 
-Columns are separated by commas, semicolons, tabs, bars or spaces, whichever shows the most of the wanted names in the
-header, or numbers where there is none; the decimal sign may be a comma where that does not separate columns.
+Columns are separated by commas, semicolons, tabs, bars or spaces, whichever gives the most of the requested names in
+the header, or the most numbers without a header. The decimal sign may be a comma unless that separates columns.
 """
 
 import csv
@@ -34,14 +34,14 @@ _SIGN = re.compile(rb"(?<![eE0-9.])\+(?=[0-9.])")
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """How a text file is laid out.
+    """Layout of a text file.
 
     Attributes:
         header: Column names.
-        separator: Between columns.
+        separator: Separator of columns.
         decimal: Decimal sign.
-        line: Lines before the first row.
-        start: Where the rows begin in the text [bytes].
+        line: Number of lines before the first row.
+        start: Position of the first row in the text [bytes].
     """
 
     header: list[str]
@@ -52,15 +52,15 @@ class _Layout:
 
 
 _Wanted: TypeAlias = list[tuple[int, bool]]
-"""Where each column to be read is, from 0, and whether it holds dates."""
+"""Return the index of each column to be read, from 0, and whether it has dates."""
 
 
 def read_csv(path: Path, request: Request) -> Columns:
     """Read the columns of a log.
 
     Raises:
-        RecordingError: If the file is no text, has no header with the wanted columns, or a cell is no number; names
-            line and column.
+        RecordingError: If the file is not text, has no header with the requested columns, or a cell is not a number;
+            the message names line and column.
     """
     text = read_text(path, request.text.encoding)
     layout = _layout(path, text, request)
@@ -81,7 +81,7 @@ def read_csv(path: Path, request: Request) -> Columns:
 
 
 def _layout(path: Path, text: bytes, request: Request) -> _Layout:
-    """Find header, separator and decimal sign, as far as they are not said."""
+    """Detect header, separator and decimal sign unless declared."""
     stated = request.text
     found = _header(path, text, request)
     start, line = found.start, found.line
@@ -98,7 +98,7 @@ def _layout(path: Path, text: bytes, request: Request) -> _Layout:
 
 
 def _header(path: Path, text: bytes, request: Request) -> _Layout:
-    """The header, or the numbers of the columns where it is said that there is none; the decimal sign is left open."""
+    """Return the header, or column numbers if declared to have none; the decimal sign is determined later."""
     stated = request.text
     position = 0 if not stated.header else _start_of_line(path, text, stated.header)
     number, commented, words = (stated.header or 1) - 1, "", ""
@@ -123,18 +123,22 @@ def _header(path: Path, text: bytes, request: Request) -> _Layout:
         return _Layout(counted, separator, ".", number - 1, start)
     if stated.header is None and not _known(words, request):
         if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
-            words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
+            words, number, position = (
+                commented,
+                number - 1,
+                start,
+            )  # as written by numpy.savetxt: names are in a comment
         elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
             raise RecordingError(
                 f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
-                'v1,.., or say header = "none" in a log description'
+                'v1,.., or set header = "none" in a log description'
             )
     separator = stated.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
     return _Layout(_split(words, separator), separator, ".", number, position)
 
 
 def _start_of_line(path: Path, text: bytes, number: int) -> int:
-    """Where a line begins [bytes]."""
+    """Return the position of a line [bytes]."""
     position = 0
     for _ in range(number - 1):
         found = _LINE.match(text, position)
@@ -150,7 +154,7 @@ def _next_line(text: bytes, end: int) -> int:
 
 
 def _known(line: str, request: Request) -> int:
-    """How many of the wanted names a line holds, whatever separates them."""
+    """Return the number of requested names in a line, for any separator."""
     return max(request.known(_split(line, separator)) for separator in SEPARATORS)
 
 
@@ -160,7 +164,7 @@ def _numbers_in(line: str, separator: str) -> int:
 
 
 def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
-    """The wanted columns, None if a row or cell does not fit, or without pyarrow."""
+    """Return the requested columns, None if a row or cell is not valid, or without pyarrow."""
     try:
         import pyarrow as pa
     except ModuleNotFoundError:
@@ -193,7 +197,7 @@ def _number(cell: str, decimal: str) -> float | None:
 
 
 def _date(cell: str) -> float | None:
-    """Seconds since 1970; without an offset it counts as UTC."""
+    """Return seconds since 1970; a date without an offset is in UTC."""
     try:
         import pyarrow as pa
     except ModuleNotFoundError:
@@ -210,7 +214,7 @@ def _date(cell: str) -> float | None:
 
 
 def _dates(cells: "pa.ChunkedArray") -> Array:
-    """Dates as seconds since 1970; without an offset they count as UTC.
+    """Return dates as seconds since 1970; those without an offset are in UTC.
 
     Raises:
         pyarrow.ArrowInvalid: If one cannot be read.
@@ -226,7 +230,7 @@ def _dates(cells: "pa.ChunkedArray") -> Array:
 
 
 def _spaced(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
-    """Likewise for columns separated by one or more spaces, if all of them hold numbers."""
+    """Return columns separated by one or more spaces, if all are numeric."""
     numbers = io.BytesIO(rows.replace(b",", b".") if layout.decimal == "," else rows)
     try:
         values = np.loadtxt(numbers, ndmin=2)
@@ -236,7 +240,7 @@ def _spaced(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None
 
 
 def _tidy(line: bytes, layout: _Layout) -> bytes:
-    """A row as the fast parser wants it: one separator, none at the end beyond the header's, no plus signs."""
+    """Return a row for the fast parser: single separators, none at the end, no plus signs."""
     separator = layout.separator.encode()
     line = _SIGN.sub(b"", line.strip(b" \t\f\v" if layout.separator != "\t" else b" "))
     if separator == b" ":
@@ -247,10 +251,10 @@ def _tidy(line: bytes, layout: _Layout) -> bytes:
 
 
 def _cell_by_cell(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> list[Array]:
-    """The wanted columns without pyarrow, ten times slower.
+    """Return the requested columns without pyarrow, ten times slower.
 
     Raises:
-        RecordingError: At the first row or cell that does not fit.
+        RecordingError: If a row or cell is not valid (the first one).
     """
     values: list[list[float]] = [[] for _ in wanted]
     for number, line in enumerate(lines, layout.line + 1):

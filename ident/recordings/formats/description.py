@@ -1,18 +1,18 @@
-"""What a user says of a foreign log: its columns, their units, signs and zeros, and what v is."""
+"""Description of a foreign log: its columns, their units, signs and zeros, and the quantity of v."""
 
 from dataclasses import dataclass, field, fields, replace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextLayout:
-    """A text file's layout; None for what is to be found out.
+    """Layout of a text file; None for values to be detected.
 
     Attributes:
-        separator: Between columns, one character.
+        separator: Separator of columns, one character.
         decimal: Decimal sign, `.` or `,`.
-        header: Line of the column names, from 1; 0 if there is none and columns are called 1, 2, ...
+        header: Line of the column names, from 1; 0 without a header, then columns are named 1, 2, ...
         rows: Line of the first row, from 1.
-        encoding: Of the characters, as Python names it.
+        encoding: Encoding, as named in Python.
     """
 
     separator: str | None = None
@@ -24,16 +24,16 @@ class TextLayout:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channels:
-    """What is said of time, of positions or of currents; empty for what is not. One entry for all joints, or one each.
+    """Description of time, positions or currents; empty if not declared. One entry for all joints, or one each.
 
     Attributes:
-        columns: Names of the columns, joint after joint; `{joint}` stands for the joint's name.
+        columns: Names of the columns by joint; `{joint}` is replaced by the joint's name.
         unit: Units.
-        counts_per_turn: Counts of the encoder in one turn of the joint, of positions in ticks.
+        counts_per_turn: Encoder counts per turn of the joint, for positions in ticks.
         sign: 1 or -1.
-        zero: Added to a position after its sign, in the log's unit: where the arm is when the log says 0.
-        constant: Newton metres per ampere that the controller multiplied the current by; None if not said, empty if
-            said to be unknown.
+        zero: Offset added to a position after its sign, in the log's unit: the position at a logged 0.
+        constant: Torque constant with which the controller multiplied the current [N m/A]; None if not declared, empty
+            if declared unknown.
     """
 
     columns: tuple[str, ...] = ()
@@ -46,18 +46,18 @@ class Channels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogDescription:
-    """What is said of a log; what is not is taken from the layout it has.
+    """Description of a log; missing parts are taken from its layout.
 
     Attributes:
-        signal: What v is, a name of `MEANINGS`.
-        layout: A known layout, a name of `LAYOUTS`; recognised by its columns if not said.
-        joints: Names of the joints, base to flange, where the log has joints by name.
-        topic: Of a bag.
-        only: Columns and the value that rows must have there to be taken.
-        t: Of time.
-        q: Of positions.
-        v: Of currents.
-        text: How a text file is laid out.
+        signal: Quantity of v, a name of `MEANINGS`.
+        layout: A name of `LAYOUTS`; recognised by the columns if not declared.
+        joints: Names of the joints, base to flange, if the log has joints by name.
+        topic: Topic of a bag.
+        only: Columns and the values that select rows.
+        t: Description of time.
+        q: Description of positions.
+        v: Description of currents.
+        text: Layout of a text file.
     """
 
     signal: str | None = None
@@ -72,11 +72,11 @@ class LogDescription:
 
 
 NOTHING = Channels()
-"""Nothing said."""
+"""The empty description."""
 
 
 def over(given: Channels, known: Channels) -> Channels:
-    """What is said, and of what is not what a layout knows; nothing of it where other columns are said."""
+    """Return the description completed by a layout, except for parts with declared columns."""
     if given.columns:
         return given
     own = {each.name: getattr(given, each.name) for each in fields(given)}

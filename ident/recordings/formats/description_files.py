@@ -1,4 +1,4 @@
-"""Descriptions of logs, from TOML files and in few words: `t=time[ms]`, `q=pos_{1..6}[deg]`, `v=a,b,c[mA]`."""
+"""Descriptions of logs from TOML files and command lines: `t=time[ms]`, `q=pos_{1..6}[deg]`, `v=a,b,c[mA]`."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -20,18 +20,18 @@ CHANNELS = {
 FILE = ("separator", "decimal", "header", "rows", "encoding")
 UNKNOWN = "unknown"
 LARGEST = 1e12
-"""Size of a number that is meant."""
+"""Largest plausible number."""
 UNITS = {"t": TIME, "q": POSITION, "v": CURRENT | SHARE | TORQUE}
 MOST = 64
-"""Columns that a range stands for."""
+"""Largest number of columns of a range."""
 _RANGE = re.compile(r"\{(\d{1,4})\.\.(\d{1,4})\}")
 _UNIT = re.compile(r"(.*)\[([^\[\]]*)\]", re.DOTALL)
 LAST_LINE = 100_000
-"""Lines before the first row."""
+"""Largest number of lines before the first row."""
 
 
 class _Table:
-    """A table of the file, with the place for messages."""
+    """A table of the file, with its name for messages."""
 
     def __init__(self, place: str, table: object, known: tuple[str, ...]) -> None:
         if not isinstance(table, dict):
@@ -44,25 +44,25 @@ class _Table:
         self.place, self.table = place, table
 
     def wrong(self, key: str, expected: str) -> LogDescriptionError:
-        """What to raise of a value."""
+        """Return the error for a value."""
         return LogDescriptionError(f"{self.place}: {key} = {shown(self.table[key])}; expected {expected}")
 
     def word(self, key: str) -> str | None:
-        """A text, None if it is not there."""
+        """Return a text, None if missing."""
         value = self.table.get(key)
         if value is not None and not (isinstance(value, str) and value.strip()):
             raise self.wrong(key, "a text")
         return value
 
     def one_of(self, key: str, known: Mapping[str, object]) -> str | None:
-        """One of some words, None if it is not there."""
+        """Return one of some words, None if missing."""
         value = self.word(key)
         if value is not None and value not in known:
             raise self.wrong(key, f"one of {', '.join(known)}{nearest(value, known)}")
         return value
 
     def words(self, key: str) -> tuple[str, ...]:
-        """One text or several, empty if it is not there."""
+        """Return one or several texts, empty if missing."""
         value = self.table.get(key, [])
         texts = [value] if isinstance(value, str) else value
         if not isinstance(texts, list) or not all(isinstance(each, str) and each.strip() for each in texts):
@@ -72,7 +72,7 @@ class _Table:
         return tuple(texts)
 
     def numbers(self, key: str) -> tuple[float, ...]:
-        """One number or several, empty if it is not there."""
+        """Return one or several numbers, empty if missing."""
         value = self.table.get(key, [])
         found = value if isinstance(value, list) else [value]
         for each in found:
@@ -83,34 +83,34 @@ class _Table:
         return tuple(float(each) for each in found)
 
     def line(self, key: str) -> int | None:
-        """Number of a line, None if it is not there."""
+        """Return a line number, None if missing."""
         value = self.table.get(key)
         if value is None:
             return None
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LAST_LINE:
-            raise self.wrong(key, f"the number of a line, 1 to {LAST_LINE}")
+            raise self.wrong(key, f"a line number, 1 to {LAST_LINE}")
         return value
 
 
 def read_description(path: str | Path) -> LogDescription:
-    """Read what is said of a log.
+    """Read the description of a log.
 
     Raises:
-        LogDescriptionError: If the file cannot be read, or says what cannot be.
+        LogDescriptionError: If the file cannot be read or is not valid.
     """
     path = Path(path)
     return description_of(read_toml(path, error=LogDescriptionError), one_line(path))
 
 
 def description_of(table: Mapping[str, object], place: str) -> LogDescription:
-    """What a table says of a log.
+    """Return the description of a log in a table.
 
     Args:
-        table: As a file of a description has it.
-        place: Where it stands, for messages.
+        table: Content of a description file.
+        place: Name for messages.
 
     Raises:
-        LogDescriptionError: If it says what cannot be.
+        LogDescriptionError: If it is not valid.
     """
     top = _Table(place, table, KEYS)
     t, q, v = (_channels(f"{place}: [{kind}]", top.table.get(kind, {}), kind) for kind in CHANNELS)
@@ -147,7 +147,7 @@ def _channels(place: str, table: object, kind: str) -> Channels:
 
 
 def _constant(description: _Table) -> tuple[float, ...] | None:
-    """Constants, none of them if they are said to be unknown, None if nothing is said."""
+    """Return constants, empty if declared unknown, None if not declared."""
     if description.table.get("constant") == UNKNOWN:
         return ()
     return description.numbers("constant") or None
@@ -183,19 +183,19 @@ def _text(description: _Table) -> TextLayout:
 def _is_encoding(name: str) -> bool:
     try:
         b"a".decode(name)
-    except UnicodeError:  # half a character of a wide one
+    except UnicodeError:  # incomplete multi-byte character
         return True
-    except (LookupError, ValueError):  # none, one of bytes to bytes, or no name
+    except (LookupError, ValueError):  # unknown, a bytes-to-bytes codec, or not a name
         return False
     return True
 
 
 def spread(word: str, place: str) -> list[str]:
-    """The names that `name{a..b}` stands for.
+    """Return the names of a range `name{a..b}`.
 
     Args:
-        word: A name; without such a range it stands for itself.
-        place: For messages.
+        word: A name with or without a range.
+        place: Name for messages.
 
     Raises:
         LogDescriptionError: If the range is empty or too long.
@@ -210,13 +210,13 @@ def spread(word: str, place: str) -> list[str]:
 
 
 def described(words: Sequence[str]) -> LogDescription:
-    """What words say of a log.
+    """Return the description of a log from command-line words.
 
     Args:
-        words: Each `t=`, `q=` or `v=` with names, separated by commas, and a unit in brackets where it is known.
+        words: Each `t=`, `q=` or `v=` with names, separated by commas, and optionally a unit in brackets.
 
     Raises:
-        LogDescriptionError: If a word says something else.
+        LogDescriptionError: If a word is not valid.
     """
     found: dict[str, Channels] = {}
     for word in words:
@@ -230,7 +230,7 @@ def described(words: Sequence[str]) -> LogDescription:
 
 
 def _in_words(kind: str, given: str) -> Channels:
-    """Names and unit; brackets that hold no unit belong to the name of a column."""
+    """Return names and unit; brackets without a unit belong to the name of a column."""
     unit: tuple[str, ...] = ()
     ending = _UNIT.fullmatch(given)
     if ending is not None and not ending[2].isdigit():

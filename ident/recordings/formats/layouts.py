@@ -1,13 +1,13 @@
-"""Layouts of logs that are known by their columns: our own, and those that others write always alike; `LAYOUTS`.
+"""Known layouts of logs, recognised by their columns: the standard one and those of other systems; `LAYOUTS`.
 
 own             `t`, `q1` .. `qn`, `v1` .. `vn` in seconds, radians or metres, and drive units
 ur-rtde         Universal Robots' real-time data exchange, as its clients write it: `timestamp`, `actual_q_0`, ..;
                 currents are those that were measured, `actual_current_0`, ..
-ur-rtde-target  the same with those that the controller asked for, taken by name or where the measured ones are missing
+ur-rtde-target  the same with commanded currents, selected by name or if measured ones are missing
 joint-states    `sensor_msgs/JointState`: `stamp`, and `NAME.position`, `NAME.effort` of each joint, taken by name, as
-                joints stand in a message in whatever order its publisher has
+                joints may be in any order in a message
 lerobot         a dataset of LeRobot: `timestamp`, a position and a current of each joint by the names of features, in
-                the order of the dataset or of the joints that are said
+                the order of the dataset or of the declared joints
 """
 
 import re
@@ -23,23 +23,25 @@ from ident.support.errors import RecordingError
 from ident.support.naming import nearest, one_line, shown
 
 Layout: TypeAlias = Callable[[Path, Sequence[str], LogDescription], LogDescription | None]
-"""From a file's name, the names of its columns and what is said of it: what the other columns are; None if the file has
-another layout. Raises `RecordingError` where it has this one and cannot be used."""
+"""Function of file name, column names and description that returns the description of undeclared columns.
+
+Returns None for another layout. Raises `RecordingError` if the file has this layout but is not usable.
+"""
 OWN, UR, UR_TARGET, JOINT_STATES, LEROBOT = "own", "ur-rtde", "ur-rtde-target", "joint-states", "lerobot"
 UR_JOINTS = 6
 UR_CURRENT = re.compile("(?:actual|target)_current_[0-5]")
 UR_COLUMNS = r"timestamp|(?:actual|target)_(?:q|current)_[0-5]"
-"""Pattern of the names by which such a file is told from others."""
+"""Pattern of names that identify such a file."""
 STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
 _TIME = re.compile(r"(?i)t[^a-z]|time|stamp|sec|elapsed|clock")
-"""How names of columns of time begin."""
+"""Beginnings of names of time columns."""
 
 
 def own(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
-    """Our columns, as far as no others are said to be in their place.
+    """Return the standard columns, unless others are declared.
 
     Raises:
-        RecordingError: If such a column is missing, doubled or misspelled.
+        RecordingError: If such a column is missing, duplicate or misspelt.
     """
     kinds = {name[0] for name in names if OURS.fullmatch(name)}
     wanted = {kind for kind in "tqv" if not getattr(description, kind).columns}
@@ -49,10 +51,10 @@ def own(path: Path, names: Sequence[str], description: LogDescription) -> LogDes
 
 
 def own_columns(path: Path, names: Sequence[str], wanted: set[str]) -> LogDescription:
-    """The columns of some kinds of `t`, `q` and `v`.
+    """Return the columns of some kinds of `t`, `q` and `v`.
 
     Raises:
-        RecordingError: If one is missing, doubled or misspelled.
+        RecordingError: If one is missing, duplicate or misspelt.
     """
     used, place = used_columns(path, names), one_line(path)
     if "t" in wanted and "t" not in used:
@@ -73,10 +75,10 @@ def own_columns(path: Path, names: Sequence[str], wanted: set[str]) -> LogDescri
 
 
 def _likely_time(names: Sequence[str]) -> str:
-    """What to say of the column that is time by its name, or of whichever it is."""
+    """Return advice on the time column."""
     likely = next((name for name in names if _TIME.match(name)), None)
     if likely is None:
-        return "; say which one it is: --columns t=NAME[unit]"
+        return "; declare it: --columns t=NAME[unit]"
     ending = re.split(r"[^a-z]+", likely.lower().rstrip("])"))[-1]
     unit = f"[{ending}]" if ending in TIME else "[unit]"
     return f"; is it {shown(likely)}? --columns 't={one_line(likely)}{unit}'"
@@ -90,10 +92,10 @@ def _joint_numbers(place: str, used: Sequence[str], kind: str) -> list[int]:
 
 
 def used_columns(path: Path, header: Sequence[str]) -> list[str]:
-    """Those of a file's columns that make a recording, in their order.
+    """Return the columns of a file that form a recording, in order.
 
     Raises:
-        RecordingError: If a name is there twice, counts joints from 0, or differs in its case; or there are none.
+        RecordingError: If a name is duplicate, counts joints from 0, or differs in case; or there are none.
     """
     used = [name for name in header if OURS.fullmatch(name)]
     if len(set(used)) < len(used):
@@ -110,14 +112,14 @@ def used_columns(path: Path, header: Sequence[str]) -> list[str]:
             )
     if not used:
         raise RecordingError(
-            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
-            "they are (--columns, --log-description)"
+            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; declare the columns "
+            f"(--columns, --log-description)"
         )
     return used
 
 
 def ur_rtde(current: str) -> Layout:
-    """Joints 0 to 5 with one of the currents [A] of such a log."""
+    """Return joints 0 to 5 with one of the currents [A] of such a log."""
     known = LogDescription(
         signal="current",
         t=Channels(columns=("timestamp",), unit=("s",)),
@@ -133,10 +135,10 @@ def ur_rtde(current: str) -> Layout:
 
 
 def joint_states(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
-    """Positions and efforts of the joints by their names; what an effort is has to be said.
+    """Return positions and efforts of the joints by name; the quantity of the effort must be declared.
 
     Raises:
-        RecordingError: If the names of the arm's joints are not known, or the log lacks one.
+        RecordingError: If the names of the arm's joints are unknown, or the log lacks one.
     """
     there = [name.removesuffix(POSITION) for name in names if name.endswith(POSITION)]
     if STAMP not in names or not there:
@@ -167,10 +169,10 @@ def _check_joint(path: Path, joint: str, there: Sequence[str]) -> None:
 
 
 def lerobot(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
-    """Positions and currents of the joints of a dataset by the names of their features, as far as no others are said.
+    """Return positions and currents of the joints of a dataset by feature names, unless others are declared.
 
     Raises:
-        RecordingError: If it names no positions, no currents or several kinds of them, or lacks a joint.
+        RecordingError: If it has no positions, no currents or several kinds of current, or lacks a joint.
     """
     if not (path / INFO).is_file():
         return None
@@ -178,7 +180,7 @@ def lerobot(path: Path, names: Sequence[str], description: LogDescription) -> Lo
     positions = info.positions()
     if not positions and not description.q.columns:
         raise RecordingError(
-            f"{one_line(path)}: entries of {STATE} have no names of joints; say which of them are positions and "
+            f"{one_line(path)}: entries of {STATE} have no names of joints; declare which of them are positions and "
             f"currents: --columns 'q=NAME[{{0..5}}][unit]' 'v=..'; {_features(info)}"
         )
     joints = description.joints or tuple(positions)
@@ -212,7 +214,7 @@ def _channels(entries: Sequence[tuple[str, str]], constant: tuple[float, ...] | 
 
 
 def _currents(path: Path, info: DatasetInfo) -> Entries:
-    """The one kind of currents that a dataset has."""
+    """Return the only kind of current of a dataset."""
     kinds = info.currents()
     if not kinds:
         raise RecordingError(
@@ -221,7 +223,7 @@ def _currents(path: Path, info: DatasetInfo) -> Entries:
         )
     if len(kinds) > 1:
         raise RecordingError(
-            f"{one_line(path)}: several kinds of currents: {listed(list(kinds))}; choose one, --columns "
+            f"{one_line(path)}: several kinds of current: {listed(list(kinds))}; choose one, --columns "
             f"'v={next(iter(kinds))}', and name the joints (--joints, or --model)"
         )
     return next(iter(kinds.values()))

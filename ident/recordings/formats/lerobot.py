@@ -1,7 +1,7 @@
 """Logs in datasets of LeRobot, version 3: one episode of the folder with `meta/info.json`.
 
-Columns are called as in its Parquet files, `observation.state[0]`, .., and by the names of the entries besides,
-`observation.state.shoulder_pan.pos`. Videos are left alone.
+Columns have the names of its Parquet files, `observation.state[0]`, .., and also those of the entries,
+`observation.state.shoulder_pan.pos`. Videos are ignored.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,10 +17,12 @@ from ident.support.errors import RecordingError
 from ident.support.naming import one_line, shown
 
 ENDING = ".lerobot"
-"""Of the names of datasets that we write; a folder of any name is read."""
+"""Ending of names of written datasets; a folder of any name is read."""
 FPS_TOL = 0.01
-"""Share by which stamps may advance otherwise than `fps` says: more is another unit or another rate, not a loop that
-ran late. Velocities are wrong by that share, inertial torques by twice of it."""
+"""Largest relative difference between the stamps' rate and `fps`: a larger one indicates another unit or rate.
+
+Velocities have this relative error, inertial torques twice of it.
+"""
 EPISODE, FRAME, TIME, LENGTH = "episode_index", "frame_index", "timestamp", "length"
 
 
@@ -28,7 +30,7 @@ def read_lerobot(path: Path, request: Request) -> Columns:
     """Read the columns of one episode.
 
     Raises:
-        RecordingError: If the folder is no such dataset, an episode has to be chosen, or frames of it are missing.
+        RecordingError: If the folder is not such a dataset, an episode must be chosen, or frames are missing.
     """
     info = read_info(path)
     episode, frames = _episode(path, info, request.episode)
@@ -52,7 +54,7 @@ def read_lerobot(path: Path, request: Request) -> Columns:
 
 
 def _episode(path: Path, info: DatasetInfo, wanted: float | None) -> tuple[int, int]:
-    """Number of the episode to read, and how many frames it has."""
+    """Return the number of the episode to read, and its number of frames."""
     listed = _together(_parquets(path, "meta/episodes"), (EPISODE, LENGTH))
     if not all(np.isfinite(values).all() for values in listed.values()):
         raise RecordingError(f"{one_line(path)}: meta/episodes lacks a number or length; copy the dataset again")
@@ -74,17 +76,17 @@ def _episode(path: Path, info: DatasetInfo, wanted: float | None) -> tuple[int, 
 
 
 def _rows(path: Path, episode: int, columns: Mapping[str, None]) -> dict[str, Array]:
-    """Columns of an episode from all files that hold rows of it."""
+    """Return the columns of an episode from all files with its rows."""
     files = [file for file in _parquets(path, "data") if _may_hold(file, episode)]
     if not files:
-        raise RecordingError(f"{one_line(path)}: no file of data/ holds episode {episode}; copy the dataset again")
+        raise RecordingError(f"{one_line(path)}: no file of data/ contains episode {episode}; copy the dataset again")
     table = _together(files, tuple(columns))
     kept = table[EPISODE] == episode
     return {name: values[kept] for name, values in table.items()}
 
 
 def _parquets(path: Path, folder: str) -> list[Path]:
-    """Parquet files of a folder of the dataset, in the order of their rows."""
+    """Return Parquet files of a folder of the dataset, in the order of their rows."""
     found = sorted((path / folder).glob("*/*.parquet"))
     if not found:
         raise RecordingError(f"{one_line(path)}: {folder} has no Parquet file; copy the dataset again")
@@ -92,7 +94,7 @@ def _parquets(path: Path, folder: str) -> list[Path]:
 
 
 def _may_hold(file: Path, episode: int) -> bool:
-    """Whether a file can hold rows of an episode, by the ranges that it states of its row groups."""
+    """Return whether a file may have rows of an episode, from the statistics of its row groups."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -104,12 +106,12 @@ def _may_hold(file: Path, episode: int) -> bool:
                 return True
             ranges = [footer.row_group(k).column(places[0]).statistics for k in range(footer.num_row_groups)]
     except (OSError, pa.ArrowException):
-        return True  # reading it says what is wrong
+        return True  # reading it reports the error
     return any(each is None or not each.has_min_max or each.min <= episode <= each.max for each in ranges)
 
 
 def _together(files: Sequence[Path], columns: Sequence[str]) -> dict[str, Array]:
-    """Columns of some Parquet files, one after the other."""
+    """Return the concatenated columns of some Parquet files."""
     parts = [read_parquet(file, _request(columns)) for file in files]
     return {
         column: np.concatenate([list(part.values())[number] for part in parts]) for number, column in enumerate(columns)
@@ -117,7 +119,7 @@ def _together(files: Sequence[Path], columns: Sequence[str]) -> dict[str, Array]
 
 
 def _request(columns: Sequence[str]) -> Request:
-    """What is asked of a Parquet file: some columns, a column of rows of one number by the name of its only entry."""
+    """Return the request for a Parquet file; a column of one-element arrays has the name of its only entry."""
 
     def chosen(path: Path, names: Sequence[str]) -> Chosen:
         there = set(names)
@@ -133,7 +135,7 @@ def _request(columns: Sequence[str]) -> Request:
 
 
 def _time(path: Path, info: DatasetInfo, t: Array, frame: Array) -> Array:
-    """Times of frames [s]; those that LeRobot made, `frame_index / fps`, without the rounding of float32."""
+    """Return times of frames [s]; stamps of LeRobot, `frame_index / fps`, without rounding to float32."""
     made = frame / info.fps
     single = any(feature.name == TIME and feature.kind == "float32" for feature in info.features)
     if single and np.array_equal(made.astype(np.float32), t):

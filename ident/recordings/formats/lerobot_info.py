@@ -1,4 +1,4 @@
-"""What `meta/info.json` of a LeRobot v3 dataset says: rate, episodes, and features with the joints that they name.
+"""Content of `meta/info.json` of a LeRobot v3 dataset: rate, episodes, and features with joint names.
 
 A feature is a column of numbers, or of rows of numbers with a name each: `shoulder_pan.pos` of `observation.state`. A
 position is an entry of `observation.state` that ends in `.pos` or has no ending; a current is one that ends in
@@ -21,24 +21,23 @@ from ident.support.naming import one_line, shown
 INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 DATA, EPISODES = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 FILES = (INFO, STATS, TASKS, EPISODES, DATA)
-"""What a dataset that we write consists of; others have more files of data and of episodes."""
+"""Files of a written dataset; others may have more files of data and of episodes."""
 LARGEST = 10_000_000
-"""Bytes of `meta/info.json`."""
+"""Largest size of `meta/info.json` [bytes]."""
 VERSION = "v3."
 CONVERTED = "v2.1"
-"""The one older version that LeRobot converts."""
+"""The only older version that LeRobot converts."""
 STATE = "observation.state"
 POSITIONS = ("pos", "position")
 CURRENTS = ("current", "torque", "effort", "eff")
 CURRENT = re.compile(r"^observation\.current\.|\.current$")
-"""What a column is called that is a current, not a torque."""
+"""Name of a column of currents, not torques."""
 CURRENT_COLUMNS = ("observation.current", "observation.torque", "observation.effort")
-"""Features of nothing but currents."""
+"""Features with only currents."""
 DEGREES = ("openarm_follower", "bi_openarm_follower")
-"""Types of robots that LeRobot always logs in degrees and newton metres (its `DamiaoMotorsBus`); others log positions
-in degrees, radians or shares of a range, as they are set up."""
+"""Types of robots that LeRobot always logs in degrees and newton metres (its `DamiaoMotorsBus`)."""
 Entries: TypeAlias = Mapping[str, tuple[str, str]]
-"""Column and unit of each joint; the unit is empty where nothing says it."""
+"""Column and unit of each joint; the unit is empty if not stated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,10 +47,10 @@ class Feature:
     Attributes:
         name: Its name.
         kind: Type of its numbers.
-        width: Numbers in a row, 1 for a plain column.
-        names: Of the entries of a row, empty where they have none.
-        units: Of the entries, where a dataset of `write_dataset` says them.
-        signal: What its currents are, where a dataset of `write_dataset` says it.
+        width: Length of a row, 1 for a plain column.
+        names: Names of the entries of a row, empty without names.
+        units: Units of the entries, if stated by `write_dataset`.
+        signal: Quantity of its currents, if stated by `write_dataset`.
     """
 
     name: str
@@ -63,24 +62,24 @@ class Feature:
 
     @property
     def stored(self) -> tuple[str, ...]:
-        """Its columns as they are called in the Parquet files."""
+        """Its columns with their names in the Parquet files."""
         return (self.name,) if self.width == 1 else tuple(entry(self.name, k) for k in range(self.width))
 
     @property
     def named(self) -> tuple[str, ...]:
-        """Its columns by the names of the entries, empty where they have none."""
+        """Its columns by the names of the entries, empty without names."""
         return tuple(f"{self.name}.{name}" for name in self.names)
 
 
 @dataclass(frozen=True, slots=True)
 class DatasetInfo:
-    """What a dataset says of itself.
+    """Metadata of a dataset.
 
     Attributes:
-        robot: Type of the robot, empty if not said.
+        robot: Type of the robot, empty if not stated.
         fps: Frames per second [1/s].
-        episodes: How many there are.
-        features: Those of numbers.
+        episodes: Number of episodes.
+        features: Numeric features.
         others: Names of the other features: videos, images, texts.
     """
 
@@ -92,14 +91,14 @@ class DatasetInfo:
 
     @property
     def columns(self) -> dict[str, str]:
-        """Stored columns by all names that they go by."""
+        """Stored columns by all their names."""
         stored = {name: name for feature in self.features for name in feature.stored}
         named = {n: s for each in self.features for n, s in zip(each.named, each.stored, strict=bool(each.names))}
         return named | stored
 
     @property
     def signal(self) -> str | None:
-        """What the currents are, where it is said."""
+        """Quantity of the currents, if stated."""
         return next((feature.signal for feature in self.features if feature.signal), None)
 
     def positions(self) -> Entries:
@@ -112,11 +111,11 @@ class DatasetInfo:
         }
 
     def currents(self) -> dict[str, Entries]:
-        """Currents by joint, for each pattern of columns that has some."""
+        """Currents by joint, for each pattern of columns that exists."""
         return {pattern: joints for pattern, joints in self._entries().items() if is_current(pattern)}
 
     def _entries(self) -> dict[str, dict[str, tuple[str, str]]]:
-        """Columns and units of joints by pattern; `{joint}` stands for the joint's name."""
+        """Return columns and units of joints by pattern; `{joint}` is replaced by the joint's name."""
         found: dict[str, dict[str, tuple[str, str]]] = {}
         for feature in self.features:
             if feature.name not in (STATE, *CURRENT_COLUMNS):
@@ -142,18 +141,18 @@ class DatasetInfo:
 
 
 def is_current(column: str) -> bool:
-    """Whether a column of a dataset is a current or torque by its name."""
+    """Return whether a column of a dataset is a current or torque, by its name."""
     return column.startswith(CURRENT_COLUMNS) or column.rpartition(".")[2] in CURRENTS
 
 
 def read_info(folder: Path) -> DatasetInfo:
-    """What a dataset says of itself.
+    """Metadata of a dataset.
 
     Args:
-        folder: The dataset's.
+        folder: Folder of the dataset.
 
     Raises:
-        RecordingError: If it is no dataset of LeRobot, or of another version than 3.
+        RecordingError: If it is not a dataset of LeRobot, version 3.
     """
     path = folder / INFO
     if not path.is_file():
@@ -200,7 +199,7 @@ def _check_version(place: str, version: object) -> None:
 
 
 def _feature(name: str, said: object) -> Feature | None:
-    """A feature of plain numbers or rows of them, None for any other."""
+    """Return a feature of numbers or rows of numbers, None for any other."""
     if not isinstance(said, dict):
         return None
     table = cast("dict[str, object]", said)
@@ -224,7 +223,7 @@ def _feature(name: str, said: object) -> Feature | None:
 
 
 def _texts(said: object) -> tuple[str, ...]:
-    """Names of entries: a list of them, or such a list alone in a list or an object; empty for anything else."""
+    """Return names of entries: a list, or a single list within a list or an object; otherwise empty."""
     inner: Sequence[object] = ()
     if isinstance(said, dict):
         inner = list(cast("dict[str, object]", said).values())

@@ -1,6 +1,6 @@
-"""Units that logs are in, and what a logged v is: a current, a torque before or behind the drive, a share of a rating.
+"""Units of logs, and quantities of v: a current, a torque before or after the drive, a share of a rating.
 
-Numbers do not tell what v is, and gains mean something else each time, so that it has to be said.
+The quantity of v cannot be inferred from its values but determines the meaning of gains, so it must be declared.
 """
 
 import math
@@ -10,29 +10,29 @@ from dataclasses import dataclass
 ISO = "iso"
 """Time as dates, 2031-07-19T09:41:07.125."""
 TICKS = "ticks"
-"""Positions as counts of an encoder; what a turn of the joint has is said beside."""
+"""Positions as encoder counts, with separately declared counts per turn."""
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, ISO: 1.0}
 """Seconds."""
 POSITION = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3, TICKS: 2.0 * math.pi}
-"""Radians or metres; of ticks, a turn."""
+"""Radians or metres; for ticks, a turn."""
 CURRENT = {"A": 1.0, "mA": 1e-3}
 """Amperes."""
 SHARE = {"%": 1.0, "per mille": 0.1}
 """Percent."""
 TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "N": 1.0}
-"""Newton metres, newtons of joints that slide."""
+"""Newton metres, newtons for prismatic joints."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Meaning:
-    """A kind of v.
+    """A quantity of v.
 
     Attributes:
-        words: What it is.
-        units: Units it may be in, and what one of them is in that of the recording.
-        unit: Of v in the recording.
-        note: What gains are then, where it is not N m per ampere.
-        refused: Why no gain can come of it; empty if one can.
+        words: Description.
+        units: Allowed units, with their factors to the unit of the recording.
+        unit: Unit of v in the recording.
+        note: Meaning of gains, if not N m per ampere.
+        refused: Why no gain is identifiable from it, or empty.
     """
 
     words: str
@@ -68,9 +68,9 @@ MEANINGS: dict[str, Meaning] = {
         units=CURRENT | TORQUE | SHARE,
         unit="",
         refused=(
-            "the weight of the payload, from which gains are identified, is missing in it; log the "
+            "it lacks the weight of the payload, from which gains are identified; log the "
             "motor current or the whole commanded torque, before or with the compensation"
         ),
     ),
 }
-"""By the name that a description says."""
+"""Quantities by their names in a description."""

@@ -1,6 +1,6 @@
 """Logs in Parquet files.
 
-A column whose cells are rows of numbers, all of one length, counts as that many columns, `name[0]`, `name[1]`, ..
+A column whose cells are arrays of one length gives that number of columns, `name[0]`, `name[1]`, ..
 """
 
 from pathlib import Path
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     import pyarrow.parquet as pq
 
 LARGEST = 4_000_000_000
-"""Bytes of a file; only the columns that are wanted are read of it."""
+"""Largest size of a file [bytes]; only requested columns are read."""
 LARGEST_FOOTER = 16_000_000
-"""Bytes of the description of columns and row groups, which is read whole."""
+"""Largest size of the metadata [bytes], which are read completely."""
 Place: TypeAlias = tuple[str, int | None]
-"""A column, and the entry of its rows where it has rows."""
+"""A column, and the entry of its arrays if it has arrays."""
 
 
 def read_parquet(path: Path, request: Request) -> Columns:
     """Read the columns of a log.
 
     Raises:
-        RecordingError: If the file is no Parquet, too large, or a wanted column is missing or holds no numbers.
+        RecordingError: If the file is not Parquet, too large, or a requested column is missing or not numeric.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -61,7 +61,7 @@ def read_parquet(path: Path, request: Request) -> Columns:
 
 
 def _places(file: "pq.ParquetFile") -> list[tuple[str, Place]]:
-    """Where the numbers of each name are."""
+    """Return the location of the numbers of each name."""
     import pyarrow as pa
 
     found: list[tuple[str, Place]] = []
@@ -75,7 +75,7 @@ def _places(file: "pq.ParquetFile") -> list[tuple[str, Place]]:
 
 
 def _width(file: "pq.ParquetFile", field: "pa.Field") -> int:
-    """Numbers in a row of a column of rows; those of the first row where the type does not say."""
+    """Return the length of arrays of a column; that of the first row if the type does not state it."""
     import pyarrow as pa
 
     if isinstance(field.type, pa.FixedSizeListType):
@@ -86,7 +86,7 @@ def _width(file: "pq.ParquetFile", field: "pa.Field") -> int:
 
 
 def _rows(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
-    """A column of rows, shape (N, k)."""
+    """Return a column of arrays, shape (N, k)."""
     import pyarrow as pa
     import pyarrow.compute as pc
 
@@ -104,7 +104,7 @@ def _rows(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
 
 
 def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
-    """A column as float64; a missing value is NaN, which a recording refuses with its row."""
+    """Return a column as float64; a missing value is NaN, which a recording refuses with its row."""
     import pyarrow as pa
 
     kind = column.type
@@ -114,8 +114,8 @@ def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
         return seconds(column)
     try:
         if column.type == pa.float64():
-            return floats(column)  # a cast imports what computes in tables, a tenth of the time of a command
-        exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 are whole numbers beyond float64's
+            return floats(column)  # a cast would import compute kernels, a tenth of the time of a command
+        exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 exceed the integers of float64
         return floats(column.cast(pa.float64(), safe=exact))
     except pa.ArrowException as error:
         raise RecordingError(
@@ -124,21 +124,21 @@ def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
 
 
 def floats(column: "pa.ChunkedArray") -> Array:
-    """Numbers as float64, a missing one is NaN; pyarrow's own conversion imports pandas, half a second of a command."""
+    """Return numbers as float64, NaN if missing; pyarrow's own conversion imports pandas, which takes half a second."""
     if column.null_count:
         return np.asarray(column.to_numpy(), dtype=np.float64)
     return np.array(np.from_dlpack(column.combine_chunks()), dtype=np.float64)
 
 
 def arrow_array(x: Array | Indices) -> "pa.Array":
-    """Numbers as a column without missing ones, shape (N,); pyarrow's own conversion imports pandas here too."""
+    """Return numbers as a column without missing ones, shape (N,); pyarrow's own conversion imports pandas too."""
     import pyarrow as pa
 
     return pa.Array.from_buffers(pa.from_numpy_dtype(x.dtype), len(x), [None, pa.py_buffer(np.ascontiguousarray(x))])
 
 
 def seconds(column: "pa.ChunkedArray") -> Array:
-    """Dates as seconds since 1970, NaN where one is missing."""
+    """Return dates as seconds since 1970, NaN if missing."""
     import pyarrow as pa
 
     ns = column.cast(pa.timestamp("ns", column.type.tz)).cast(pa.int64())
@@ -156,7 +156,7 @@ def _check_type(path: Path, name: str, kind: object, *, dated: bool) -> None:
             "us or ns"
         )
     if not dated and not (pa.types.is_integer(value) or pa.types.is_floating(value) or pa.types.is_decimal(value)):
-        advice = '; t is in seconds; say unit = "iso" for dates' if pa.types.is_timestamp(value) else ""
+        advice = '; t is in seconds; set unit = "iso" for dates' if pa.types.is_timestamp(value) else ""
         raise RecordingError(
             f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, expected numbers{advice}"
         )

@@ -1,4 +1,4 @@
-"""Which columns of a file are time, positions and currents, and in what units: what is said, the rest by its layout."""
+"""Meaning and units of a file's columns: from the description, completed by the layout."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,21 +13,21 @@ from ident.support.errors import RecordingError
 from ident.support.naming import nearest, one_line, shown
 
 MOST_JOINTS = 64
-"""Joints of a recording."""
+"""Largest number of joints of a recording."""
 TAKEN = {
-    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} takes target_current",
+    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} selects target_current",
     UR_TARGET: "v is target_current_0 .. [A], as commanded by the controller",
 }
-"""Where a layout had a choice."""
+"""Notes on choices of a layout."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """What a file's columns are.
+    """Meaning of a file's columns.
 
     Attributes:
-        description: Columns as the file names them, one a joint; units; what v is, None for our own drive units.
-        layout: Name of the layout that was recognised, None if all was said.
+        description: Columns with their names in the file, one per joint; units; quantity of v, None for drive units.
+        layout: Name of the recognised layout, None if everything was declared.
     """
 
     description: LogDescription
@@ -35,12 +35,12 @@ class Resolved:
 
     @property
     def divided(self) -> bool:
-        """Whether v was a torque from current, and is the current by the constants stated."""
+        """Whether v was a torque from current, converted to current with the stated constants."""
         return self.description.signal == TORQUE_FROM_CURRENT and bool(self.description.v.constant)
 
     @property
     def chosen(self) -> Chosen:
-        """The columns to be read, each once; time as dates where its unit says so."""
+        """The columns to be read, each once; time as dates if its unit is that of dates."""
         description = self.description
         names = (
             *description.t.columns,
@@ -54,15 +54,15 @@ class Resolved:
 
 
 def resolved(path: Path, names: Sequence[str], description: LogDescription) -> Resolved:
-    """Settle what a file's columns are.
+    """Determine the meaning of a file's columns.
 
     Args:
         path: The file, for messages.
-        names: Of all its columns.
-        description: What a user says of it.
+        names: Names of all its columns.
+        description: Description by the user.
 
     Raises:
-        RecordingError: If the layout is unknown, a column is missing or ambiguous, or something has to be said.
+        RecordingError: If the layout is unknown, a column is missing or ambiguous, or a declaration is missing.
     """
     if len(names) > MOST_COLUMNS:
         raise RecordingError(f"{one_line(path)}: {len(names)} columns; files of up to {MOST_COLUMNS} are read")
@@ -85,12 +85,12 @@ def resolved(path: Path, names: Sequence[str], description: LogDescription) -> R
 
 
 def _plain(layout: str | None, found: LogDescription) -> bool:
-    """Whether v is known to be a current, which may stay in whatever unit it has."""
+    """Return whether v is known to be a current, whose unit may be unknown."""
     return layout == OWN or (layout == LEROBOT and all(map(CURRENT.search, found.v.columns)))
 
 
 def _layout(path: Path, names: Sequence[str], description: LogDescription) -> tuple[str | None, LogDescription]:
-    """The layout that fits, and what it knows; nothing where all columns are said."""
+    """Return the matching layout and its description; nothing if all columns are declared."""
     if description.layout is not None:
         known = LAYOUTS[description.layout](path, names, description)
         if known is None:
@@ -104,11 +104,11 @@ def _layout(path: Path, names: Sequence[str], description: LogDescription) -> tu
             return name, known
     if description.t.columns or description.q.columns or description.v.columns:
         return None, LogDescription()
-    return OWN, own_columns(path, names, set("tqv"))  # says what is missing
+    return OWN, own_columns(path, names, set("tqv"))  # raises for missing columns
 
 
 def _columns(path: Path, names: Sequence[str], wanted: Sequence[str], joints: Sequence[str] | None) -> tuple[str, ...]:
-    """Names in the file for those wanted: joints' names filled in, columns of rows of numbers entry by entry."""
+    """Return names in the file for requested ones, with joint names inserted and columns of arrays expanded."""
     found: list[str] = []
     for name in wanted:
         if "{joint}" in name:
@@ -161,7 +161,7 @@ def _check_complete(path: Path, found: LogDescription, *, plain: bool) -> None:
 
 
 def _missing(found: LogDescription, *, plain: bool) -> Iterator[str]:
-    """All that has still to be said, so that one more attempt is enough."""
+    """Return all missing declarations together."""
     unstated = found.signal is None and (bool(found.v.unit) or not plain)
     for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
         channels: Channels = getattr(found, kind)
@@ -220,10 +220,10 @@ def _check_joints(place: str, found: LogDescription) -> None:
 
 
 def notes_of(read: Resolved) -> tuple[str, ...]:
-    """Notes on a log, one line each.
+    """Return notes on a log, one line each.
 
     Args:
-        read: What was taken for what.
+        read: Meaning of the columns.
     """
     description = read.description
     taken = TAKEN.get(read.layout or "", "") if all(map(UR_CURRENT.fullmatch, description.v.columns)) else ""
@@ -231,7 +231,7 @@ def notes_of(read: Resolved) -> tuple[str, ...]:
 
 
 def signal_of(read: Resolved) -> str:
-    """What v of the recording is, with its unit."""
+    """Return the quantity of v in the recording, with its unit."""
     description = read.description
     if description.signal is None:
         return "as logged [drive units]"
@@ -241,7 +241,7 @@ def signal_of(read: Resolved) -> str:
 
 
 def signal_after(read: Resolved) -> str | None:
-    """What v of the recording is, a name of `MEANINGS`; None in drive units."""
+    """Return the quantity of v in the recording, a name of `MEANINGS`; None for drive units."""
     return "current" if read.divided else read.description.signal
 
 

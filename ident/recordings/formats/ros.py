@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
-"""Bytes of a file; chunks are read one at a time."""
+"""Largest size of a file [bytes]; chunks are read one at a time."""
 LARGEST_CHUNK = 1_000_000_000
-"""Bytes of an unpacked chunk; writers begin a new one after some megabytes."""
+"""Largest size of an unpacked chunk [bytes]; writers begin a new one after some megabytes."""
 MOST_KINDS = 64
-"""Sets of joints in the messages on one topic; each publisher has one."""
+"""Largest number of sets of joints on one topic; each publisher has one."""
 Messages: TypeAlias = Iterator[tuple[int, bytes]]
 """Times of logging [ns], and bytes."""
 
@@ -49,11 +49,11 @@ class _Group:
     """Messages with the same joints.
 
     Attributes:
-        names: Of the n joints.
+        names: Names of the n joints.
         logged: Times of logging [ns], of k messages.
         stamp: Times of their headers [s].
-        position: Positions of all joints, message after message, k n numbers.
-        effort: Efforts, likewise; none if they have none.
+        position: Positions of all joints, message by message, k n numbers.
+        effort: Efforts in the same order; empty if there are none.
     """
 
     names: tuple[str, ...]
@@ -63,7 +63,7 @@ class _Group:
     effort: "array[float]" = field(default_factory=_numbers)
 
     def add(self, logged: int, state: "JointState") -> None:
-        """One more message."""
+        """Append a message."""
         self.logged.append(logged)
         self.stamp.append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
         self.position.extend(state.position.tolist())
@@ -85,7 +85,7 @@ def read_ros(path: Path, request: Request) -> Columns:
     """Read the columns of a log.
 
     Raises:
-        RecordingError: If `rosbags` is missing, the file is no bag, a topic has to be chosen, or joints are missing.
+        RecordingError: If `rosbags` is missing, the file is not a bag, a topic must be chosen, or joints are missing.
     """
     _check(path)
     from rosbags.rosbag2 import Reader
@@ -104,7 +104,7 @@ def read_ros(path: Path, request: Request) -> Columns:
 
 
 def _check(path: Path) -> None:
-    """Refuse what is there to be no bag, before anything is imported."""
+    """Check that the path is a bag before imports."""
     if path.suffix.lower() == ".bag":
         raise RecordingError(f"{one_line(path)}: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert")
     if path.is_dir() and (path / METADATA).is_file():
@@ -117,7 +117,7 @@ def _check(path: Path) -> None:
 
 @contextmanager
 def _readable(path: Path) -> Generator[None]:
-    """Around calls of the library alone: our own mistakes are no damage of a file."""
+    """Convert errors of the library to errors of the file."""
     try:
         yield
     except _broken() as error:
@@ -126,7 +126,7 @@ def _readable(path: Path) -> Generator[None]:
 
 
 def _each_readable(path: Path, messages: Messages) -> Messages:
-    """The same messages, each one taken from the library by itself."""
+    """Yield messages with errors of the library converted."""
     while True:
         with _readable(path):
             found = next(messages, None)
@@ -136,7 +136,7 @@ def _each_readable(path: Path, messages: Messages) -> Messages:
 
 
 def _broken() -> tuple[type[Exception], ...]:
-    """What the library raises at files that are none, or are damaged."""
+    """Exceptions of the library for files of other formats or damaged files."""
     import apsw
     from rosbags.rosbag2 import ReaderError
     from rosbags.rosbag2.storage_mcap import zstd
@@ -148,12 +148,12 @@ def _broken() -> tuple[type[Exception], ...]:
 
 
 def _connections(path: Path, there: "Sequence[Connection]", request: Request) -> "list[Connection]":
-    """Those of the topic that is wanted."""
+    """Return the connections of the requested topic."""
     states = [each for each in there if each.msgtype == TYPE]
     topics = sorted({each.topic for each in states})
     if not topics:
         kinds = sorted({f"{each.topic} ({each.msgtype})" for each in there})
-        raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none at all'}")
+        raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none'}")
     topic = request.topic or topics[0]
     if request.topic is None and len(topics) > 1:
         raise RecordingError(f"{one_line(path)}: several topics of {TYPE}: {listed(topics)}; choose one (--topic)")
@@ -180,7 +180,7 @@ def _messages(reader: "Reader", connections: "Sequence[Connection]") -> Messages
 
 
 def _groups(path: Path, messages: Messages) -> list[_Group]:
-    """Numbers of all messages, those of the same joints together."""
+    """Return the numbers of all messages, grouped by joints."""
     from rosbags.serde import SerdeError
     from rosbags.typesys import Stores, get_typestore
 
@@ -206,7 +206,7 @@ def _groups(path: Path, messages: Messages) -> list[_Group]:
 
 
 def _columns(path: Path, tables: Sequence[tuple[np.ndarray, Columns]], wanted: Sequence[str]) -> Columns:
-    """The wanted columns in order of logging, from the messages that have all of them."""
+    """Return the requested columns in order of logging, from messages with all of them."""
     whole: list[tuple[np.ndarray, Columns]] = []
     for logged, columns in tables:
         lacking = [name for name in wanted if name not in columns]

@@ -9,7 +9,7 @@ from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 
 LARGEST = 500_000_000
-"""Bytes of text; two million samples of six joints with every digit. Parquet holds more."""
+"""Largest size of a text [bytes]: two million samples of six joints with all digits."""
 MARKS = ((b"\xff\xfe\x00\x00", "utf-32"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8"))
 """Byte order marks; spreadsheets write them."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
@@ -17,14 +17,14 @@ _COMMENT = re.compile(rb"#[^\r\n]*")
 
 
 def read_text(path: Path, encoding: str | None = None) -> bytes:
-    """The text of a file, as UTF-8 or another encoding that has ASCII in it.
+    """Return the text of a file, as UTF-8 or another superset of ASCII.
 
     Args:
         path: The file.
-        encoding: Of its characters; by its byte order mark if None.
+        encoding: Encoding; from its byte order mark if None.
 
     Raises:
-        RecordingError: If it cannot be read or is no text.
+        RecordingError: If it cannot be read or is not text.
     """
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):
@@ -47,7 +47,7 @@ def read_text(path: Path, encoding: str | None = None) -> bytes:
 
 
 def without_comments(content: bytes) -> bytes:
-    """The text with everything from a `#` to the end of its line removed; lines keep their numbers."""
+    """Return the text without comments from `#` to the end of a line; line numbers stay the same."""
     return _COMMENT.sub(b"", content) if b"#" in content else content
 
 
@@ -61,7 +61,7 @@ def _decoded(path: Path, content: bytes, encoding: str) -> bytes:
 
 def _unpacked(path: Path, content: bytes) -> bytes:
     text, room = list[bytes](), LARGEST + 1
-    while content := content.lstrip(b"\0"):  # one member after the other, as `cat a.gz b.gz` makes
+    while content := content.lstrip(b"\0"):  # concatenated members, as from `cat a.gz b.gz`
         unpacker = zlib.decompressobj(wbits=31)
         try:
             text.append(unpacker.decompress(content, room))

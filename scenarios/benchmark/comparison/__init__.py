@@ -1,1 +1,1 @@
-"""Methods side by side: the same recordings for all, and what each made of them."""
+"""Comparison of methods on the same recordings."""

@@ -1,13 +1,14 @@
-"""The Cramer-Rao bound of a scenario: how small the deviation of a gain can be under the injected current noise.
+"""The Cramer-Rao bound of a scenario: smallest possible standard deviation of a gain with the injected current noise.
 
 The motions are simulated without any noise. With the injected gains V_j = h_j (A_j theta + k_j) + F_j phi_j is linear
-in what is left, so torques and the derivatives by each log|g_j|, theta and phi are known. What no other unknown can
-imitate of the derivatives by the logarithms is M, weighted by the noise of its rows; (M^T M)^-1 bounds the covariance
-of any estimate without bias that knows this model and all rows, velocity reversals included.
+in the other unknowns, so torques and the derivatives with respect to each log|g_j|, theta and phi are known. M is the
+part of the derivatives with respect to the logarithms that is orthogonal to those of the other unknowns, weighted by
+the noise of its rows. (M^T M)^-1 bounds the covariance of any unbiased estimate with this model and all rows, including
+velocity reversals.
 
-Noise of a row: injected noise is white, and coloured below a cut-off; both count with their mean level in the band of
-the rows, in proportion to the rms current of each joint and motion. What the bound leaves out: encoder noise, the
-payload's own uncertainty, and every model error.
+Noise of a row: injected noise is white, and coloured below a cut-off. Both have their mean level in the band of the
+rows, proportional to the rms current of each joint and motion. The bound does not include encoder noise, uncertainty of
+the payload, and model errors.
 """
 
 from dataclasses import replace
@@ -28,16 +29,16 @@ from sim.record import record
 from sim.sensors import SensorOptions
 
 RANK_TOL = 1e-9
-"""Relative singular value of the scaled columns of other unknowns under which a direction is none."""
+"""Relative singular value of the scaled columns below which a direction is neglected."""
 FREQUENCIES = 1 << 14
-"""At which a spectrum is taken, up to half the sampling rate."""
+"""Number of frequencies of a spectrum, up to half the sampling rate."""
 
 
 def gain_bound(setup: Setup) -> Array | None:
-    """Smallest relative standard deviation of each gain. What the scenario draws is taken as stated, not drawn.
+    """Return the smallest relative standard deviation of each gain, with the stated values of the scenario.
 
     Returns:
-        Shape (n,), infinite for a joint that the data do not show at all; None if no current noise is injected.
+        Shape (n,), infinite for a joint that is not identifiable; None if no current noise is injected.
 
     Raises:
         SimulationError: If a motion cannot be carried out.
@@ -58,13 +59,13 @@ def gain_bound(setup: Setup) -> Array | None:
 
 
 def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> Array:
-    """The bound of a system of all joints.
+    """Return the bound of a system of all joints.
 
-    The `joints` have rows without noise, `h` is the true 1/g, shape (n,), `sigma` the standard deviation of the noise
-    of each row [drive units], n arrays of shape (r_j,).
+    The `joints` have rows without noise; `h` is the true 1/g, shape (n,); `sigma` is the standard deviation of the
+    noise of each row [drive units], n arrays of shape (r_j,).
 
     Returns:
-        Relative standard deviation of each gain, shape (n,), infinite where the rows do not show it.
+        Relative standard deviation of each gain, shape (n,), infinite if not identifiable.
     """
     own = [own_columns(each, {}, per_motion=False).F for each in joints]
     A = np.vstack([h[j] * each.shared / sigma[j][:, None] for j, each in enumerate(joints)])
@@ -73,7 +74,9 @@ def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> 
     known = np.concatenate([h[j] * each.known / s for (j, each), s in zip(enumerate(joints), sigma, strict=True)])
     V = np.concatenate([each.V / s for each, s in zip(joints, sigma, strict=True)])
     x = np.linalg.lstsq(N, V - known)[0]
-    driven = A @ x[: A.shape[1]] + known  # derivative of -V by log|g|: what torque of links and payload takes of it
+    driven = (
+        A @ x[: A.shape[1]] + known
+    )  # derivative of -V with respect to log|g|: the torque of links and payload in drive units
     number = np.repeat(np.arange(len(joints)), [len(each.V) for each in joints])
     L = np.where(number[:, None] == np.arange(len(joints)), driven[:, None], 0.0)  # (r, n)
     U = _basis(N)
@@ -84,14 +87,14 @@ def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> 
 
 
 def _basis(N: Array) -> Array:
-    """Orthonormal columns that span those of N, whatever their units."""
+    """Return orthonormal columns that span those of N, independent of their units."""
     size = np.linalg.norm(N, axis=0)
     U, s, _ = np.linalg.svd(N[:, size > 0.0] / size[size > 0.0], full_matrices=False)
     return U[:, s > RANK_TOL * s[0]]
 
 
 def _problem(setup: Setup, recordings: list[Recording]) -> Problem:
-    """All rows of the motions, velocity reversals included."""
+    """Return all rows of the motions, including velocity reversals."""
     chosen = setup.scenario.table.identification
     every = replace(chosen.observe, reversal_speed=0.0)
     motions = as_identified(setup, recordings)
@@ -100,7 +103,7 @@ def _problem(setup: Setup, recordings: list[Recording]) -> Problem:
 
 
 def _row_noise(recording: Recording, sensors: SensorOptions, setup: Setup, row_period: float) -> Array:
-    """Standard deviation of the noise of one motion's rows [drive units], shape (n,).
+    """Return the standard deviation of the noise of one motion's rows [drive units], shape (n,).
 
     Noise of a one-sided spectral density S, sampled without aliasing every T, has the variance S / (2 T).
     """
@@ -112,7 +115,7 @@ def _row_noise(recording: Recording, sensors: SensorOptions, setup: Setup, row_p
 
 
 def in_band(cutoff_hz: float, band_hz: float, rate_hz: float) -> float:
-    """Mean density of coloured noise in a band from zero, over that of white noise of the same variance."""
+    """Return the mean density of coloured noise in a band from zero, relative to white noise of the same variance."""
     f, H = signal.sosfreqz(signal.butter(2, cutoff_hz, fs=rate_hz, output="sos"), worN=FREQUENCIES, fs=rate_hz)
     power = np.abs(H) ** 2
     return float(np.mean(power[f <= band_hz]) / np.mean(power))

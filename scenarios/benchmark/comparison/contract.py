@@ -1,8 +1,8 @@
-"""What any method should keep, asked of one through problem folders: plain sentences on what it does not.
+"""Properties that every method should have, tested with problem folders.
 
-Exact data give exact gains. Units are nobody's choice: mass and current scale as they must, a sign turns with the
-current, one joint's unit is no other joint's business. The same question has the same answer. What is not there is
-refused. Errors agree with the deviations that are stated.
+Exact data give exact gains. Gains scale with mass and inversely with current, and change sign with the current; the
+unit of one joint does not affect the others. The same data give the same answer. A joint without load is refused.
+Errors agree with the stated standard deviations.
 """
 
 import tempfile
@@ -31,13 +31,13 @@ from scenarios.support.errors import MethodError
 from scenarios.support.result_model import ResultModel
 
 EXACT = 1e-8
-"""Relative error of exact data; filters and differences leave 1e-9."""
+"""Largest relative error with exact data; filters and differentiation cause 1e-9."""
 SAME = 1e-6
-"""Relative difference of what must be equal; a search ends where its last step does."""
+"""Largest relative difference of equal gains; iterative methods have a termination error."""
 SURE = 5.0
-"""Stated deviations within which a noisy gain must be: of an honest method outside in one gain of two million."""
+"""Largest error with noisy data, in stated standard deviations; correct methods exceed it once in two million."""
 NOISE, LOUD = 0.002, 0.02
-"""White noise of the currents, as a share of their rms: where all gains show, and where none may."""
+"""White noise of the currents, as a share of their rms, with a mounted payload and without one."""
 FACTOR = 1.7
 UNIT = 250.0
 MOVED = 2
@@ -47,15 +47,15 @@ MOVED = 2
 class KeptPromise(ResultModel):
     """A property that every method should have."""
 
-    promise: str = Field(description="In words")
-    broken: str | None = Field(description="how it is violated, null if it holds")
+    promise: str = Field(description="The property")
+    broken: str | None = Field(description="How the property is violated, null if it holds")
     kept: bool = Field(description="Whether the property holds")
 
 
 class Contract(ResultModel):
     """What `rx90 compare --check M --json` prints."""
 
-    method: str = Field(description="As it was given")
+    method: str = Field(description="The method as given to --check")
     passed: bool = Field(description="Whether all properties hold")
     checks: list[KeptPromise] = Field(description="One entry per property")
 
@@ -65,13 +65,13 @@ Judge = Callable[[Claims], str | None]
 
 
 def contract(method: Method, limits: Limits) -> Contract:
-    """Ask a method for everything that any method should keep."""
+    """Test a method for all properties."""
     found = list(checks(method, limits))
     return Contract(method=method.text, passed=all(each.kept for each in found), checks=found)
 
 
 def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
-    """As `contract`, one promise after the other."""
+    """Yield the results of `contract` one by one."""
     structure = structure_of(load_arm(robot().model))
     exact, noisy = exact_motions(structure, 1, noise=0.0), exact_motions(structure, 2, noise=NOISE)
     absent = exact_motions(structure, 3, noise=LOUD, mounted=False)
@@ -109,7 +109,7 @@ def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
 
 
 def _heavier(exact: Exact, factor: float) -> list[Motion]:
-    """The same recordings, the payload believed heavier."""
+    """Return the same recordings with a larger assumed mass."""
 
     def heavier(payload: Payload) -> Payload:
         assert payload.inertia is not None, "it is stated in full"
@@ -125,7 +125,7 @@ def _heavier(exact: Exact, factor: float) -> list[Motion]:
 
 
 def _scaled(exact: Exact, factor: Array) -> list[Motion]:
-    """The same motions, every joint's current in another unit."""
+    """Return the same motions with other units of the currents."""
     return [
         replace(each, recording=Recording(each.recording.t, each.recording.q, each.recording.v * factor))
         for each in exact.motions
@@ -150,7 +150,7 @@ def _overconfident(found: Claims, gain: Array) -> str | None:
 
 
 def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> str | None:
-    """How claims differ from earlier ones times a factor."""
+    """Return how claims differ from earlier ones times a factor."""
     for joint, (now, then, times) in enumerate(zip(found, before, factor, strict=True), 1):
         if (now.value is None) != (then.value is None):
             return f"joint {joint} is {'refused' if now.value is None else 'claimed'} now, but was not before"
@@ -170,6 +170,6 @@ def _claims_something(found: Claims) -> str | None:
 
 
 def _joints(which: Sequence[bool]) -> str:
-    """Their numbers with a verb, empty for none."""
+    """Return joint numbers with a verb, empty for none."""
     numbers = [str(j) for j, yes in enumerate(which, 1) if yes]
     return f"joint{'s'[: len(numbers) > 1]} {', '.join(numbers)} {'are' if numbers[1:] else 'is'}" if numbers else ""

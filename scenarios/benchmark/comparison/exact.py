@@ -1,7 +1,7 @@
-"""A problem with closed-form motions and torques by inverse dynamics: gains are known, nothing but arithmetic between.
+"""A problem with closed-form motions and torques from inverse dynamics, with known gains and only rounding errors.
 
-Differentiation and filters leave 1e-9 of a gain at the options that come with it: slow harmonics, a cut-off far above
-them, every sample its own.
+With its options (slow harmonics, a cut-off far above them, no decimation), differentiation and filters cause a relative
+error of 1e-9.
 """
 
 from dataclasses import dataclass
@@ -21,19 +21,19 @@ from ident.support.arrays import Array
 RATE = 1000.0
 """Samples a second."""
 PERIOD = 20.0
-"""Of the slowest harmonic, and length of each motion [s]."""
+"""Period of the slowest harmonic, and duration of each motion [s]."""
 HARMONICS = 8
 SIZE = 0.6
-"""Of the first harmonic, at most [rad or m]; the k-th is smaller by 1/k."""
+"""Largest amplitude of the first harmonic [rad or m]; that of the k-th is 1/k of it."""
 OBSERVING = ObserveOptions(cutoff_hz=35.0, reversal_speed=0.1)
 TRUSTING = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
-"""Refuses nothing that shows at all."""
+"""Limits that refuse only unidentifiable gains."""
 GAINS = (0.94, -1.3, 25.0, 0.31, 7.1, -0.045)
-"""Of the joints [N m / drive unit], again from the first after the last."""
+"""Gains of the joints [N m / drive unit], repeated cyclically."""
 PAYLOAD = Payload(
     mass=4.3, com=(0.07, -0.05, 0.11), inertia=(0.021, 0.017, 0.012, 0.002, -0.001, 0.003), mass_std=0.005
 )
-"""Lopsided: it loads every joint."""
+"""Asymmetric payload, which loads every joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,7 +41,7 @@ class Exact:
     """Motions with known gains.
 
     Attributes:
-        motions: A bare one, and one of which it is said that it carries the payload.
+        motions: A bare one, and one with a stated payload.
         gain: The gains [N m / drive unit], shape (n,).
     """
 
@@ -50,10 +50,10 @@ class Exact:
 
 
 def exact_motions(structure: Structure, seed: int, *, noise: float, mounted: bool = True) -> Exact:
-    """Record a bare and a loaded motion of an arm with random links and friction.
+    """Return a bare and a loaded motion of an arm with random links and friction.
 
-    `noise` of the currents is white, a share of each joint's rms current; without `mounted` the payload is not really
-    there.
+    `noise` is white noise of the currents, a share of each joint's rms current; without `mounted` the payload is only
+    stated.
     """
     arm, rng = structure.arm, np.random.default_rng(seed)
     chi = rng.uniform(0.5, 2.0, structure.base.regrouping.shape[1])
@@ -71,9 +71,9 @@ def exact_motions(structure: Structure, seed: int, *, noise: float, mounted: boo
 
 
 def _moved(arm: Arm, chi: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Times (N,), positions (N, n) and torques (N, n) of a random motion.
+    """Return times (N,), positions (N, n) and torques (N, n) of a random motion.
 
-    Sines alone are odd about both ends, as a filter continues them: it has nothing to settle from.
+    Sines are odd about both ends, like the padding of the filter, so the filter has no transient.
     """
     t = np.arange(int(PERIOD * RATE)) / RATE
     k = np.arange(1, HARMONICS + 1)

@@ -1,7 +1,7 @@
-"""Sealed problems: published without their truth but with its digest, scored when the truth is revealed.
+"""Sealed problems: published without true gains but with their digest, and scored after their publication.
 
-A folder of sealed problems has `problems/` and `seal.json` with the digests, both to be published, and `truth/`, to be
-kept until the answers are in. A truth has a salt: without it, guesses could be tried against the digest.
+A folder of sealed problems has `problems/` and `seal.json` with the digests, both for publication, and `truth/`, to be
+kept secret until the answers have arrived. A random salt in each file prevents testing guesses against the digest.
 """
 
 import secrets
@@ -33,10 +33,10 @@ SALT_BYTES = 32
 
 
 class TruthFile(BaseModel):
-    """The truth of one problem, and the salt that hides it from guesses.
+    """The true gains of one problem, with a random salt.
 
-    `bound` is the smallest relative deviation of each gain in its scenario, as `gain_bound` finds it: null of a joint
-    that the data do not show, and as a whole if no noise is injected; it may be missing.
+    `bound` is the smallest relative standard deviation of each gain in its scenario, from `gain_bound`: null for a
+    joint that is not identifiable, and null altogether without injected noise; it may be missing.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -49,7 +49,7 @@ class TruthFile(BaseModel):
 
 
 class Sealed(BaseModel):
-    """Digests of one problem and of its truth."""
+    """Digests of one problem and of its true gains."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     problem: str
@@ -57,7 +57,7 @@ class Sealed(BaseModel):
 
 
 class SealFile(BaseModel):
-    """What is published of all truths: SHA-256 of each file, by the name of the problem."""
+    """Published SHA-256 of each problem and of its true gains, by the name of the problem."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     format: Literal[1] = 1
@@ -67,21 +67,21 @@ class SealFile(BaseModel):
 class SealedProblems(ResultModel):
     """What `rx90 compare --seal DIR --json` prints."""
 
-    problems: int = Field(description="How many were sealed")
-    folder: str = Field(description="Folder of the problems, their seal and, until they are published, the true gains")
+    problems: int = Field(description="Number of sealed problems")
+    folder: str = Field(description="Folder of the problems, of the seal file and, until published, of the true gains")
 
 
 @dataclass(frozen=True, slots=True)
 class Revealed:
-    """Truths whose digests are those that were published, and digests of the problems, by name."""
+    """True gains that match the published digests, and digests of the problems, by name."""
 
     truths: Mapping[str, TruthFile]
     digests: Mapping[str, str]
 
     def bound(self, scenario: str) -> Array | None:
-        """Smallest relative deviation of each gain, shape (n,); None if the scenario's truths state none, or several.
+        """Return the smallest relative standard deviation of each gain, shape (n,); None if not stated, or not unique.
 
-        Infinite for a joint that the data do not show.
+        Infinite for a joint that is not identifiable.
         """
         stated = {truth.bound for truth in self.truths.values() if truth.scenario == scenario}
         (one, *others) = stated
@@ -91,21 +91,21 @@ class Revealed:
 
 
 def unknown_seed(count: int) -> int:
-    """A first seed for so many trials that nobody knows."""
+    """Return a random first seed for a number of trials."""
     return secrets.randbelow(SEEDS - count)
 
 
 def seal(
     scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT
 ) -> SealedProblems:
-    """Write problems, seal and truths.
+    """Write problems, digests and true gains.
 
     Args:
-        scenarios: Their trials become problems, in an order that nobody knows.
-        count: Trials of each.
-        seed: Of the first trial of each.
-        folder: New or empty.
-        stages: Told how many problems are sealed.
+        scenarios: Scenarios whose trials become problems, in random order.
+        count: Number of trials of each.
+        seed: Seed of the first trial of each.
+        folder: A new or empty folder.
+        stages: Display of the progress.
 
     Raises:
         SimulationError: If a trial cannot be carried out.
@@ -138,12 +138,12 @@ def seal(
 
 
 def revealed(seal_file: Path, truths: Path) -> Revealed:
-    """Read the truths and hold them against the seal that was published.
+    """Read the true gains and check them against the published digests.
 
     Raises:
-        ScenarioError: If a truth is missing, or is not the one that was sealed.
+        ScenarioError: If a file is missing, or differs from the sealed one.
     """
-    stated = read_model(SealFile, seal_file, "a seal of problems")
+    stated = read_model(SealFile, seal_file, "the seal file of a set of problems")
     found = {
         name: read_model(TruthFile, truths / f"{name}.json", "the true gains of a problem", digest=each.truth)
         for name, each in stated.problems.items()
@@ -152,10 +152,10 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
 
 
 def scored(answers: Sequence[AnswerRow], known: Revealed) -> dict[str, pd.DataFrame]:
-    """Rows of a comparison, by scenario; a problem that a method has not answered is a refusal of all its joints.
+    """Return rows of a comparison, by scenario; a missing answer is a refusal of all joints.
 
     Raises:
-        ScenarioError: If an answer is to no sealed problem, or to another content of it, or has other joints.
+        ScenarioError: If an answer is not to a sealed problem, or to other content of it, or has other joints.
     """
     by_call = {(answer.method, answer.problem): answer for answer in answers}
     for answer in answers:

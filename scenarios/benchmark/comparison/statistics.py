@@ -1,4 +1,4 @@
-"""What each method made of the trials of one scenario: errors and intervals joint by joint, and what it solved."""
+"""Statistics of methods on one scenario: errors and intervals by joint, and scores."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -14,15 +14,16 @@ from scenarios.experiments.studies.statistics import Coverage, coverage
 from scenarios.support.result_model import ResultModel
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
-"""Columns of a comparison that its statistics need."""
+"""Columns of a comparison that its statistics use."""
 SOLVED = (0.01, 0.03, 0.10)
-"""Relative errors within which a gain counts as solved."""
+"""Largest relative errors of a solved gain."""
 RANKED_BY = 0.03
-"""The one of them that methods are ranked by."""
+"""The one of them that is used for ranking."""
 FAR, SURE = 0.10, 3.0
-"""A claim is wrong that is off by more than this share of the gain, and by more than so many of its own deviations.
+"""A claim is wrong if its error exceeds this share of the gain and this number of its standard deviations.
 
-One of a gain that the data should not give is wrong unless it errs, and may err, by less than both.
+A claim of a gain that should not be identifiable is wrong unless its error is below both limits, and its standard
+deviation below the first.
 """
 CRASHES = ("MethodCrashed", "MethodOutOfMemory", "MethodNotStarted")
 TIME_OUTS = ("MethodTimedOut",)
@@ -30,19 +31,19 @@ TIME_OUTS = ("MethodTimedOut",)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodJoint:
-    """One method on one joint, over all trials; None where no trial says anything.
+    """One method on one joint, over all trials; values are None without data.
 
     Attributes:
         joint: Joint number, from 1.
-        expected: Trials whose data should give the gain.
-        gains: Trials in which it gave one.
+        expected: Number of trials whose data should identify the gain.
+        gains: Number of trials in which the method gave a gain.
         bias: Mean of the relative error.
         spread: Standard deviation of the relative error.
         rms: Root mean square of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
-        cover_1, cover_2: How often 1 and 2 stated deviations held the truth (normal: 0.683 and 0.954).
-        claimed: Root mean square of the stated relative deviation.
-        bound: Smallest relative deviation that the injected noise allows.
+        cover_1, cover_2: Coverage of 1 and 2 stated standard deviations (normal: 0.683 and 0.954).
+        claimed: Root mean square of the stated relative standard deviation.
+        bound: Smallest relative standard deviation that the injected noise allows.
         claimed_over_bound: Ratio of `claimed` to that bound.
         spread_over_bound: Ratio of `spread` to that bound.
     """
@@ -67,21 +68,22 @@ class MethodSummary:
     """One method on one scenario.
 
     Attributes:
-        method: Its text.
-        trials: Trials that it was given.
-        wanted: Gains that their data should give.
-        score: Gains within `RANKED_BY`, 3 %, minus wrong claims, as a share of those wanted; 0 if everything is
+        method: Text that names the method.
+        trials: Number of trials given to it.
+        wanted: Number of gains that their data should identify.
+        score: Number of gains within `RANKED_BY`, 3 %, minus wrong claims, as a share of `wanted`; 0 if everything is
             refused.
-        solved: Share of the gains wanted that are within each of `SOLVED`, 1, 3 and 10 %.
-        refused_rightly: Gains not claimed that the data cannot give.
-        refused_wrongly: Gains not claimed that the data should give, in answers that were read.
-        wrong_claims: Gains with an error above both `FAR`, 10 %, and `SURE`, 3, of their own deviations; where the
-            data should not give a gain, all except those with an error below both and a deviation below `FAR`.
-        wrong_signs: Gains claimed with the wrong sign.
-        crashes, time_outs, misfits: Calls that ended so, or with an answer that cannot be read.
-        failures: All of these by kind.
+        solved: Share of the `wanted` gains within each of `SOLVED`, 1, 3 and 10 %.
+        refused_rightly: Number of refused gains that the data do not identify.
+        refused_wrongly: Number of refused gains that the data should identify, in valid answers.
+        wrong_claims: Number of gains with an error above both `FAR`, 10 %, and `SURE`, 3, of their standard deviations;
+            of gains that should not be identifiable, all except those with an error below both and a standard deviation
+            below `FAR`.
+        wrong_signs: Number of gains with the wrong sign.
+        crashes, time_outs, misfits: Number of crashes, time-outs and invalid answers.
+        failures: Number of failures by kind.
         seconds: Median wall time of a call [s]; None without a call.
-        joints: One per joint.
+        joints: One entry per joint.
     """
 
     method: str
@@ -102,31 +104,31 @@ class MethodSummary:
 
 
 class ComparedScenario(ResultModel):
-    """How methods did on a scenario."""
+    """Results of methods on a scenario."""
 
-    name: str = Field(description="Of the scenario, or of the sealed problems made from it")
-    trials: int = Field(description="How many each method was given")
-    unposed: int = Field(description="Of these, trials that failed before any method was asked")
-    methods: list[MethodSummary] = Field(description="The best first")
+    name: str = Field(description="Name of the scenario, or of the scenario of sealed problems")
+    trials: int = Field(description="Number of trials given to each method")
+    unposed: int = Field(description="Number of these trials that failed before any method was called")
+    methods: list[MethodSummary] = Field(description="One entry per method, the best score first")
 
 
 class Comparison(ResultModel):
-    """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems."""
+    """What `rx90 compare --json` prints for scenarios, and with --open for sealed problems."""
 
     about: dict[str, str] = Field(
-        description="What it takes to repeat it: command, date, versions, methods from elsewhere"
+        description="What is needed to repeat the comparison: command, date, versions, external methods"
     )
-    scenarios: list[ComparedScenario] = Field(description="One entry each")
+    scenarios: list[ComparedScenario] = Field(description="One entry per scenario")
 
 
 def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> tuple[MethodSummary, ...]:
-    """Sum up a comparison on one scenario.
+    """Compute statistics of a comparison on one scenario.
 
-    The rows, one a trial, method and joint, have `NEEDED`; `bound` is the smallest relative deviation of each joint,
-    shape (n,).
+    The rows, one per trial, method and joint, have `NEEDED`; `bound` is the smallest relative standard deviation of
+    each joint, shape (n,).
 
     Returns:
-        One per method, the best first; equal ones in the order given.
+        One entry per method, the best first; equal ones in the order given.
     """
     judged = _judged(rows)
     found = [_summary(method, judged.query(f"{METHOD} == @method"), bound) for method in methods]
@@ -134,10 +136,10 @@ def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -
 
 
 def _judged(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of trials that came to the methods, with what is counted of them.
+    """Return the rows of trials that reached the methods, with derived columns.
 
-    Without a deviation nothing excuses an error. Of a gain that the scenario does not expect, a claim may still be
-    good: sure of itself, and right.
+    Without a standard deviation, any error above the limit is wrong. A claim of a gain that the scenario does not
+    expect can still be correct, with a small standard deviation and error.
     """
     posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
     estimate, true, std, error = posed[["estimate", "true", "std", "rel_error"]].to_numpy(np.float64).T

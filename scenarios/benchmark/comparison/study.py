@@ -1,4 +1,4 @@
-"""A comparison: trials of a Monte Carlo study, simulated once and given to every method as a folder; a row a joint."""
+"""A comparison: trials of a Monte Carlo study, simulated once, given to every method; one row per joint."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -23,16 +23,16 @@ from scenarios.support.errors import ScenarioError
 
 METHOD = "method"
 COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
-"""Besides those of every study and `METHOD`: whether the data should give the gain, how long the method took [s]."""
+"""Additional columns: whether the data should identify the gain, and the time of the call [s]."""
 
 
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
-    """The study of `count` trials of one scenario.
+    """Return the study of `count` trials of one scenario.
 
-    Trial k is that of `monte_carlo`; the method that the scenario names is not asked.
+    Trial k is that of `monte_carlo`; the scenario's method is not run.
 
     Raises:
-        ScenarioError: If there is no method, or one twice; as `monte_carlo`.
+        ScenarioError: If there is no method, or a duplicate one; as `monte_carlo`.
     """
     texts = [method.text for method in methods]
     if not texts:
@@ -56,7 +56,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
 
 
 def write_trial(simulated: Simulated, folder: Path) -> None:
-    """Write the problem that a trial poses, of which truth, scenario and seed are no part."""
+    """Write the problem of a trial, without true values, scenario and seed."""
     setup = simulated.setup
     chosen = setup.scenario.table
     write_problem(
@@ -80,7 +80,7 @@ def _finished(
 
 
 def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ...], limits: Limits) -> Rows:
-    """Rows of all methods; each is given a folder that no other has had."""
+    """Return rows of all methods; each receives its own copy of the folder."""
     joints, rows = ready.setup.structure.arm.n, list[dict[str, object]]()
     common = {"trial": ready.trial.number, "seed": ready.trial.seed, **setting_columns(ready.settings)}
     for method in methods:
@@ -92,7 +92,7 @@ def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ..
 
 
 def _judged_rows(setup: Setup, method: Method, called: Call) -> Rows:
-    """What came of a call, a row a joint; a call without an answer is rows with its failure, refused nowhere."""
+    """Return the rows of a call, one per joint; a failed call has rows with its failure, which are not refusals."""
     tolerance, scenario = setup.scenario.table.tolerance, setup.scenario
     failure = None if isinstance(called.outcome, tuple) else called.outcome
     claims = called.outcome if isinstance(called.outcome, tuple) else (Claim(None, None, None),) * len(tolerance.gain)
@@ -105,7 +105,7 @@ def _judged_rows(setup: Setup, method: Method, called: Call) -> Rows:
 
 
 def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:
-    """Rows of a trial that came to no method: nobody is to blame."""
+    """Return the rows of a trial that reached no method."""
     expected = scenario.table.tolerance.identifiable
     return [
         {**row, METHOD: method.text, "expected": wanted}

@@ -1,6 +1,6 @@
-"""Methods from elsewhere, and our own, called alike: a problem folder in, an answer out, in a process of their own.
+"""External and built-in methods with one interface: from a problem folder to an answer, in a separate process.
 
-A text names a method. Which kind it is of, its own module here knows; the last kind takes what no other claims.
+A text names a method. The module of each kind recognises its texts; the last kind accepts all others.
 """
 
 from collections.abc import Callable
@@ -13,11 +13,11 @@ METHOD_KINDS: dict[str, Callable[[str], Method | None]] = {
     "function": function.method,
     "estimator": estimator.method,
 }
-"""Each makes the method that a text names, or None if the text is of another kind."""
+"""Functions that return the method of a text, or None for a text of another kind."""
 
 
 def method_of(text: str) -> Method:
-    """The method that a text names.
+    """Return the method of a text.
 
     Raises:
         ScenarioError: If there is none.

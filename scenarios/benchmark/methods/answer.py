@@ -1,4 +1,4 @@
-"""The answer of a method, read strictly: the JSON object of `rx90 identify --json`, of which the gains count."""
+"""The answer of a method, validated strictly: the gains of the JSON object of `rx90 identify --json`."""
 
 import json
 import math
@@ -12,32 +12,34 @@ from scenarios.support.errors import ImpossibleGain, NoAnswer, NotFinite, WrongF
 
 
 class AnswerGain(BaseModel):
-    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither."""
+    """One joint's gain: `estimate`, and `std` if the method states one; null for a refused joint."""
 
     model_config = ConfigDict(extra="allow")
-    joint: int = Field(ge=1, description="Its number, from 1")
-    estimate: float | None = Field(description="[N m / drive unit], null if refused")
-    std: float | None = Field(description="[N m / drive unit], null if refused or not stated")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
+    std: float | None = Field(
+        description="Standard deviation of the gain [N m / drive unit], null if refused or not stated"
+    )
     identifiable: bool = Field(description="Whether there is a gain")
     reason: str | None = Field(None, description="Why there is no gain")
 
 
 class AnswerFile(BaseModel):
-    """What a method prints: one gain a joint, in their order; other keys are free."""
+    """Output of a method: one gain per joint, in order; other keys are ignored."""
 
     model_config = ConfigDict(extra="allow")
-    gains: list[AnswerGain] = Field(description="One per joint, in their order")
+    gains: list[AnswerGain] = Field(description="One entry per joint, in order")
 
 
 def read_answer(text: str, joints: int) -> tuple[Claim, ...]:
     """Read an answer.
 
     Raises:
-        NoAnswer: If it is no JSON object.
+        NoAnswer: If it is not a JSON object.
         NotFinite: If a number is not finite.
-        WrongForm: If a key is missing or a value of another type.
-        WrongJoints: If the joints are not those of the arm, in their order.
-        ImpossibleGain: If what is said of a joint cannot be.
+        WrongForm: If a key is missing or a value has the wrong type.
+        WrongJoints: If the joints are not those of the arm, in order.
+        ImpossibleGain: If the entry of a joint is contradictory or impossible.
     """
     if not text.strip():
         raise NoAnswer("it printed nothing")

@@ -1,4 +1,4 @@
-"""Answers to problem folders, whose truth nobody here knows, as one file: who claimed what of which content."""
+"""File of answers to problem folders with unknown true gains."""
 
 import hashlib
 import json
@@ -23,23 +23,23 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class AnswerRow(BaseModel):
-    """One call: gains, one a joint, or the kind of failure with its reason."""
+    """One call: gains, one per joint, or the kind of failure with its reason."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-    problem: str = Field(description="Name of its folder")
+    problem: str = Field(description="Name of the problem's folder")
     digest: str = Field(description="SHA-256 of the names and contents of the problem's files")
-    method: str = Field(description="As it was given")
+    method: str = Field(description="The method as given to --method")
     files: dict[str, str] = Field(
-        description="Digest of each file of the method's own that is known, and version of each package that it imports"
+        description="Digest of each known file of the method, and version of each package that it imports"
     )
     seconds: float = Field(description="Wall time of the call [s]")
-    failure: str | None = Field(None, description="Kind of what went wrong, null if there are gains")
-    reason: str | None = Field(None, description="What went wrong, in words")
-    gains: list[AnswerGain] = Field([], description="One per joint, in their order; none of a call that failed")
+    failure: str | None = Field(None, description="Kind of the failure, null if there are gains")
+    reason: str | None = Field(None, description="Description of the failure")
+    gains: list[AnswerGain] = Field([], description="One entry per joint, in order; empty if the call failed")
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """What is claimed, one per joint; nothing of a call that failed."""
+        """Claims, one per joint; empty for a failed call."""
         return tuple(Claim(gain.estimate, gain.std, gain.reason) for gain in self.gains)
 
 
@@ -52,25 +52,25 @@ class AnswersFile(BaseModel):
 
 
 class Answers(ResultModel):
-    """What `rx90 compare --json` prints of problem folders."""
+    """What `rx90 compare --json` prints for problem folders."""
 
-    answers: list[AnswerRow] = Field(description="One per problem and method")
+    answers: list[AnswerRow] = Field(description="One entry per problem and method")
 
 
 def answered(
     folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path, *, stages: Stages = SILENT
 ) -> tuple[AnswerRow, ...]:
-    """Ask every method for every problem, and write each answer down when it is there.
+    """Run every method on every problem, and save each answer immediately.
 
-    Of the answers that the file `path` holds, none is asked for again.
+    Answers in the file `path` are reused.
 
     Returns:
         All answers of the file.
 
     Raises:
-        ScenarioError: If two folders have one name.
-        ForeignProblem: If a folder holds no problem that can be read.
-        ScenarioError: If the file holds something else.
+        ScenarioError: If two folders have the same name.
+        ForeignProblem: If a folder has no readable problem.
+        ScenarioError: If the file is not a file of answers.
     """
     names = [folder.name for folder in folders]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -92,7 +92,7 @@ def answered(
 
 
 def problem_digest(folder: Path) -> str:
-    """SHA-256 of the names and contents of a problem's files."""
+    """Return the SHA-256 of the names and contents of a problem's files."""
     whole = hashlib.sha256()
     for path in sorted(folder.iterdir()):
         whole.update(f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
@@ -100,7 +100,7 @@ def problem_digest(folder: Path) -> str:
 
 
 def _answer_row(folder: Path, digest: str, method: Method, called: Call) -> AnswerRow:
-    """A call of a method on a problem as a row."""
+    """Return a call of a method on a problem as a row."""
     claims, failure = (called.outcome, None) if isinstance(called.outcome, tuple) else ((), called.outcome)
     return AnswerRow(
         problem=folder.name,
@@ -127,16 +127,16 @@ def read_answers(path: Path) -> tuple[AnswerRow, ...]:
     """Read a file of answers.
 
     Raises:
-        ScenarioError: If it is none.
+        ScenarioError: If it is not one.
     """
     return tuple(read_model(AnswersFile, path, "a file of answers").answers)
 
 
 def read_model(kind: type[Model], path: Path, what: str, *, digest: str | None = None) -> Model:
-    """Read a JSON file that must have a certain form. `what` names the file in messages.
+    """Read and validate a JSON file. `what` names the file in messages.
 
     Raises:
-        ScenarioError: If it cannot be read, has another digest or another form.
+        ScenarioError: If it cannot be read, or its digest or form is wrong.
     """
     try:
         content = path.read_bytes()
@@ -152,7 +152,7 @@ def read_model(kind: type[Model], path: Path, what: str, *, digest: str | None =
 
 
 def write_model(model: BaseModel, path: Path) -> str:
-    """Write a JSON file, whole or not at all; its SHA-256.
+    """Write a JSON file atomically; return its SHA-256.
 
     Raises:
         OSError: If it cannot be written.

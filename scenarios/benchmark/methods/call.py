@@ -1,4 +1,4 @@
-"""One call of a method on one problem, in a process of its own: claims or why there are none, and the time it took.
+"""One call of a method on one problem, in a separate process: claims or a failure, and the time.
 
 That of a method in Python is forked from one that has imported what an identification needs, in 20 ms instead of
 seconds; what the method prints besides its answer goes to standard error.
@@ -49,27 +49,27 @@ IMPORTED = (
     "pinocchio",
     *(f"scipy.{name}" for name in ("interpolate", "ndimage", "signal", "stats")),
 )
-"""What calls are forked with; the last ones are imported by reading a problem and identifying where first needed."""
+"""Modules of the fork server; the last ones are otherwise imported at first use."""
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 LOOK_EVERY = 0.2
-"""Time between two looks at what a process has printed [s]."""
+"""Interval of polling the output of a process [s]."""
 LARGEST_ANSWER = 10_000_000
-"""Bytes of an answer."""
+"""Largest number of bytes of an answer."""
 TAIL = 4000
-"""Bytes at the end of what it complains that are read."""
+"""Number of bytes read from the end of standard error."""
 GRACE = 10.0
-"""Time that a process which has been killed may take to end [s]."""
+"""Timeout for the end of a killed process [s]."""
 CPU_SLACK = 5.0
-"""Processor time beyond the limit after which the system itself ends a process that nobody watches any more [s]."""
+"""Processor time beyond the limit after which the system ends an unsupervised process [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """What one call of a method may take.
+    """Limits of one call of a method.
 
     Attributes:
-        time_s: Wall time [s], start of the program included.
-        memory_gb: Memory of each of its processes [GB]; held on Linux.
+        time_s: Wall time [s], including the start of the program.
+        memory_gb: Memory of each of its processes [GB]; enforced on Linux.
     """
 
     time_s: float = 60.0
@@ -78,11 +78,11 @@ class Limits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Call:
-    """How a call ended.
+    """Outcome of a call.
 
     Attributes:
-        outcome: One claim a joint, or the error that stands for there being none.
-        seconds: Wall time, start of the program included [s].
+        outcome: One claim per joint, or the error.
+        seconds: Wall time, including the start of the program [s].
     """
 
     outcome: tuple[Claim, ...] | MethodError
@@ -90,7 +90,7 @@ class Call:
 
 
 def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
-    """Call a method; whatever it does, there is an outcome, and nothing that it started in its session is left."""
+    """Call a method. There is always an outcome, and all processes of its session are ended."""
     with tempfile.TemporaryDirectory() as place:
         out, err = (Path(place) / name for name in ("out", "err"))
         started = time.perf_counter()
@@ -108,17 +108,17 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
 
 
 def _started(method: Method, folder: Path, limits: Limits, out: Path, err: Path) -> "Running":
-    """Start a process in a session of its own, which writes what it prints to two files."""
+    """Start a process in a new session, with standard output and error in two files."""
     environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": import_path(), "PYTHONWARNINGS": "ignore"}
     out.touch()
     err.touch()
     if not method.words:
-        from multiprocessing.popen_forkserver import Popen  # not there on every platform
+        from multiprocessing.popen_forkserver import Popen  # not available on every platform
 
         _prepare(os.getpid())
         called = Process(target=_live, args=(method.text, folder, limits, out, err, os.getcwd()), daemon=False)
         try:
-            return Popen(called)  # unlike `Process.start`, which refuses in a daemon, as Dask's workers are
+            return Popen(called)  # `Process.start` refuses in daemon processes, such as Dask's workers
         except (OSError, EOFError) as error:
             raise MethodNotStarted("the process that Python methods are forked from has died") from error
     try:
@@ -139,12 +139,12 @@ def _started(method: Method, folder: Path, limits: Limits, out: Path, err: Path)
 
 @cache
 def _prepare(process: int) -> None:
-    """Start what this process forks methods from."""
+    """Start the fork server of methods."""
     prepare_processes(IMPORTED, **ONE_THREAD)
 
 
 def _live(text: str, folder: Path, limits: Limits, out: Path, err: Path, work: str) -> None:
-    """The life of a process of a method in Python."""
+    """Run a method in Python, in its own process."""
     os.setsid()
     complaint = os.open(err, os.O_WRONLY | os.O_APPEND)
     for number, file in ((0, os.open(os.devnull, os.O_RDONLY)), (1, complaint), (2, complaint)):
@@ -153,24 +153,24 @@ def _live(text: str, folder: Path, limits: Limits, out: Path, err: Path, work: s
     _limit(0, limits)
     answer = python_answer(text, folder)
     with out.open("w", encoding="utf-8") as output:
-        json.dump(answer, output)  # what is not finite is the reader's to find
+        json.dump(answer, output)  # the reader checks for numbers that are not finite
 
 
 def python_answer(text: str, folder: Path) -> object:
-    """What a method in Python answers: as `rx90 identify --json` prints it, or as a function returned it."""
+    """Return the answer of a method in Python: as printed by `rx90 identify --json`, or as returned by the function."""
     started, problem = time.perf_counter(), read_problem(folder)
     try:
         if text.partition(",")[0] not in ESTIMATORS:
             return function.answered(text, problem)
         found = estimator.identified(text, problem)
         return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
-    except IdentificationError as error:  # data refused as a whole are every joint refused
+    except IdentificationError as error:  # refused data mean that every joint is refused
         refused = {"std": None, "estimate": None, "identifiable": False, "reason": str(error)}
         return {"gains": [{"joint": joint, **refused} for joint in range(1, problem.arm.n + 1)]}
 
 
 def _limit(process: int, limits: Limits) -> None:
-    """Limits that the system itself keeps, and that children inherit; process 0 is this one."""
+    """Set limits that the system enforces and that children inherit; process 0 is this one."""
     if sys.platform != "linux":
         return
     import resource
@@ -182,7 +182,7 @@ def _limit(process: int, limits: Limits) -> None:
 
 
 def _ended(process: "Running", out: Path, until: float, limits: Limits) -> int:
-    """The exit status of a process that ends in time, negative for a signal."""
+    """Return the exit status of a process that ends in time, negative for a signal."""
     while True:
         left = until - time.perf_counter()
         status = _status(process, max(0.0, min(LOOK_EVERY, left)))
@@ -196,14 +196,14 @@ def _ended(process: "Running", out: Path, until: float, limits: Limits) -> int:
 
 def _status(process: "Running", timeout: float) -> int | None:
     try:
-        return process.wait(timeout)  # None of a forked process that has not ended
+        return process.wait(timeout)  # None for a forked process that has not ended
     except subprocess.TimeoutExpired:
         return None
 
 
 def _end(process: "Running") -> None:
-    """End the process and what it started, and wait for its end."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):  # nothing is left of it
+    """End the process and its children, and wait for its end."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):  # no process is left
         os.killpg(process.pid, signal.SIGKILL)
     _status(process, GRACE)
 

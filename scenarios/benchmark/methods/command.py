@@ -1,4 +1,4 @@
-"""Methods of any language: `exec: COMMAND` is given the folder as its last word and prints the answer."""
+"""Methods in any language: `exec: COMMAND` receives the folder as its last argument and prints the answer."""
 
 import shlex
 import shutil
@@ -12,10 +12,10 @@ PREFIX = "exec:"
 
 
 def method(text: str) -> Method | None:
-    """The method of a text, None if the text is no command.
+    """Return the method of a text, None if the text is not a command.
 
     Raises:
-        ScenarioError: If the command is empty, badly quoted or not there.
+        ScenarioError: If the command is empty, badly quoted or not found.
     """
     if not text.startswith(PREFIX):
         return None

@@ -1,4 +1,4 @@
-"""Methods of this project: `NAME`, or `NAME,KEY=VALUE,...` with options of its own or of the identification."""
+"""Methods of this project: `NAME`, or `NAME,KEY=VALUE,...` with options of the method or of the identification."""
 
 from dataclasses import asdict, dataclass, fields
 from typing import TypeVar
@@ -20,7 +20,7 @@ Options = TypeVar("Options", ObserveOptions, GainOptions)
 
 @dataclass(frozen=True, slots=True)
 class _Chosen:
-    """A name of `ESTIMATORS` with words `KEY=VALUE`, sorted by whose options they are."""
+    """A name of `ESTIMATORS` with words `KEY=VALUE`, grouped by kind of option."""
 
     name: str
     own: tuple[str, ...]
@@ -32,7 +32,7 @@ def method(text: str) -> Method:
     """The method of a text.
 
     Raises:
-        ScenarioError: If there is no such estimator, or it does not take an option.
+        ScenarioError: If there is no such estimator or option.
     """
     _checked(text)
     return Method(text)
@@ -42,7 +42,7 @@ def identified(text: str, problem: GivenProblem) -> Identification:
     """Identify with the method of a text.
 
     Raises:
-        IdentificationError: If the problem gives no gain at all.
+        IdentificationError: If no gain is identifiable.
     """
     chosen = _checked(text)
     return identify(

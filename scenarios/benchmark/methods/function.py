@@ -1,7 +1,7 @@
 """Methods in Python: `package.module:function`, which takes a `GivenProblem` and returns the gains.
 
-It returns a sequence with one mapping a joint, as the gains of `rx90 identify --json`: `estimate` and `std`, or neither
-and a `reason`. `joint` and `identifiable` may be left out, they follow.
+It returns a sequence with one mapping per joint, as the gains of `rx90 identify --json`: `estimate` and `std`, or a
+`reason`. `joint` and `identifiable` may be omitted.
 """
 
 import importlib
@@ -27,7 +27,7 @@ Gains = Sequence[Mapping[str, object]]
 
 
 def method(text: str) -> Method | None:
-    """The method of a text, None if the text names no function.
+    """Return the method of a text, None if the text does not name a function.
 
     Raises:
         ScenarioError: If the module cannot be imported or lacks the function.
@@ -41,7 +41,7 @@ def method(text: str) -> Method | None:
 
 
 def answered(text: str, problem: GivenProblem) -> dict[str, object]:
-    """Call the function; the answer as a JSON object, whose form nobody has looked at."""
+    """Call the function; return the answer as a JSON object, not validated."""
     gains = _loaded(text)(problem)
     rows = [
         {
@@ -58,7 +58,7 @@ def answered(text: str, problem: GivenProblem) -> dict[str, object]:
 
 
 def packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
-    """Name and version of each package that a module has names of, without those that every study records."""
+    """Return name and version of each package that a module imports, without those that every study records."""
     held = vars(module).values()
     origins = {
         value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) for value in held
@@ -71,12 +71,12 @@ def packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
 
 @cache
 def _distributions() -> Mapping[str, Sequence[str]]:
-    """Distributions that a package may be of; the list of every file that is installed is read for it."""
+    """Return the distributions of a package, from the list of installed files."""
     return packages_distributions()
 
 
 def _loaded(text: str) -> Callable[[GivenProblem], Gains]:
-    """Import the function; the working folder is looked at last, as its modules must not stand before ours."""
+    """Import the function; the working folder is last in the search path, so that it hides no installed module."""
     found = FORM.fullmatch(text)
     if found is None:
         raise ScenarioError(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")

@@ -1,4 +1,4 @@
-"""A method: how it is called, and which files decide what it answers."""
+"""A method: its command, and digests of the files that determine its answer."""
 
 import hashlib
 from collections.abc import Iterable
@@ -11,10 +11,10 @@ class Method:
     """A method of a comparison.
 
     Attributes:
-        text: As it was named.
-        words: The command that answers, without its last word, the problem's folder; none of a method in Python.
-        digests: Digest of each file of the method's own that is known, and version of each package that it imports
-            beside those of every study, by name: another digest or version, another method.
+        text: Text that names the method.
+        words: The command without its last argument, the problem's folder; empty for a method in Python.
+        digests: Digest of each known file of the method, and version of each package that it imports (without those of
+            every study), by name. With another digest or version the method is a different one.
     """
 
     text: str
@@ -23,5 +23,5 @@ class Method:
 
 
 def digests(paths: Iterable[Path]) -> tuple[tuple[str, str], ...]:
-    """Name and digest of each file, 16 hexadecimal digits."""
+    """Return name and digest of each file, 16 hexadecimal digits."""
     return tuple((path.name, hashlib.sha256(path.read_bytes()).hexdigest()[:16]) for path in paths)

@@ -4,10 +4,10 @@
     case 2   gains of joints 1 to 4 identified (eq. 27), joints 5 and 6 left at 1 as in the paper
     case 3   those of case 2 with 20 % error on joints 1 to 4: -20 %, +20 %, +20 %, -20 %
 
-each followed by the identification of the payload (eq. 25). Then a payload of 4.275 kg with the gains of case 2.
+each followed by the identification of the payload (eq. 25), then a payload of 4.275 kg with the gains of case 2.
 
-The paper does not print the signs of its errors. Of the sixteen patterns case 3 takes the one that changes mass, first
-moment and error norm in the paper's directions; `PaperRun.patterns` holds what the others change.
+The paper does not state the signs of its errors. Case 3 uses the one of sixteen patterns that changes mass, first
+moment and error norm in the same directions as in the paper; `PaperRun.patterns` has the results of the others.
 """
 
 from collections.abc import Sequence
@@ -38,22 +38,22 @@ from sim.record import record
 from sim.sensors import noise_streams
 
 IDENTIFIED = 4
-"""Joints 1 to 4 get identified gains, as in the paper."""
+"""Number of joints with identified gains, as in the paper."""
 GAIN_ERROR = 0.2
 SIGNS = (-1, 1, 1, -1)
-"""Of the errors of joints 1 to 4 in case 3."""
+"""Signs of the errors of joints 1 to 4 in case 3."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PaperRun:
-    """The experiment, repeated.
+    """Result of the repeated experiment.
 
     Attributes:
         seed: Seed of every random number.
-        gains: Drive gains of all joints by eq. 27.
+        gains: Drive gains of all joints from eq. 27.
         true_gain: Injected gains [N m / drive unit], shape (6,).
         cases: Payload identified with the gains of cases 1, 2 and 3.
-        patterns: What every pattern of signs of the errors of case 3 changes.
+        patterns: Effect of each pattern of signs of the errors of case 3.
         second: The second payload, with the gains of case 2 and their uncertainty.
         payloads: True standard parameters of the first and second payload, each (10,).
         checks: The paper's claims.
@@ -75,7 +75,7 @@ class PaperRun:
 
 
 def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
-    """Record the three motions, identify gains and payloads, check the claims.
+    """Simulate the three motions, identify gains and payloads, check the claims.
 
     Raises:
         SimulationError: If a motion cannot be carried out.
@@ -125,17 +125,17 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
 
 
 def _recordings(setup: Setup, second: PayloadBody, seed: int, stages: Stages) -> list[Recording]:
-    """Bare, with the first payload and with the second, in one batch."""
+    """Simulate bare, with the first and with the second payload, in one batch."""
     unloaded, loaded = setup.experiments
     lighter = replace(loaded, name="second payload", plant=replace(loaded.plant, payload=second))
     streams = [noise_streams(np.random.default_rng(child)) for child in np.random.SeedSequence(seed).spawn(3)]
     motions = [unloaded, loaded, lighter]
     stages.begin("simulating", sum(each.trajectory.duration for each in motions))
-    return record(motions, streams, threads=1, advanced=stages.advance)  # as `run`: too few for a second thread
+    return record(motions, streams, threads=1, advanced=stages.advance)  # as in `run`: too few for a second thread
 
 
 def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:
-    """Gains of cases 1, 2 and 3; a joint that was refused keeps its a-priori gain."""
+    """Return gains of cases 1, 2 and 3; a refused joint keeps its a-priori gain."""
     prior = np.ones(len(estimate.joints))
     found = prior.copy()
     found[:IDENTIFIED] = [
@@ -145,14 +145,14 @@ def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:
 
 
 def _off(gain: Array, signs: Sequence[int]) -> Array:
-    """Gains of which those of joints 1 to 4 have errors of these signs."""
+    """Return gains with errors of these signs on joints 1 to 4."""
     wrong = gain.copy()
     wrong[:IDENTIFIED] *= 1.0 + GAIN_ERROR * np.array(signs)
     return wrong
 
 
 def wrong_gains(signs: Sequence[int], wrong: PayloadEstimate, right: PayloadEstimate) -> WrongGains:
-    """What errors of the gains change."""
+    """Return the effect of errors of the gains."""
     return WrongGains(
         signs=" ".join("-+"[sign > 0] for sign in signs),
         M=wrong["M"].value / right["M"].value,
@@ -162,7 +162,7 @@ def wrong_gains(signs: Sequence[int], wrong: PayloadEstimate, right: PayloadEsti
 
 
 def checks_of(run: PaperRun) -> tuple[Claim, ...]:
-    """The claims that must hold."""
+    """Return the claims of the paper."""
     one, two, three = run.cases
     true_mass, second_mass = (chi[-1] for chi in run.payloads)
     off = wrong_gains(SIGNS, three, two)

@@ -1,4 +1,4 @@
-"""The repeated experiment as files and as one JSON object."""
+"""Files and JSON object of the repeated experiment."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -25,7 +25,7 @@ FILES = (PARAMETERS, ROWS, PAPER)
 
 
 class SavedPaper(BaseModel):
-    """`paper.json`: the result of `rx90 paper`, what it takes to do it again, and the digests of the other files."""
+    """`paper.json`: the result of `rx90 paper`, provenance, and digests of the other files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     format: Literal[1] = 1
@@ -37,10 +37,10 @@ class SavedPaper(BaseModel):
 
 
 def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
-    """Read the result of `rx90 paper --out`, as it is written and as the values that its tables are made of.
+    """Read the result of `rx90 paper --out`, as written and as values of its tables.
 
     Raises:
-        ScenarioError: If it is none, or one of another version.
+        ScenarioError: If it is not a result, or of another version.
     """
     path = folder / PAPER
     try:
@@ -57,10 +57,10 @@ def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
 
 
 def read_torques(folder: Path, saved: SavedPaper, case: int) -> pd.DataFrame:
-    """The rows that a case, counted from 1, was identified from, as `case_rows`.
+    """Return the rows of a case, counted from 1, as `case_rows`.
 
     Raises:
-        ScenarioError: If their file is missing, or another one than was written with the result.
+        ScenarioError: If their file is missing or was changed.
     """
     path = folder / ROWS
     try:
@@ -112,12 +112,12 @@ def _cases(run: PaperRun) -> Iterator[tuple[str, PayloadEstimate]]:
 
 
 def _case(number: int) -> str:
-    """What the rows of a case are called."""
+    """Return the file name of the rows of a case."""
     return f"case {number}"
 
 
 def paper_result(run: PaperRun) -> PaperResult:
-    """The result of `rx90 paper`."""
+    """Return the result of `rx90 paper`."""
     cases = tuple(
         PaperCase(
             case=k,
@@ -159,7 +159,7 @@ class _Estimate(TypedDict):
 
 
 def _estimate(case: PayloadEstimate, true: Array) -> _Estimate:
-    """What is said alike of a case and of the second payload."""
+    """Return the common keys of a case and of the second payload."""
     payload = tuple(
         PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=p.known, essential=p.essential)
         for p, value in zip(case.parameters, true.tolist(), strict=True)
@@ -176,10 +176,10 @@ def _estimate(case: PayloadEstimate, true: Array) -> _Estimate:
 
 
 def case_rows(name: str, case: PayloadEstimate) -> pd.DataFrame:
-    """The rows that a case was identified from, which figure 3 is drawn from.
+    """Return the rows of a case, the data of figure 3.
 
     Columns: `case`; `joint`, from 1; `loaded`, whether the row is of the loaded motion; `t`, time in its motion [s];
-    `measured`, gain in use times current [N m]; `reconstructed`, what the fitted model makes of the motion [N m].
+    `measured`, gain in use times current [N m]; `reconstructed`, torque of the fitted model [N m].
     """
     system = case.system
     return pd.DataFrame(

@@ -1,4 +1,4 @@
-"""What Gautier and Briot (2011) print: tables 2, 3 and 4, and the second payload of section V."""
+"""Values published by Gautier and Briot (2011): tables 2, 3 and 4, and the second payload of section V."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ class PublishedCase:
         M: Mass [kg].
         M_2sigma: Two standard deviations [kg].
         error_norm: Norm of the residual of the weighted system.
-        rel_error_norm: The same over the norm of its left side.
+        rel_error_norm: `error_norm` over the norm of the left side.
         sigma: Standard deviation of the residual.
     """
 

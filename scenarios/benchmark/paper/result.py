@@ -1,4 +1,4 @@
-"""The result of `rx90 paper`: what it prints, and what is read back for its page."""
+"""The model of the result of `rx90 paper`."""
 
 from typing import Annotated
 
@@ -15,14 +15,14 @@ class _Finite(ResultModel):
 class Claim(_Finite):
     """A claim of the paper."""
 
-    claim: str = Field(description="In words")
+    claim: str = Field(description="The claim")
     holds: bool = Field(description="Whether the simulated experiment confirms it")
 
 
 class PaperGain(_Finite):
     """The drive gain of one joint by eq. 27."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     true: float = Field(description="Injected gain [N m / drive unit]")
     estimate: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
     std: float | None = Field(
@@ -35,10 +35,10 @@ class PaperGain(_Finite):
 class PaperParameter(_Finite):
     """One of the ten standard parameters of a payload, in SI units."""
 
-    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
-    true: float = Field(description="Of the payload that was mounted [kg m^2, kg m, kg]")
-    estimate: float = Field(description="What was found [kg m^2, kg m, kg]")
-    std: float = Field(description="Standard deviation of the estimate, that of the gains included [kg m^2, kg m, kg]")
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    true: float = Field(description="True value of the mounted payload [kg m^2, kg m, kg]")
+    estimate: float = Field(description="Estimate [kg m^2, kg m, kg]")
+    std: float = Field(description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]")
     tolerance: None = Field(default=None, description="Always null: no tolerance is stated")
     passed: None = Field(default=None, description="Always null: the parameter is not judged")
     known: bool = Field(description="Whether its value was given to the identification")
@@ -46,13 +46,13 @@ class PaperParameter(_Finite):
 
 
 class PaperFit(_Finite):
-    """How well a case explains its rows (table 4)."""
+    """Quality of the fit of a case (table 4)."""
 
     method: str = Field(description="`ols` or `wls`: whether each joint's rows are weighted by its own residual")
-    rows: int = Field(description="Of all joints and both motions")
-    unknowns: int = Field(description="Parameters of arm and payload that are solved for")
+    rows: int = Field(description="Number of rows of all joints and both motions")
+    unknowns: int = Field(description="Number of estimated parameters of arm and payload")
     error_norm: float = Field(description="Norm of the residuals, each in standard deviations of its joint's residuals")
-    rel_error_norm: float = Field(description="The same as a share of the norm of the torques, weighted likewise")
+    rel_error_norm: float = Field(description="Ratio of this norm to the norm of the torques, weighted in the same way")
     sigma: float = Field(
         description="Standard deviation of the residuals, each in standard deviations of its joint's residuals"
     )
@@ -61,22 +61,22 @@ class PaperFit(_Finite):
 class PaperPayload(_Finite):
     """A payload identified with given gains."""
 
-    gains: tuple[float, ...] = Field(description="In use, one per joint [N m / drive unit]")
+    gains: tuple[float, ...] = Field(description="Gains of this case, one per joint [N m / drive unit]")
     payload: Annotated[tuple[PaperParameter, ...], Field(min_length=len(INERTIAL), max_length=len(INERTIAL))] = Field(
         description=(
             "Its ten parameters, each with its true value, estimate and standard deviation, and whether it is essential"
         )
     )
-    fit: PaperFit = Field(description="How well its rows are explained")
+    fit: PaperFit = Field(description="Quality of the fit")
     published: dict[str, object] = Field(description="The values that the paper prints; the gains only with case 2")
 
     def __getitem__(self, name: str) -> PaperParameter:
-        """The parameter of that name."""
+        """Return the parameter of that name."""
         return self.payload[INERTIAL.index(name)]
 
 
 class _Numbered(_Finite):
-    case: int = Field(ge=1, description="Its number")
+    case: int = Field(ge=1, description="Number of the case")
 
 
 class PaperCase(PaperPayload, _Numbered):
@@ -84,10 +84,10 @@ class PaperCase(PaperPayload, _Numbered):
 
 
 class WrongGains(_Finite):
-    """What the payload and the fit become with gains that are 20 % off, over what they are with those of case 2."""
+    """Payload and fit with gain errors of 20 %, relative to case 2."""
 
-    signs: str = Field(description="Of the errors of joints 1 to 4")
-    M: float = Field(description="Ratio of the masses")
+    signs: str = Field(description="Signs of the gain errors of joints 1 to 4")
+    M: float = Field(description="Ratio of the estimated masses")
     MZ: float = Field(description="Ratio of the first moments along the flange's axis")
     error_norm: float = Field(description="Ratio of the relative error norms")
 
@@ -100,8 +100,8 @@ class PaperResult(_Finite):
     )
     cases: Annotated[tuple[PaperCase, ...], Field(min_length=3, max_length=3)] = Field(
         description=(
-            "Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and what the "
-            "paper prints of it"
+            "Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and published "
+            "values"
         )
     )
     patterns: Annotated[tuple[WrongGains, ...], Field(min_length=16, max_length=16)] = Field(
@@ -109,4 +109,4 @@ class PaperResult(_Finite):
     )
     second_payload: PaperPayload = Field(description="The second payload, identified with the gains of case 2")
     checks: tuple[Claim, ...] = Field(description="Claims of the paper")
-    passed: bool = Field(description="Whether all of them hold")
+    passed: bool = Field(description="Whether all claims hold")

@@ -1,6 +1,6 @@
-"""Methods on public recordings of real robots, which a user has downloaded: no data are in this project.
+"""Methods on public recordings of real robots, which a user has downloaded; this project contains no recordings.
 
-recipes    what to download, how it is read, what is known of the gains
-board      every recipe whose files are there, through every method
-results    what came out
+recipes    what to download, how to read it, published gains
+board      runs every method on every recipe whose files exist
+results    models of the results
 """

@@ -1,6 +1,6 @@
-"""Every recipe whose files are there, through every method: gains, agreement, predictions, refusals.
+"""Runs of every method on every recipe whose files exist: gains, agreement, predictions, refusals.
 
-A method sees a problem folder, as in `rx90 compare`: recordings, payloads, kinematics. Published gains stay here.
+A method receives a problem folder, as in `rx90 compare`: recordings, payloads, kinematics, but not published gains.
 """
 
 from collections.abc import Iterable, Sequence
@@ -51,12 +51,12 @@ ANSWERS, PROBLEMS, PUBLISHED = "answers.json", "problems", "published"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Ready:
-    """A set that was read.
+    """A set of recordings.
 
     Attributes:
-        table: What it is made of.
+        table: Its entry in the recipe.
         motions: Its recordings, bare ones first.
-        rows: The methods' answers.
+        rows: Answers of the methods.
     """
 
     table: SetTable
@@ -65,7 +65,7 @@ class _Ready:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Of its recordings, in the order of `motions`."""
+        """Digests of its recordings, in the order of `motions`."""
         return (*self.table.bare, *self.table.loaded)
 
     @property
@@ -86,15 +86,15 @@ def scoreboard(
     """Run every method on the recordings of a folder.
 
     Args:
-        folder: Of the user's downloads.
-        recipes: What may be there.
-        methods: Those that are asked.
-        limits: What one call may take.
-        out: Folder of problems and answers; answers to the same problem are not asked for again.
-        stages: Told what is under way.
+        folder: Folder of the user's downloads.
+        recipes: The recipes.
+        methods: The methods.
+        limits: Limits of one call.
+        out: Folder of problems and answers; existing answers to the same problem are reused.
+        stages: Display of the current stage.
 
     Raises:
-        ScenarioError: If the file of answers holds something else.
+        ScenarioError: If the file of answers is not valid.
         OSError: If `out` cannot be written.
     """
     entries = [_entry(folder, each, methods, limits, out, stages) for each in recipes]
@@ -136,7 +136,7 @@ def _identified(
     out: Path,
     stages: Stages,
 ) -> None:
-    """Fill an entry with what its recordings give."""
+    """Fill an entry with the results of its recordings."""
     assert recipe.model is not None, "checked where it was read"
     arm = load_arm(recipe.place(recipe.model, folder), tuple((i - 1, j - 1) for i, j in recipe.couplings))
     structure = structure_of(arm)
@@ -155,7 +155,7 @@ def _identified(
 def _asked(
     folder: Path, recipe: Recipe, table: SetTable, methods: Sequence[Method], limits: Limits, out: Path, stages: Stages
 ) -> _Ready:
-    """A set as a problem folder, and what the methods answer to it."""
+    """Write a set as a problem folder, and return the answers of the methods."""
     assert recipe.model is not None, "checked where it was read"
     said, payload = recipe.description, None if table.payload is None else read_payload(folder / table.payload)
     motions = [read(folder / name, None, said) for name in table.bare]
@@ -186,7 +186,7 @@ def _gains(found: _Ready, published: KnownGains | None) -> Iterable[BoardGain]:
 
 
 def _add_ratios(entry: Entry, found: _Ready, structure: Structure, published: KnownGains | None) -> None:
-    """What bare motions say, by this project's model; why not, where they do not."""
+    """Return ratios of gains from bare motions with this project's model, or the reason why there are none."""
     options = AllJointsOptions()
     try:
         answer = bare_answer(
@@ -233,7 +233,7 @@ def _agreements(sets: Sequence[_Ready], method: str) -> Iterable[Agreement]:
 def _predictions(
     sets: Sequence[_Ready], structure: Structure, published: KnownGains | None
 ) -> Iterable[BoardPrediction]:
-    """Every set predicts the recordings that it does not hold, of those whose payload is known well enough."""
+    """Predict with every set the recordings outside it, if their payload is known well enough."""
     recordings = {name: each for one in sets for name, each in zip(one.files, one.motions, strict=True)}
     for one in sets:
         prepared: Prepared = prepare(one.motions, structure, policy=KNOWN)
@@ -255,10 +255,10 @@ def _predictions(
 
 
 def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains | None) -> Iterable[BoardWeight]:
-    """The payload of a set, by gains of sets that share no recording with it, and by published ones.
+    """Estimate the payload of a set with gains of sets that share no recording with it, and with published gains.
 
     Raises:
-        NegativeMass: If it is below zero by all of these.
+        NegativeMass: If all estimates are negative.
     """
     for one in (each for each in sets if each.weighed):
         prepared = prepare(one.motions, structure, policy=KNOWN)
@@ -273,7 +273,7 @@ def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains
                 continue
             try:
                 found = verified(payload_of(problem, gains, AllJointsOptions()), payload, gains).together
-            except IdentificationError:  # the mass does not show with so few gains
+            except IdentificationError:  # too few gains to identify the mass
                 continue
             assert found.mass is not None, "refused otherwise"
             refusals.append(negative_mass(found.mass))
@@ -285,7 +285,7 @@ def _weights(sets: Sequence[_Ready], structure: Structure, published: KnownGains
                 found=found.mass.value,
                 std=found.mass.std,
             )
-        if refusals and refusals[-1] is not None and None not in refusals:  # a single one may be wrong gains
+        if refusals and refusals[-1] is not None and None not in refusals:  # a single one may be due to wrong gains
             raise NegativeMass(f"set {one.table.name}: {refusals[-1]}")
 
 
@@ -294,7 +294,7 @@ def _predictable(motion: Motion) -> bool:
 
 
 def _known(row: AnswerRow, structure: Structure) -> KnownGains | None:
-    """The gains that a method gave, taken as independent; None where it gave none."""
+    """Return the gains of a method as independent ones; None if there are none."""
     given = {j: claim for j, claim in enumerate(row.claims) if claim.value is not None}
     if not given:
         return None

@@ -1,4 +1,4 @@
-"""Recipes of public recordings: TOML files that say where they are from, how they are read, what gains are known."""
+"""Recipes of public recordings: TOML files with their source, format and published gains."""
 
 import json
 from collections.abc import Sequence
@@ -21,13 +21,13 @@ class _Table(BaseModel):
 
 
 class SetTable(_Table):
-    """Recordings of one identification; places of files are relative to the user's folder.
+    """Recordings of one identification; paths are relative to the user's folder.
 
     Attributes:
-        name: Of the set.
+        name: Name of the set.
         bare: Recordings with a bare flange.
         loaded: Recordings with the payload.
-        payload: Its file; left out where nothing was mounted.
+        payload: Payload file; omitted without a payload.
     """
 
     name: str
@@ -37,14 +37,14 @@ class SetTable(_Table):
 
 
 class SensorTable(_Table):
-    """Columns of one file that hold torques as sensors and as motors give them; `{j}` stands for the joint's number.
+    """Columns of one file with torques of sensors and motors; `{j}` is replaced by the joint's number.
 
     Attributes:
-        file: Of the columns, Parquet.
-        joints: How many.
+        file: Parquet file with the columns.
+        joints: Number of joints.
         motor: Torque or current of the motor.
         sensors: Torque sensors behind the gear.
-        velocity: Of the joint.
+        velocity: Speed of the joint.
     """
 
     file: str
@@ -58,17 +58,17 @@ class Recipe(_Table):
     """Public recordings of one robot.
 
     Attributes:
-        name: Of robot and recordings.
-        source: Where they are published.
-        licence: As their source states it.
-        get: How to download them into the folder, and how to make of them the files that are named here.
-        untried: Whether nobody of this project has seen a file of them.
-        model: Model file of the arm, in the user's folder or else beside the recipes of the catalogue.
+        name: Name of robot and recordings.
+        source: Publication.
+        licence: Licence as stated by the source.
+        get: How to download the recordings and convert them to the files of this recipe.
+        untried: Whether this project has not read any of these files.
+        model: Model file of the arm, in the user's folder or in that of the catalogue.
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
-        log: How the recordings are read, as a log description says it.
-        set: Recordings that are identified together.
-        published: Gains that somebody states, one per joint, in N m per unit that is logged.
-        published_by: Who, and what they rest on.
+        log: Format of the recordings, as in a log description.
+        set: Sets of recordings that are identified together.
+        published: Published gains, one per joint, in N m per logged unit.
+        published_by: Source and basis of the published gains.
         sensors: Columns of joint torque sensors.
     """
 
@@ -87,19 +87,19 @@ class Recipe(_Table):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Every file that it takes, each once."""
+        """Return all files of the recipe, without repetition."""
         of_sets = [name for each in self.set for name in (*each.bare, *each.loaded, each.payload)]
         others = [self.model, self.sensors and self.sensors.file]
         return tuple(dict.fromkeys(name for name in (*others, *of_sets) if name is not None))
 
     def place(self, name: str, folder: Path) -> Path:
-        """Where one of its files is looked for: in a folder, the model that is not there beside the recipes."""
+        """Return the path of a file: in a folder, or for a missing model in that of the recipes."""
         own = folder / name
         return RECIPES / name if name == self.model and not own.exists() else own
 
     @property
     def description(self) -> LogDescription:
-        """How the recordings are read."""
+        """Return the log description of the recordings."""
         return description_of(self.log, f"recipe {self.name}: log")
 
 
@@ -107,7 +107,7 @@ def read_recipe(path: Path) -> Recipe:
     """Read a recipe.
 
     Raises:
-        ScenarioError: If it is missing, is no TOML, or says what cannot be; one line.
+        ScenarioError: If it is missing, not TOML or not valid; one line.
     """
     table = read_toml(path, error=ScenarioError)
     try:
@@ -118,7 +118,7 @@ def read_recipe(path: Path) -> Recipe:
         place = ".".join(map(str, first["loc"]))
         raise ScenarioError(f"{one_line(path)}: key {place} of the recipe: {one_line(first['msg'])}") from error
     if found.set and found.model is None:
-        raise ScenarioError(f"{one_line(path)}: model is missing; recordings are identified with one")
+        raise ScenarioError(f"{one_line(path)}: model is missing; it is needed for identification")
     for each in found.set:
         if bool(each.loaded) != (each.payload is not None):
             raise ScenarioError(f"{one_line(path)}: set {each.name}: loaded and payload go together; give both or none")
@@ -126,10 +126,10 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def recipes(more: Sequence[Path] = ()) -> tuple[Recipe, ...]:
-    """The recipes of the catalogue by the names of their files, and further ones.
+    """Return the recipes of the catalogue by the names of their files, and further ones.
 
     Raises:
-        ScenarioError: If one cannot be read, or two have one name.
+        ScenarioError: If one cannot be read, or two have the same name.
     """
     found = tuple(map(read_recipe, (*sorted(RECIPES.glob("*.toml")), *more)))
     names = [each.name for each in found]

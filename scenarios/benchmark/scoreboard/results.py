@@ -8,16 +8,16 @@ from scenarios.support.result_model import ResultModel
 
 
 class BoardGain(ResultModel):
-    """A joint of a set, as a method answers.
+    """A method's answer for a joint of a set.
 
     Attributes:
         set: Name of the set.
-        method: As it was named.
-        joint: Its number, from 1.
-        gain: [N m / drive unit], null if refused.
+        method: Text that names the method.
+        joint: Number of the joint, from 1.
+        gain: Gain [N m / drive unit], null if refused.
         std: Standard deviation [N m / drive unit], null if refused or not stated.
         published: Published gain [N m / drive unit], null if there is none.
-        rel_difference: Relative difference, the gain over the published one, less one.
+        rel_difference: Relative difference: gain over published gain, minus one.
         reason: Why there is no gain.
     """
 
@@ -36,8 +36,8 @@ class BoardRatio(ResultModel):
 
     Attributes:
         set: Name of the set.
-        joint: Its number, from 1.
-        reference: That of the joint whose gain is the unit.
+        joint: Number of the joint, from 1.
+        reference: Number of the reference joint.
         ratio: Ratio of the gains, null if refused.
         rel_std: Relative standard deviation.
         rel_difference: Relative difference from the ratio of the published gains, null without these.
@@ -55,10 +55,10 @@ class Agreement(ResultModel):
     """Gains of two sets that share no recording.
 
     Attributes:
-        method: As it was named.
-        sets: Their names.
-        joints: How many have a gain with a deviation in both.
-        within: Of how many the difference is within two of its standard deviations.
+        method: Text that names the method.
+        sets: Names of the sets.
+        joints: Number of joints with a gain and a standard deviation in both.
+        within: Number of these whose difference is within two of its standard deviations.
         largest: Largest relative difference of a gain.
     """
 
@@ -70,14 +70,14 @@ class Agreement(ResultModel):
 
 
 class BoardPrediction(ResultModel):
-    """A recording that a set does not hold, predicted with gains and the arm of its bare motions.
+    """Prediction of a recording outside a set, with gains and the arm from the set's bare motions.
 
     Attributes:
-        gains: Method that they are from, or `published`.
-        set: That the arm, and the method's gains, are from.
-        log: The recording.
-        joints: Numbers of the joints that are predicted.
-        rel_error: Root mean square of their relative errors of the currents.
+        gains: Method that gave the gains, or `published`.
+        set: Set from which the arm and the method's gains are identified.
+        log: Name of the recording.
+        joints: Numbers of the predicted joints.
+        rel_error: Root mean square of their relative current errors.
     """
 
     gains: str
@@ -88,15 +88,15 @@ class BoardPrediction(ResultModel):
 
 
 class BoardWeight(ResultModel):
-    """The payload of a set, weighed with gains identified without it.
+    """Estimate of a set's payload with gains that were identified without it.
 
     Attributes:
-        gains: Method that they are from, or `published`.
-        gains_set: Set that they were found from, null for published ones.
-        set: Whose payload it is, and whose bare motions.
-        mass: On the scale [kg].
-        found: From currents and gains [kg].
-        std: Standard deviation of that, of the gains included [kg].
+        gains: Method that gave the gains, or `published`.
+        gains_set: Set from which the gains were identified, null for published ones.
+        set: Set of the payload and of the bare motions.
+        mass: Weighed mass [kg].
+        found: Mass from currents and gains [kg].
+        std: Standard deviation of `found`, including that of the gains [kg].
     """
 
     gains: str
@@ -108,15 +108,15 @@ class BoardWeight(ResultModel):
 
 
 class Refusals(ResultModel):
-    """What a method refused.
+    """Refusals of a method.
 
     Attributes:
-        method: As it was named.
-        given: Gains that it gave.
-        refused: Gains that it refused.
-        right: Refusals where nothing was weighed, so that no gain can be known.
-        wrong: Gains given nevertheless.
-        failed: Calls without an answer.
+        method: Text that names the method.
+        given: Number of gains given.
+        refused: Number of gains refused.
+        right: Number of refusals without a weighed payload, where no gain is identifiable.
+        wrong: Number of gains given without a weighed payload.
+        failed: Number of calls without an answer.
         seconds: Wall time of all calls [s].
     """
 
@@ -130,14 +130,14 @@ class Refusals(ResultModel):
 
 
 class SensorGain(ResultModel):
-    """Torque of a sensor per unit of what the motor says, joint by joint, friction fitted beside.
+    """Torque of a sensor per unit of the motor signal, joint by joint, with fitted friction.
 
     Attributes:
-        joint: Its number, from 1.
+        joint: Number of the joint, from 1.
         sensor: Column of the sensor.
-        slope: Sensor over motor [sensor unit / motor unit], null where its relative standard deviation is that of a
-            refused gain.
-        std: Standard deviation of it from the residuals, taken as white [sensor unit / motor unit].
+        slope: Sensor over motor [sensor unit / motor unit], null if its relative standard deviation exceeds the limit
+            for gains.
+        std: Standard deviation of `slope` for white residuals [sensor unit / motor unit].
         rel_error: Norm of the residual relative to that of the sensor's torque.
     """
 
@@ -152,23 +152,23 @@ class Entry(ResultModel):
     """One recipe.
 
     Attributes:
-        name: Of the recipe.
-        source: Where the recordings are published.
-        licence: As their source states it.
-        status: Whether its files are there and could be used.
-        untried: Whether this project has seen no file of it.
-        missing: Files that are not there.
-        reason: Why files that are there could not be used.
+        name: Name of the recipe.
+        source: Publication of the recordings.
+        licence: Licence as stated by the source.
+        status: Whether its files exist and could be used.
+        untried: Whether this project has not read any of its files.
+        missing: Missing files.
+        reason: Why existing files could not be used.
         get: How to get the recordings.
-        notes: What is not said elsewhere.
-        published_by: Who states gains.
-        gains: One per set, method and joint.
-        ratios: One per joint of sets without a payload.
-        agreements: One per method and pair of sets.
-        predictions: One per recording, set and origin of gains.
-        weights: One per set with a payload and origin of gains.
-        refusals: One per method.
-        sensors: One per sensor.
+        notes: Further remarks.
+        published_by: Source of the published gains.
+        gains: One entry per set, method and joint.
+        ratios: One entry per joint of sets without a payload.
+        agreements: One entry per method and pair of sets.
+        predictions: One entry per recording, set and origin of gains.
+        weights: One entry per set with a payload and origin of gains.
+        refusals: One entry per method.
+        sensors: One entry per sensor.
     """
 
     name: str
@@ -194,9 +194,9 @@ class Scoreboard(ResultModel):
     """Methods on public recordings.
 
     Attributes:
-        folder: Of the recordings.
-        methods: As they were named.
-        entries: One per recipe.
+        folder: Folder of the recordings.
+        methods: Texts that name the methods.
+        entries: One entry per recipe.
     """
 
     folder: str

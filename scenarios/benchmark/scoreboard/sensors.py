@@ -1,4 +1,4 @@
-"""Motor torques or currents against joint torque sensors: sensor = slope * motor + Fv dq + Fc sign(dq) + offset."""
+"""Comparison of motors with joint torque sensors: sensor = slope * motor + Fv dq + Fc sign(dq) + offset."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -17,10 +17,10 @@ from scenarios.support.errors import ScenarioError
 
 
 def sensor_gains(path: Path, table: SensorTable) -> list[SensorGain]:
-    """Slopes of every sensor on its motor, by least squares of all rows.
+    """Return the slope of every sensor over its motor, by least squares of all rows.
 
     Raises:
-        ScenarioError: If the file is no Parquet, or lacks a column.
+        ScenarioError: If the file is not Parquet, or lacks a column.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -40,14 +40,16 @@ def sensor_gains(path: Path, table: SensorTable) -> list[SensorGain]:
 
 
 def disagreements(found: Sequence[SensorGain]) -> list[str]:
-    """What sensors of one joint say differently, beyond two deviations of the difference; a sentence each pair."""
+    """Return a sentence for each pair of sensors of one joint that differ by more than two standard deviations."""
     said = list[str]()
     for A, B in combinations(found, 2):
         if A.joint != B.joint or A.slope is None or B.slope is None or A.std is None or B.std is None:
             continue
         if abs(A.slope - B.slope) > 2.0 * np.hypot(A.std, B.std):
             off = two_digits(100.0 * (B.slope / A.slope - 1.0), sign="+")
-            said.append(f"joint {A.joint}: {B.sensor} differs from {A.sensor} by {off} %; not both can be its torque")
+            said.append(
+                f"joint {A.joint}: {B.sensor} differs from {A.sensor} by {off} %; at most one can be its torque"
+            )
     return said
 
 

@@ -1,1 +1,1 @@
-"""Scenario files: TOML in, validated values out."""
+"""Scenario files: from TOML to validated values."""

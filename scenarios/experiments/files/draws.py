@@ -1,7 +1,7 @@
-"""Random settings: what a scenario declares random, drawn for one seed.
+"""Random settings of a scenario, drawn for one seed.
 
-Every number comes from a uniform one through the distribution's quantile function, so that random and
-quasi-random designs share one path. A draw has a stream of its own: declaring another does not move it.
+Every number is the distribution's quantile of a uniform number, so random and quasi-random designs use the same code.
+Each draw has its own stream, so declaring another draw does not change it.
 """
 
 import zlib
@@ -21,19 +21,19 @@ from scenarios.support.errors import ScenarioError, WrongDraw
 from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
-"""Quantiles that a distribution must give before it is used."""
+"""Quantiles at which a distribution is tested before it is used."""
 Number = float | tuple[float, ...]
-"""A parameter of a distribution: one, or one of each number."""
+"""A parameter of a distribution: one value, or one per number."""
 
 
 def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
     """Draw everything that a scenario declares random; the draw named k uses the stream of (seed, checksum of k).
 
     Returns:
-        New values by place; empty if nothing is random.
+        New values by key path; empty if nothing is random.
 
     Raises:
-        WrongDraw: If a draw names no number of the scenario, or no distribution.
+        WrongDraw: If the target of a draw is not a number of the scenario, or the distribution does not exist.
     """
     draws = scenario.table.random
     if not draws:
@@ -50,19 +50,19 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
 
 
 def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
-    """Places that draws change, in alphabetical order."""
+    """Return the key paths that draws change, in alphabetical order."""
     return sorted({place for draw in draws.values() for place in draw.targets})
 
 
 def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> None:
-    """Refuse draws that cannot be made, before a study is begun.
+    """Check that all draws are possible, before a study starts.
 
     Args:
-        scenario: With its draws and sources.
-        usable: Raises if a scenario cannot be run; tried on every choice.
+        scenario: The scenario with its draws and sources.
+        usable: Raises if a scenario cannot be run; called for every choice.
 
     Raises:
-        WrongDraw: Naming the first one and what is wrong with it.
+        WrongDraw: If a draw is not possible (the first one).
     """
     groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (
         ("random", scenario.table.random),
@@ -82,7 +82,7 @@ def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> Non
 
 
 def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
-    """How many uniform numbers a draw takes."""
+    """Return the number of uniform numbers that a draw needs."""
     if draw.shared or draw.choice is not None:
         return 1
     values = [value_at(table, place) for place in draw.targets]
@@ -90,10 +90,9 @@ def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
 
 
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
-    """Values of a draw's targets.
+    """Return the values of a draw's targets.
 
-    `uniform` are numbers in (0, 1), shape (numbers_needed,); from the table come values that `add` and `multiply` start
-    from.
+    `uniform` has numbers in (0, 1), shape (numbers_needed,); `add` and `multiply` start from the values of the table.
 
     Raises:
         ScenarioError: If a target does not exist.
@@ -121,7 +120,7 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
 
 
 def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, Number]:
-    """The parameters for some of a draw's numbers: of an array that has one for each of all targets, theirs."""
+    """Return the parameters of some of a draw's numbers; an array has a value for each."""
     return {
         name: value[own] if isinstance(value, tuple) and len(value) == total else value
         for name, value in draw.parameters.items()
@@ -130,22 +129,22 @@ def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, Number]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Mean and standard deviation of the numbers of a distribution; not finite where there is none."""
+    """Return mean and standard deviation of a distribution; not finite if they do not exist."""
 
     mean: Array
     std: Array
 
 
 def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
-    """Mean and standard deviation of the numbers that a draw's distribution gives one of its targets.
+    """Return mean and standard deviation of a draw's distribution for one of its targets.
 
-    Of all targets' `total` numbers, `own` are the target's.
+    `own` selects the target's numbers from the `total` numbers of all targets.
 
     Raises:
         WrongDraw: If distribution or parameters do not exist or do not fit.
     """
     count, parameters = own.stop - own.start, _parameters(draw, own, total)
-    _quantiles(draw, np.full(count, 0.5), parameters)  # refuses what cannot be drawn
+    _quantiles(draw, np.full(count, 0.5), parameters)  # raises if a draw is not possible
     with np.errstate(all="ignore"):
         distribution = _distribution(draw.distribution or "")
         mean, std = distribution.mean(**parameters), distribution.std(**parameters)
@@ -153,7 +152,7 @@ def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
 
 
 def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, Number]) -> Array:
-    """The numbers of a distribution of scipy.stats at uniform ones."""
+    """Return the quantiles of a distribution of scipy.stats at uniform numbers."""
     name = draw.distribution or ""
     distribution = _distribution(name)
     shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
@@ -182,12 +181,12 @@ def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, Number]
 
 @dataclass(frozen=True, slots=True)
 class _Scaled:
-    """A distribution of scipy.stats that has a location and a scale alone: its numbers without half a second of import.
+    """A distribution with only location and scale, as in scipy.stats, whose import would take half a second.
 
     Attributes:
-        quantiles: Its quantile function where the location is 0 and the scale 1.
-        centre: Mean there.
-        spread: Standard deviation there.
+        quantiles: Quantile function for location 0 and scale 1.
+        centre: Mean for location 0 and scale 1.
+        spread: Standard deviation for location 0 and scale 1.
         shapes: None.
     """
 
@@ -197,7 +196,7 @@ class _Scaled:
     shapes: None = None
 
     def ppf(self, uniform: Array, *, loc: Number = 0.0, scale: Number = 1.0) -> Array:
-        """Numbers at uniform ones, NaN where the scale is none."""
+        """Return the quantiles at uniform numbers, NaN if the scale is not positive."""
         return np.where(np.asarray(scale) > 0.0, self.quantiles(uniform) * np.asarray(scale) + np.asarray(loc), np.nan)
 
     def mean(self, *, loc: Number = 0.0, scale: Number = 1.0) -> Array:
@@ -222,7 +221,7 @@ SCALED = {
 
 @lru_cache(maxsize=64)
 def _distribution(name: str) -> "_Scaled | scipy.stats.rv_continuous | scipy.stats.rv_discrete":
-    """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever."""
+    """Return a distribution of scipy.stats with its own quantile function; a numerical search may not end."""
     if name in SCALED:
         return SCALED[name]
     families = scipy.stats.rv_continuous, scipy.stats.rv_discrete

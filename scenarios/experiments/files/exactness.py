@@ -1,7 +1,7 @@
-"""`belief.exact` against deviations of payloads that are stated: the file nearest to the reader decides.
+"""Precedence of `belief.exact` and stated deviations of payloads: the extending file has priority.
 
-A deviation that a file states counts, whatever the scenarios that it extends take as exact. Stated beside an `exact` of
-the same file, one of the two is a mistake.
+A standard deviation that a file states is used, even if an extended scenario sets `exact`. If one file has both, this
+is an error.
 """
 
 from collections.abc import Mapping
@@ -14,15 +14,15 @@ DEVIATIONS = ("mass_std", "com_std", "inertia_std")
 
 
 def is_exact(exact: bool | Mapping[str, bool], name: str) -> bool:
-    """Whether the payload of a mounting is taken as exact; one that is not named is not."""
+    """Return whether the payload of a mounting is taken as exact; False for an unknown mounting."""
     return exact.get(name, False) if isinstance(exact, Mapping) else exact
 
 
 def check_exact(table: Mapping[str, object], path: Path) -> None:
-    """Check that a file does not state deviations of a payload that it takes as exact.
+    """Check that a file states no standard deviations of a payload that it takes as exact.
 
     Raises:
-        WrongValue: At the first that it does.
+        WrongValue: If it does (the first one).
     """
     belief = _below(table, "belief")
     for name, key in _deviations(belief).items():
@@ -34,7 +34,7 @@ def check_exact(table: Mapping[str, object], path: Path) -> None:
 
 
 def exactness(base: Mapping[str, object], over: Mapping[str, object]) -> object:
-    """What `belief.exact` is once a file lies over what it extends, None where neither says."""
+    """Return `belief.exact` of a file merged with the extended one, None if neither states it."""
     below, above = _below(base, "belief"), _below(over, "belief")
     exact = above.get("exact", below.get("exact"))
     counting = _deviations(above)
@@ -49,7 +49,7 @@ def _taken_as_exact(exact: object, name: str) -> bool:
 
 
 def _deviations(belief: Mapping[str, object]) -> dict[str, str]:
-    """The first deviation that is stated, and is not 0, of each payload."""
+    """Return the first nonzero standard deviation that is stated for each payload."""
     found: dict[str, str] = {}
     for name, payload in _payloads(belief).items():
         if isinstance(payload, Mapping):
@@ -64,7 +64,7 @@ def _payloads(belief: Mapping[str, object]) -> dict[str, object]:
 
 
 def _numbers(value: object) -> bool:
-    """Whether anything but zeros is stated."""
+    """Return whether a nonzero value is stated."""
     if isinstance(value, Mapping):
         return any(map(_numbers, value.values()))
     return any(map(_numbers, value)) if isinstance(value, list) else value is not None and value != 0

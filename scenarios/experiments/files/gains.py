@@ -1,7 +1,7 @@
 """The gains file: drive gains with covariance and origin, TOML or JSON by the file's ending, read strictly.
 
-What is needed is `gains`, one entry per joint in their order, so that a file can be written by hand from data sheets;
-all else is where gains came from. Without `covariance` deviations are independent of each other.
+Only `gains` is required, one entry per joint in order, so that a file can be written by hand from data sheets. The
+other keys state the origin of the gains. Without `covariance` the errors of the gains are independent.
 """
 
 import json
@@ -26,7 +26,7 @@ Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 Mark = Annotated[str, Field(pattern="^[0-9a-f]{12}$")]
 Deviation = Annotated[float, Field(ge=0.0)]
 SAME = 1e-6
-"""Relative difference of a deviation from its variance that digits left out explain."""
+"""Largest relative difference between a standard deviation and its variance, as due to rounding in the file."""
 
 
 class _Table(BaseModel):
@@ -36,74 +36,78 @@ class _Table(BaseModel):
 class GainEntry(_Table):
     """One joint: `estimate` and `std`, or `identifiable = false` and the reason."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
-    name: str | None = Field(None, description="of the joint in the robot's model")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str | None = Field(None, description="Name of the joint in the robot's model")
     unit: Literal["N m / drive unit", "N / drive unit"] = Field(
-        TURNING, description="Of the gain; the second for a prismatic joint"
+        TURNING, description="Unit of the gain; the second one for a prismatic joint"
     )
     identifiable: bool = Field(True, description="Whether there is a gain")
     estimate: float | None = Field(
-        None, description="joint torque or force per drive unit, in `unit`; left out if refused"
+        None, description="Joint torque or force per drive unit, in `unit`; omitted if refused"
     )
-    std: Deviation | None = Field(
-        None, description="standard deviation, all shares together, in `unit`; 0 for a gain taken as exact"
+    std: Deviation | None = Field(None, description="Total standard deviation, in `unit`; 0 for a gain taken as exact")
+    residual_std: Deviation | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")
+    payload_std: Deviation | None = Field(
+        None, description="Contribution of the payloads' stated uncertainty, in `unit`"
     )
-    residual_std: Deviation | None = Field(None, description="share of the residuals, in `unit`")
-    payload_std: Deviation | None = Field(None, description="share of the payloads' stated uncertainty, in `unit`")
-    model_std: Deviation | None = Field(None, description="share of the model's assumptions, in `unit`")
-    reason: str | None = Field(None, description="why a joint is refused")
+    model_std: Deviation | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
+    reason: str | None = Field(None, description="Why the joint is refused")
 
 
 class ModelEntry(_Table):
     """The robot's model file."""
 
-    name: str = Field(description="Of the file")
-    sha256: Digest = Field(description="Digest of its bytes")
+    name: str = Field(description="Name of the file")
+    sha256: Digest = Field(description="SHA-256 of the file")
 
 
 class RecordingEntry(_Table):
-    """A recording that gains were found from."""
+    """A recording from which the gains were identified."""
 
-    name: str = Field(description="Of the file")
-    sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
-    payload: int | None = Field(None, ge=1, description="which of payloads it carries; left out for a bare flange")
+    name: str = Field(description="Name of the file")
+    sha256: Digest = Field(
+        description="SHA-256 of the samples t, q, v as little-endian doubles, whatever the file format"
+    )
+    payload: int | None = Field(
+        None, ge=1, description="Number of the mounted payload in `payloads`, from 1; omitted for a bare flange"
+    )
     marks: tuple[Mark, ...] = Field(
-        (), description="hashes of some of its rows q, v, by which a part of it is recognised"
+        (), description="Hashes of some rows q, v, by which a part of the recording is recognised"
     )
 
 
 class OptionsEntry(_Table):
     """Options of the identification."""
 
-    method: dict[str, JsonValue] = Field(default={}, description="The method's own")
-    observe: dict[str, JsonValue] = Field(default={}, description="How recordings became a linear system")
-    gains: dict[str, JsonValue] = Field(default={}, description="How estimates were judged")
+    method: dict[str, JsonValue] = Field(default={}, description="Options of the method")
+    observe: dict[str, JsonValue] = Field(default={}, description="Filters and rows of the linear system")
+    gains: dict[str, JsonValue] = Field(default={}, description="Limits for accepting a gain")
 
 
 class GainsFile(_Table):
     """Drive gains of one robot."""
 
-    format: Literal[1] = Field(1, description="Of this file")
-    created: str | None = Field(None, description="when, ISO 8601")
-    robot: str | None = Field(None, description="Its name")
-    method: str | None = Field(None, description="estimator, or where the gains are from")
-    gains: tuple[GainEntry, ...] = Field(min_length=1, description="one per joint, in their order")
+    format: Literal[1] = Field(1, description="Version of the file format")
+    created: str | None = Field(None, description="Time of the identification, ISO 8601")
+    robot: str | None = Field(None, description="Name of the robot")
+    method: str | None = Field(None, description="Estimator, or the source of the gains")
+    gains: tuple[GainEntry, ...] = Field(min_length=1, description="One entry per joint, in order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
         None,
-        description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
+        description="Total covariance of the identifiable joints' gains, in order; in products of `unit`",
     )
     options: OptionsEntry = Field(OptionsEntry(), description="Options of the identification")
-    model: ModelEntry | None = Field(None, description="Robot's model")
-    recordings: tuple[RecordingEntry, ...] = Field((), description="What gains were found from")
-    payloads: tuple[dict[str, JsonValue], ...] = Field((), description="As payload files have them")
-    versions: dict[str, str] = Field({}, description="Of packages")
+    model: ModelEntry | None = Field(None, description="Model of the robot")
+    recordings: tuple[RecordingEntry, ...] = Field((), description="Recordings from which the gains were identified")
+    payloads: tuple[dict[str, JsonValue], ...] = Field((), description="Payloads, with the keys of payload files")
+    versions: dict[str, str] = Field({}, description="Versions of packages")
 
     @property
     def known(self) -> KnownGains:
-        """The gains for use.
+        """The gains as `KnownGains`.
 
         Raises:
-            GainsError: If they cannot be.
+            GainsError: If they are not usable.
         """
         given = [entry for entry in self.gains if entry.identifiable]
         std = np.array([entry.std or 0.0 for entry in given])
@@ -115,10 +119,10 @@ class GainsFile(_Table):
         )
 
     def of(self, arm: Arm) -> KnownGains:
-        """The gains for use with an arm.
+        """Return the gains for an arm.
 
         Raises:
-            GainsError: If they are of another robot or of other joints, or cannot be used.
+            GainsError: If they belong to another robot or to other joints, or are not usable.
         """
         if self.robot not in (None, arm.name):
             raise GainsError(
@@ -131,7 +135,7 @@ class GainsFile(_Table):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What looks odd of the gains and is no mistake by itself: negative ones."""
+        """Return remarks on unusual but valid gains: negative ones."""
         gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
         return tuple(f"{each.sentence}; {each.advice}" for each in negative(gains))
 
@@ -140,7 +144,7 @@ def read_gains(path: Path) -> GainsFile:
     """Read a gains file.
 
     Raises:
-        ScenarioError: If it is missing, is no TOML or JSON, has an unknown key or what no gains can be; one line.
+        ScenarioError: If it is missing, not TOML or JSON, or has an unknown key or impossible gains; one line.
     """
     where = one_line(path)
     table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
@@ -153,10 +157,10 @@ def read_gains(path: Path) -> GainsFile:
 
 
 def check_units(A: GainsFile, B: GainsFile) -> None:
-    """Check that each joint's gains have one unit in both.
+    """Check that each joint's gains have the same unit in both files.
 
     Raises:
-        ScenarioError: If a joint turns in one and slides in the other.
+        ScenarioError: If a joint is revolute in one and prismatic in the other.
     """
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:
@@ -180,7 +184,7 @@ def _read_json(path: Path) -> object:
 
 
 def _complaint(error: ValidationError) -> str:
-    """What pydantic found first, in one line; keys that begin with a digit are places in a list, counted from 1."""
+    """Return the first error of pydantic in one line; keys beginning with a digit are list positions, from 1."""
     first = error.errors()[0]
     place = ".".join(str(part + 1) if isinstance(part, int) else part for part in first["loc"])
     if first["type"] == "extra_forbidden":
@@ -198,7 +202,7 @@ TABLES: Mapping[str, type[BaseModel]] = {
 
 
 def _check(file: GainsFile, where: str) -> None:
-    """Joints are numbered 1 to n, each has a gain or is refused, and the covariance is that of the deviations."""
+    """Check that joints are numbered 1 to n with gain or reason, and that covariance and deviations agree."""
     numbers = [entry.joint for entry in file.gains]
     if numbers != list(range(1, len(numbers) + 1)):
         raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")

@@ -27,7 +27,7 @@ from scenarios.experiments.files.tables import scenario_table, stating_file
 from scenarios.support.errors import ScenarioError, UnknownName, WrongDraw, WrongValue
 
 UNNAMED = "scenario"
-"""What files are called that are named by their folder."""
+"""Name of files that are known by the name of their folder."""
 
 
 def load_scenario(name: str) -> Scenario:
@@ -35,13 +35,13 @@ def load_scenario(name: str) -> Scenario:
 
     Raises:
         ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
-        RobotError: If its robot's file describes none.
+        RobotError: If the file of its robot is not valid.
     """
     return resolved(_as_stated(name))
 
 
 def payloads_as_stated(name: str) -> dict[str, Payload]:
-    """The believed payloads of a built-in scenario or a user's file, with deviations, even where they count as exact.
+    """Return the assumed payloads of a scenario, with stated standard deviations even if they are taken as exact.
 
     Raises:
         ScenarioError: As `load_scenario`.
@@ -50,7 +50,7 @@ def payloads_as_stated(name: str) -> dict[str, Payload]:
 
 
 def _as_stated(name: str) -> Scenario:
-    """A scenario as its file and those that it extends state it."""
+    """Return a scenario as stated by its file and the extended ones."""
     table, path = scenario_table(name)
     loaded = scenario_from_table(table, _name_of(path), path.parent, str(path))
     wanted = stating_file(name, ("tolerance", "identifiable"))
@@ -59,19 +59,19 @@ def _as_stated(name: str) -> Scenario:
 
 
 def _name_of(path: Path) -> str:
-    """Of a scenario: its file's, or the folder's where every folder has a file of that name."""
+    """Return the name of a scenario: of its file, or of the folder if the file has the common name."""
     return path.parent.name or path.stem if path.stem == UNNAMED else path.stem
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
-    """Validate a scenario's tables. `folder` is where its motions are looked up, `where` names the tables in messages.
+    """Validate a scenario's tables; `folder` is the folder of its motions, `where` the name for messages.
 
     Raises:
-        ScenarioError: At an unknown key or a wrong value; the message names both.
+        ScenarioError: If there is an unknown key or a wrong value; the message names both.
     """
     _refuse_unknown(table, ScenarioTable, where, "")
     try:
-        # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
+        # Strict, so that "1" and true are not numbers; as JSON, where an array may become a tuple.
         parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         raise refusal(error, where, "") from error
@@ -82,8 +82,8 @@ def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, wh
 
 
 def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
-    """What pydantic found, in one line."""
-    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
+    """Return the error of pydantic in one line."""
+    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # for a union, the most specific branch
     below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
     what = first["msg"][0].lower() + first["msg"][1:]
     got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
@@ -91,7 +91,7 @@ def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
 
 
 def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
-    """Walk tables and schema together; pydantic would not say which key was meant."""
+    """Check keys against the schema; the message suggests the nearest key, which pydantic does not."""
     if not isinstance(table, Mapping):
         return
     known = _subtables(kind)
@@ -107,7 +107,7 @@ def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
 
 
 def _subtables(kind: type) -> dict[str, type | None]:
-    """Keys of a table, with the class of those that are tables."""
+    """Return the keys of a table, with the class of subtables."""
     if is_dataclass(kind):
         return {field.name: None for field in fields(kind)}
     if issubclass(kind, BaseModel):
@@ -116,19 +116,19 @@ def _subtables(kind: type) -> dict[str, type | None]:
 
 
 def _table_class(hint: object) -> type | None:
-    """The class of a key's table, or of each table in a table of tables; None for anything else."""
+    """Return the class of a key's table, or of each table in a table of tables; None otherwise."""
     if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)):
         return hint
-    below = map(_table_class, get_args(hint))  # dict[str, X] holds tables of class X, str | X is one or its name
+    below = map(_table_class, get_args(hint))  # dict[str, X] has tables of class X, str | X is a table or its name
     return next((each for each in below if each is not None), None)
 
 
 def check_lengths(table: ScenarioTable, path: str) -> None:
-    """Every array has one entry per joint, and the method takes its options.
+    """Check that every array has one entry per joint, and that the options of the method are valid.
 
     Raises:
-        ScenarioError: At the first array that does not fit.
-        WrongValue: If a value is none of those there are.
+        ScenarioError: If an array has another length (the first one).
+        WrongValue: If a value is not one of the known ones.
     """
     n = len(table.tolerance.gain)
     arrays = {
@@ -157,7 +157,7 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
 
 
 def _check_payloads(table: ScenarioTable, path: str) -> None:
-    """Every payload has one description on either side, and is there for the protocol."""
+    """Check that every payload of the protocol is described once in plant and belief."""
     for side, stated in (("plant", table.plant), ("belief", table.belief)):
         if stated.payload is not None and LOADED in stated.payloads:
             raise WrongValue(
@@ -182,7 +182,7 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:
-    """Every draw changes places of its own, in a way that is said once."""
+    """Check that no two draws change the same value, and that each has exactly one form."""
     groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (("random", table.random), ("sources", table.sources))
     for group, draws in groups:
         owner: dict[str, str] = {}

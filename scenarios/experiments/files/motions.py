@@ -27,10 +27,10 @@ MOTIONS = CATALOG / "motions"
 
 @lru_cache(maxsize=32)
 def read_motion(name: str, folder: Path) -> FourierTrajectory:
-    """Read a built-in motion, or a file relative to `folder`; once a process, so that trials share the object.
+    """Read a built-in motion, or a file relative to `folder`; cached, so that trials share the object.
 
     Raises:
-        ScenarioError: If there is none, or it is not a motion that starts and ends at rest.
+        ScenarioError: If it does not exist, or does not start and end at rest.
     """
     path = _motion_path(name, folder)
     table = read_table(path)
@@ -54,16 +54,16 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
 
 
 def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int) -> Array:
-    """Numbers of a motion file, in an array of as many dimensions."""
+    """Return numbers of a motion file as an array."""
     form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
     if not _all_numbers(table[key], dimensions):
         raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")
     try:
         values = np.array(table[key], dtype=np.float64)
-    except (ValueError, OverflowError):  # rows of unequal length, or a whole number beyond all floats
+    except (ValueError, OverflowError):  # rows of unequal length, or an integer too large for a float
         raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
     if not (np.abs(values) <= LARGEST).all():
-        raise ScenarioError(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+        raise ScenarioError(f"{path}: {key} contains a number that is not finite or beyond {LARGEST:g}")
     return values
 
 
@@ -74,10 +74,10 @@ def _all_numbers(value: object, dimensions: int) -> bool:
 
 
 def motion_digest(name: str, folder: Path) -> str:
-    """What tells a motion's file from another, 16 hexadecimal digits.
+    """Return the digest of a motion's file, 16 hexadecimal digits.
 
     Raises:
-        UnknownName: If there is none.
+        UnknownName: If it does not exist.
     """
     content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=UnreadableFile)
     return hashlib.sha256(content).hexdigest()[:16]
@@ -92,7 +92,7 @@ def _motion_path(name: str, folder: Path) -> Path:
 
 
 def write_motion(motion: FourierTrajectory, path: Path, comments: Sequence[str]) -> None:
-    """Write a motion file, every digit kept, below the line that names its schema."""
+    """Write a motion file with all digits, below the line that names its schema."""
 
     def rows(name: str, values: np.ndarray) -> list[str]:
         return [f"{name} = [", *(f"    {row.tolist()!r}," for row in values), "]"]

@@ -1,8 +1,8 @@
-"""Mountings: what the motions of an experiment carry, by name.
+"""Mountings: payloads of the motions of an experiment, by name.
 
-`protocol = ["bare", "light", "heavy", "bare"]` names them in order of time. `bare` is the flange alone; other names are
-payloads that `[plant.payloads]` and `[belief.payloads]` have under them, and `loaded` the one that both call `payload`.
-Motions of one name are one mounting.
+`protocol = ["bare", "light", "heavy", "bare"]` names them in order of time. `bare` is the flange alone. Other names are
+keys of `[plant.payloads]` and `[belief.payloads]`; `loaded` is the payload in key `payload` of both. Motions of one
+name are one mounting.
 """
 
 import re
@@ -16,22 +16,22 @@ Body = TypeVar("Body")
 
 BARE, LOADED = "bare", "loaded"
 PAIR = (BARE, LOADED)
-"""The paper's protocol, that of a scenario which states none."""
+"""The paper's protocol, the default."""
 UNLOADED = "unloaded"
-"""What files and messages call a bare motion."""
+"""Name of a bare motion in files and messages."""
 NAME = re.compile(r"[a-z][a-z0-9_]*")
-"""Names of mountings: they become names of files, where a hyphen counts repeats."""
+"""Pattern of names of mountings; they are used as file names, in which a hyphen precedes the repetition number."""
 MOST_MOTIONS = 64
-"""Motions of an experiment at most."""
+"""Largest number of motions of an experiment."""
 
 
 def mountings(protocol: Sequence[str]) -> tuple[str, ...]:
-    """Names of the payloads that a protocol mounts, in the order of their first motions."""
+    """Return the names of the payloads that a protocol mounts, in the order of their first motions."""
     return tuple(dict.fromkeys(name for name in protocol if name != BARE))
 
 
 def motion_names(protocol: Sequence[str]) -> tuple[str, ...]:
-    """A name for each motion: `unloaded` or its mounting's, with `-2` and so on behind those that come again."""
+    """Return a name for each motion: `unloaded` or its mounting, with suffixes `-2` and so on for repetitions."""
     names: list[str] = []
     for k, carried in enumerate(protocol):
         earlier = list(protocol[:k]).count(carried)
@@ -41,27 +41,27 @@ def motion_names(protocol: Sequence[str]) -> tuple[str, ...]:
 
 
 def grouped(protocol: Sequence[str]) -> tuple[int, ...]:
-    """Numbers of the motions in order of time, but motions of one payload together where the first of them is.
+    """Return the indices of the motions in order of time, but with motions of one payload grouped at its first one.
 
-    So identification is given them, and so a command line can name them, a payload behind its recordings.
+    Identification uses this order, and so does a command line, in which a payload follows its recordings.
     """
     first = {name: list(protocol).index(name) for name in mountings(protocol)}
     return tuple(sorted(range(len(protocol)), key=lambda k: first.get(protocol[k], k)))
 
 
 def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Body]:
-    """Payloads by the name of their mounting; the one without a name is `loaded`."""
+    """Return payloads by mounting; the one in key `payload` is `loaded`."""
     return {**({} if single is None else {LOADED: single}), **named}
 
 
 def check_protocol(
     protocol: Sequence[str], plant: Mapping[str, object], belief: Mapping[str, object], path: str
 ) -> None:
-    """Check that plant and belief have the payloads of a protocol, both the same.
+    """Check that plant and belief have the payloads of a protocol.
 
     Raises:
-        WrongValue: If there are no motions or too many, or a name is none.
-        UnknownName: If a name is known on one side only, or on none.
+        WrongValue: If there are no motions or too many, or a name is not valid.
+        UnknownName: If a name is missing in plant or belief.
     """
     if not 0 < len(protocol) <= MOST_MOTIONS:
         raise WrongValue(

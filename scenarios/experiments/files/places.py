@@ -1,11 +1,11 @@
-"""Files that a scenario names, robot and motions: each lies beside the file that says so, whoever extends that file."""
+"""Files of robot and motions: their paths are relative to the file that names them, even if that file is extended."""
 
 import os
 from collections.abc import Mapping
 from pathlib import Path
 
 ROBOT = "rx90"
-"""The robot of a scenario that names none."""
+"""The default robot."""
 CATALOG = Path(__file__).parents[2] / "catalog"
 """Folder of the built-in scenarios."""
 MOTION = "experiment.motion"
@@ -13,11 +13,11 @@ BUILT_IN = {
     "robot": (ROBOT, *sorted(path.parent.name for path in CATALOG.glob("robots/*/robot.toml"))),
     MOTION: tuple(sorted(path.stem for path in CATALOG.glob("motions/*.toml"))),
 }
-"""Keys that hold the place of a file or one of these names."""
+"""Keys whose value is the path of a file or one of these names."""
 
 
 def seen_from(table: Mapping[str, object], beside: Path, folder: Path) -> dict[str, object]:
-    """A scenario's tables with the places that they name as another folder sees them."""
+    """Return a scenario's tables with paths relative to another folder."""
 
     def seen(place: object, key: str) -> object:
         if beside == folder or not isinstance(place, str) or place in BUILT_IN[key] or Path(place).is_absolute():

@@ -1,8 +1,8 @@
-"""A scenario with every number stated: names of payloads and drives that are left out are looked up, once.
+"""Resolution of a scenario: names of payloads and omitted drives are replaced by their numbers, once.
 
     tables -> schema -> resolved -> settings and draws -> build
 
-`load_scenario` resolves; whoever repeats a scenario changes numbers by their place, and no file is read again.
+`load_scenario` resolves. Repetitions change numbers by their key path, and no file is read again.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,12 +24,12 @@ NOTHING = (0.0, 0.0, 0.0)
 
 
 def resolved(scenario: Scenario) -> Scenario:
-    """State every number of a scenario as its file has it.
+    """Return a scenario with all numbers stated.
 
     Raises:
-        UnknownName: If it names a robot or payload that does not exist.
+        UnknownName: If its robot or payload does not exist.
         RobotError: If the robot's file cannot be read.
-        ScenarioError: If the believed payload is impossible.
+        ScenarioError: If the assumed payload is impossible.
     """
     table, name = scenario.table, scenario.name
     believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
@@ -37,7 +37,7 @@ def resolved(scenario: Scenario) -> Scenario:
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
     update: dict[str, object] = {
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
-        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a stated value is replaced by zero
     }
     if table.cost is not None:
         update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, name)})
@@ -45,11 +45,11 @@ def resolved(scenario: Scenario) -> Scenario:
 
 
 def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """The payloads that identification is told, by mounting; without deviations where it takes them as exact.
+    """Return the assumed payloads, by mounting; without standard deviations if taken as exact.
 
     Raises:
-        UnknownName: If one is the name of none.
-        ScenarioError: If one is impossible.
+        UnknownName: If a name does not exist.
+        ScenarioError: If a payload is impossible.
     """
     exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
     return {
@@ -59,7 +59,7 @@ def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """The payloads as the scenario states them, by mounting, with their deviations; raises as `believed_payloads`."""
+    """Return the assumed payloads with stated standard deviations, by mounting; raises as `believed_payloads`."""
     belief = scenario.table.belief
     return {
         key: _stated(key, payload, belief, scenario.name)
@@ -79,9 +79,9 @@ def _stated(key: str, stated: str | Mapping[str, object], belief: BeliefTable, n
 
 
 def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[str, object]:
-    """The fields of a table with those payloads that a protocol mounts; with all if it mounts none.
+    """Return the fields of a table with the payloads that a protocol mounts; with all if it mounts none.
 
-    What is never mounted has no place then, so that no draw changes it in vain.
+    A payload that is never mounted is removed, so that a draw of it is an error.
     """
     names = mountings(protocol) or tuple(payloads)
     return {
@@ -91,7 +91,7 @@ def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[st
 
 
 def _nominal_drives(scenario: Scenario) -> dict[str, object]:
-    """What of the drives is not stated, by field."""
+    """Return the values of drives that are not stated, by field."""
     plant, nominal = scenario.table.plant, robot_of(scenario).drives
     return {
         field.name: tuple(getattr(nominal, field.name).tolist())

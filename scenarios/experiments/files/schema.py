@@ -1,4 +1,4 @@
-"""A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
+"""The schema of a scenario: true plant, experiment, assumed values, tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -38,9 +38,9 @@ Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={
 
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
-"""Beginnings of the places that a run or a source may change."""
+"""Tables whose values a run or a source may change."""
 TABLES_OF_TABLES = ("random", "sources", "payloads")
-"""Keys whose tables have names of the user's choice."""
+"""Tables whose keys the user chooses."""
 
 
 class _Table(BaseModel):
@@ -61,7 +61,7 @@ class InertiaTable(_Table):
 
 
 class BodyTable(_Table):
-    """The payload that is really mounted, in the frame of the last link."""
+    """The true payload, in the frame of the last link."""
 
     mass: Positive = Field(description="Its mass [kg]")
     com: Triple = Field(description="Its centre of mass [m]")
@@ -69,52 +69,56 @@ class BodyTable(_Table):
 
 
 class PlantTable(_Table):
-    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's."""
+    """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
 
     payload: str | BodyTable | None = Field(
-        None, description="What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table"
+        None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
     )
-    payloads: dict[str, str | BodyTable] = Field({}, description="Others, by the names that the protocol calls them")
-    gain: Vector | None = Field(None, description="Drive gains [N m / drive unit], N for a prismatic joint")
-    amplifier_offset: Vector | None = Field(None, description="Current references that give no torque [drive units]")
-    rotor_inertia: Vector | None = Field(None, description="Of the rotors, joint side [kg m^2]")
-    viscous_friction: Vector | None = Field(None, description="Friction by speed [N m s/rad]")
-    coulomb_friction: Vector | None = Field(None, description="Dry friction [N m]")
-    coulomb_asymmetry: Vector | None = Field(None, description="Constant part of friction [N m]")
-    current_limit: Vector | None = Field(None, description="Where the current reference saturates [drive units]")
+    payloads: dict[str, str | BodyTable] = Field({}, description="Further payloads, by their names in the protocol")
+    gain: Vector | None = Field(
+        None, description="Drive gains [N m / drive unit], [N / drive unit] for prismatic joints"
+    )
+    amplifier_offset: Vector | None = Field(None, description="Current references at zero torque [drive units]")
+    rotor_inertia: Vector | None = Field(None, description="Inertias of the rotors, joint side [kg m^2]")
+    viscous_friction: Vector | None = Field(None, description="Viscous friction [N m s/rad]")
+    coulomb_friction: Vector | None = Field(None, description="Coulomb friction [N m]")
+    coulomb_asymmetry: Vector | None = Field(
+        None, description="Asymmetry of Coulomb friction between the directions [N m]"
+    )
+    current_limit: Vector | None = Field(None, description="Saturation of the current reference [drive units]")
     errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
 
 
 class ExperimentTable(_Table):
-    """What is done with the plant: the motion, once for each entry of `protocol`, which says what is mounted.
+    """The experiment: the motion is repeated for each entry of `protocol`, which states the payload.
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
-    noise of its own, and friction may drift from each to the next. Drives that warm up stay warm.
+    independent noise, and friction may drift between motions. Drives that warm up stay warm.
     """
 
-    motion: str = Field(description="A built-in motion's name, or a motion file beside the scenario")
-    protocol: tuple[str, ...] = Field(PAIR, description="What is mounted in each motion")
+    motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
+    protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
     warm_up: Seconds = Field(
-        0.0, description="For how long the robot repeats its motion with a bare flange before the first one [s]"
+        0.0, description="Duration for which the robot repeats its motion with a bare flange before the first one [s]"
     )
     pause: Seconds = Field(0.0, description="Rest before every other motion, brakes on [s]")
-    step: Positive = Field(description="Of the physics [s]")
+    step: Positive = Field(description="Step of the physics [s]")
     controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
     sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
 
 
 class BeliefTable(_Table):
-    """What the controller and the identification believe.
+    """Values that controller and identification assume.
 
     Attributes:
         controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
-            identification is told of none unless it is said here, whatever the robot has.
-        payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
-        payloads: The same of others, by the names that the protocol calls them.
-        known: Overrides what payloads say themselves, for all or by name, as `{ light = "mass" }`.
-        exact: Take the deviations of payloads as zero, as befits a scenario that draws no error of a payload; for all
-            or by name, as `{ light = true }`. Deviations that a file states count over an `exact` that it inherits.
+            the identification model has only these, whatever the robot has.
+        payload: The stated payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payloads: Further payloads, by their names in the protocol, as weighed and drawn.
+        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
+        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
+            name, as `{ light = true }`. Standard deviations that a file states have priority over an inherited `exact`.
     """
 
     controller_gain: Vector
@@ -126,31 +130,29 @@ class BeliefTable(_Table):
 
 
 class IdentificationTable(_Table):
-    """How gains are identified; `options` are the method's own."""
+    """Method of identification and its options."""
 
     method: str = Field(default=DEFAULT, description="Name of the estimator")
-    options: dict[str, bool | float | str] = Field(default={}, description="The method's own")
-    observe: ObserveOptions = Field(default=ObserveOptions(), description="How recordings become a linear system")
-    gains: GainOptions = Field(default=GainOptions(), description="How estimates are judged")
+    options: dict[str, bool | float | str] = Field(default={}, description="Options of the method")
+    observe: ObserveOptions = Field(default=ObserveOptions(), description="Filters and rows of the linear system")
+    gains: GainOptions = Field(default=GainOptions(), description="Limits for accepting a gain")
 
     @property
     def method_options(self) -> object:
-        """The method's own options, of its own class."""
+        """Options of the method, an instance of its options class."""
         return options_from_table(ESTIMATORS[self.method].options, self.options)
 
 
 class ToleranceTable(_Table):
-    """What counts as passed."""
+    """Criteria for passing."""
 
     gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
-    identifiable: tuple[bool, ...] = Field(description="Which joints' gains the data should give")
-    pass_rate: Share = Field(
-        0.95, description="Share of the runs in which each joint must pass when a study repeats the scenario"
-    )
+    identifiable: tuple[bool, ...] = Field(description="Joints whose gains should be identifiable")
+    pass_rate: Share = Field(0.95, description="Share of the trials of a study in which each joint must pass")
 
 
 class CostTable(_Table):
-    """What a run says beside its gains: results with the controller's gains, with those found, and what is true."""
+    """The effect of the controller's gains: results with these, with the identified gains, and true values."""
 
     payload: str | BodyTable = Field(
         description=(
@@ -159,7 +161,7 @@ class CostTable(_Table):
         )
     )
     mass_error: Positive = Field(
-        0.02, description="Largest relative error of its mass that passes, with the gains found"
+        0.02, description="Largest relative error of the payload's mass that passes, with the identified gains"
     )
 
 
@@ -167,12 +169,13 @@ class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
     Attributes:
-        target: The numbers, by their place in the scenario (`plant.gain`, `plant.payload.mass`); one place or several.
-        distribution: Name of a distribution of `scipy.stats` that has a quantile function of its own.
-        parameters: Of the distribution; an array has one value a number of the target, or of all targets in order.
-        apply: What is done with the numbers drawn.
-        shared: One number for all of the target, instead of one each.
-        choice: A set that one value is drawn from, instead of a distribution.
+        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
+        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
+        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
+            in order.
+        apply: Use of the drawn numbers.
+        shared: Whether one number is drawn for the whole target, instead of one per number.
+        choice: A set from which one value is drawn, instead of a distribution.
     """
 
     target: Target
@@ -184,16 +187,18 @@ class DrawTable(_Table):
 
     @property
     def targets(self) -> tuple[str, ...]:
-        """Places in the scenario that it changes."""
+        """Key paths in the scenario that it changes."""
         return (self.target,) if isinstance(self.target, str) else self.target
 
 
 class SourceTable(DrawTable):
-    """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise."""
+    """An error source of the error budget: a drawn value as in `DrawTable`, or a noise."""
 
-    stream: Stream | None = Field(None, description="Noise that is this source, with random numbers of its own")
-    size: float | None = Field(None, description="Size of the noise, the scenario's own value if left out")
-    off: float | None = Field(None, description="Value with this source off, the scenario's own if left out")
+    stream: Stream | None = Field(
+        None, description="The noise that this source switches on, with its own random numbers"
+    )
+    size: float | None = Field(None, description="Size of the noise (default: the scenario's value)")
+    off: float | None = Field(None, description="Value with this source off (default: the scenario's)")
 
 
 class ScenarioTable(_Table):
@@ -201,18 +206,20 @@ class ScenarioTable(_Table):
 
     description: str = Field(description="One line for `rx90 list`")
     robot: str = Field(
-        ROBOT, description="A built-in robot's name, or the place of a robot file relative to the scenario's folder"
+        ROBOT, description="Name of a built-in robot, or path of a robot file relative to the scenario's folder"
     )
     plant: PlantTable = Field(description="The true robot")
     experiment: ExperimentTable = Field(description="The motions, controller and sensors")
-    belief: BeliefTable = Field(description="What controller and identification assume")
+    belief: BeliefTable = Field(description="Values that controller and identification assume")
     identification: IdentificationTable = Field(IdentificationTable(), description="How gains are identified")
-    tolerance: ToleranceTable = Field(description="What counts as passed")
+    tolerance: ToleranceTable = Field(description="Criteria for passing")
     cost: CostTable | None = Field(
         None,
         description="If stated, single runs (not studies) also estimate the effect of the controller's gains",
     )
-    random: dict[str, DrawTable] = Field({}, description="What every trial of a study draws, by names of your choice")
+    random: dict[str, DrawTable] = Field(
+        {}, description="Random values of every trial of a study, by names of your choice"
+    )
     sources: dict[str, SourceTable] = Field(
         {}, description="Error sources of the error budget, by names of your choice"
     )
@@ -223,11 +230,11 @@ class Scenario:
     """A named scenario.
 
     Attributes:
-        name: Name of the built-in scenario, or the file's; of a `scenario.toml` its folder's.
-        folder: Where its file lies; motions are looked up there too.
-        table: Its content, every number of drives and payloads stated.
-        expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
-        asking: Path of the file, its own or one it extends, that names a robot or motion, by key.
+        name: Name of the built-in scenario or of the file; for `scenario.toml`, of its folder.
+        folder: Folder of its file and of its motions.
+        table: Its content, with all numbers of drives and payloads stated.
+        expectation: Name of the file (its own or an extended one) that states which gains should be identifiable.
+        asking: Path of the file (its own or an extended one) that names robot or motion, by key.
     """
 
     name: str

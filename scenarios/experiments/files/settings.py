@@ -1,4 +1,4 @@
-"""Settings: values of a scenario by their place in it, `plant.payload.mass` = 7.0."""
+"""Settings: values of a scenario by key path, as `plant.payload.mass` = 7.0."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,16 +16,16 @@ from scenarios.experiments.files.schema import Scenario, ScenarioTable
 from scenarios.support.errors import ScenarioError
 
 Value = float | str | list[float]
-"""What a place in a scenario can hold: a number, a name, one number a joint or axis."""
+"""A value of a scenario: a number, a name, or one number per joint or axis."""
 OPTIONAL = "plant.errors."
-"""Where an array that is left out stands for zeros, one per joint."""
+"""Keys whose omitted array means zeros, one per joint."""
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
-    """What stands at a place of a scenario's table.
+    """Return the value at a key path of a scenario.
 
     Raises:
-        ScenarioError: If there is no such place, or it holds a table.
+        ScenarioError: If it does not exist, or is a table.
     """
     inner: object = table
     for depth, key in enumerate(keys := place.split(".")):
@@ -49,10 +49,10 @@ def value_at(table: ScenarioTable, place: str) -> Value:
 
 
 def place_of(table: ScenarioTable, name: str) -> str:
-    """The place of a value, by its end: `observe.cutoff_hz` is `identification.observe.cutoff_hz`.
+    """Return the full key path for its end: `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
 
     Raises:
-        ScenarioError: If there is none, or more than one.
+        ScenarioError: If there is no such path, or more than one.
     """
     found = [place for place in _places(table, "") if f".{place}".endswith(f".{name}")]
     if len(found) > 1 and name not in found:
@@ -63,19 +63,19 @@ def place_of(table: ScenarioTable, name: str) -> str:
 
 
 def _places(node: object, above: str) -> Iterator[str]:
-    """Every place below a table that holds no table."""
+    """Return all key paths below a table that are not tables."""
     for key, value in _entries(node).items():
         yield from _places(value, f"{above}{key}.") if _entries(value) else [f"{above}{key}"]
 
 
 def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
-    """The scenario with other values at some places, and nothing random left.
+    """Return the scenario with changed values and without random tables.
 
-    Only the tables that a setting is in are validated again.
+    Only tables with changed values are validated again.
 
     Raises:
-        ScenarioError: If a place does not exist.
-        WrongValue: If one does not take its value.
+        ScenarioError: If a key path does not exist.
+        WrongValue: If a value is not valid.
     """
     changes: dict[str, Any] = {}
     for place, value in settings.items():
@@ -92,7 +92,7 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario
 
 
 def _changed(node: object, changes: object, place: str, name: str) -> object:
-    """A table with changes applied below it, validated; anything else is replaced."""
+    """Return a table with changes applied and validated; other values are replaced."""
     entries = _entries(node)
     if not isinstance(changes, Mapping):
         return tuple(changes) if isinstance(changes, list) else changes
@@ -113,7 +113,7 @@ def _adapter(kind: type) -> TypeAdapter[Any]:
 
 
 def _entries(node: object) -> dict[str, Any]:
-    """What a table holds by key; nothing if it is none."""
+    """Return the items of a table; empty if it is not a table."""
     if isinstance(node, BaseModel):
         return dict(node.__dict__)
     if is_dataclass(node):
@@ -131,15 +131,15 @@ def _is_number(value: object) -> bool:
 
 
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
-    """The scenario with another method, or other options of its own.
+    """Return the scenario with another method or other options.
 
     Args:
-        scenario: To change.
+        scenario: The scenario.
         method: A name in `ESTIMATORS`, None for the scenario's.
-        words: `KEY=VALUE`, options of the method's own; a method that is named starts from its defaults.
+        words: `KEY=VALUE`, options of the method; a named method starts from its defaults.
 
     Raises:
-        OptionError: If an option does not exist or does not take its value.
+        OptionError: If an option does not exist or a value is not valid.
     """
     stated = scenario.table.identification
     if method is None and not words:

@@ -1,4 +1,4 @@
-"""TOML tables: reading them, and overlaying one on another (`extends`)."""
+"""Reading of TOML tables, and merging of extended files (`extends`)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,11 +11,11 @@ from scenarios.experiments.files.places import CATALOG, seen_from
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 
 PARTS = CATALOG / "parts"
-"""Folder of what scenarios may extend, and nobody can run by itself."""
+"""Folder of partial scenarios, which can be extended but not run."""
 
 
 def part_names() -> list[str]:
-    """Names that scenarios may extend, beside the built-in scenarios."""
+    """Names of partial scenarios."""
     return sorted(path.stem for path in PARTS.glob("*.toml"))
 
 
@@ -28,7 +28,7 @@ def read_table(path: Path) -> dict[str, object]:
     """Parse a TOML file.
 
     Raises:
-        UnreadableFile: If it is missing or no TOML.
+        UnreadableFile: If it is missing or not TOML.
     """
     return read_toml(path, error=UnreadableFile)
 
@@ -36,18 +36,18 @@ def read_table(path: Path) -> dict[str, object]:
 def scenario_table(
     name: str, folder: Path | None = None, below: tuple[Path, ...] = ()
 ) -> tuple[dict[str, object], Path]:
-    """Read a scenario with everything it extends overlaid, most basic first.
+    """Read a scenario merged with the scenarios that it extends.
 
     Args:
         name: A built-in name, or the path of a TOML file.
-        folder: What a relative path is relative to; the working folder if None.
-        below: Files already being read, to catch a circle.
+        folder: Base of relative paths; the working folder if None.
+        below: Files already being read, to detect circles.
 
     Returns:
-        The merged table without `extends`, its places relative to the file's folder, and the file it came from.
+        The merged table without `extends`, with paths relative to the file's folder, and the file.
 
     Raises:
-        ScenarioError: If a file is missing or no TOML, or `extends` runs in a circle.
+        ScenarioError: If a file is missing or not TOML, or `extends` is circular.
     """
     path = find_scenario(name, folder)
     if path in below:
@@ -73,9 +73,9 @@ def scenario_table(
 
 
 def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> Path | None:
-    """The file that states a key: the scenario's own, or the nearest that it extends; None if none does.
+    """Return the file that states a key: the scenario's own, or the nearest extended one; None if none does.
 
-    Of a scenario whose files have been read before; tables above the key come first in `keys`.
+    The files must have been read before; `keys` is the path of the key.
     """
     path = find_scenario(name, folder)
     table = read_table(path)
@@ -89,10 +89,10 @@ def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -
 
 
 def find_scenario(name: str, folder: Path | None = None) -> Path:
-    """Path of a built-in scenario or of a user's file.
+    """Return the path of a built-in scenario or of a user's file.
 
     Raises:
-        ScenarioError: If there is neither; names the nearest built-in one.
+        ScenarioError: If it does not exist; the message names the nearest built-in one.
     """
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
@@ -108,7 +108,7 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 
 
 def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> dict[str, object]:
-    """Overlay tables on tables, key by key; anything else replaces what was there."""
+    """Merge tables key by key; other values replace."""
     merged = dict(base)
     for key, value in over.items():
         old = merged.get(key)

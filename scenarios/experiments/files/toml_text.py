@@ -1,4 +1,4 @@
-"""Text of TOML files that are written for a user: values on one line, and the line that names a JSON Schema.
+"""Text of TOML files for users: values on one line, and the line that names a JSON Schema.
 
 Taplo, and editors that use it, complete and check keys by `#:schema PLACE`.
 """
@@ -8,21 +8,21 @@ from collections.abc import Mapping
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[2] / "schemas"
-"""Where the schemas lie, in the package."""
+"""Folder of the schemas in the package."""
 ENDING = ".schema.json"
 
 
 def schema_line(name: str) -> str:
-    """The first line of a file that is written for a user, wherever that is."""
+    """Return the first line of a TOML file, which names its schema."""
     return f"#:schema {(FOLDER / f'{name}{ENDING}').as_uri()}"
 
 
 DELETE = "\x7f"
-"""The one control character that a string of JSON may hold and one of TOML may not."""
+"""The control character that JSON strings may contain but TOML strings may not."""
 
 
 def toml_value(value: object) -> str:
-    """A value on one line of TOML: a string, number, truth value, or a list or table of these with bare keys."""
+    """Return a value as one line of TOML: a string, number, truth value, or a list or table of these with bare keys."""
     if isinstance(value, Mapping):
         pairs = ", ".join(f"{key} = {toml_value(inner)}" for key, inner in value.items())
         return f"{{ {pairs} }}" if pairs else "{}"

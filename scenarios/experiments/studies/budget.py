@@ -1,4 +1,4 @@
-"""The error budget of a sensitivity study: what each source costs alone, and its share of the variance among all."""
+"""The error budget of a sensitivity study: the error from each source alone, and its share of the total variance."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ from scenarios.support.errors import StudyError
 from scenarios.support.result_model import ResultModel
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
-"""Columns of a sensitivity study that its budget needs."""
+"""Columns of a sensitivity study that the budget uses."""
 BUDGET = "budget.parquet"
 TAILS = (2.5, 97.5)
-"""Percentiles of the bootstrap that its intervals end at."""
+"""Percentiles of the bootstrap at the ends of an interval."""
 RESAMPLES = 1000
 
 
@@ -29,8 +29,8 @@ class Interval:
     """A value and its 95 % bootstrap interval.
 
     Attributes:
-        value: A share of the gain, or of its error's variance.
-        low, high: Ends of the interval, shares as the value is.
+        value: A share of the gain, or of the variance of its error.
+        low, high: Ends of the interval, relative as the value.
     """
 
     value: float
@@ -40,17 +40,17 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceCost:
-    """What one error source costs one joint.
+    """Error of one joint's gain from one source.
 
     Attributes:
         joint: Joint number, from 1.
-        source: Its name.
+        source: Name of the source.
         trials: Trials of the source alone that gave a gain.
-        bias: Mean relative error it makes alone, that of the method with every source off included.
-        rms: Root mean square of the relative error it makes alone.
+        bias: Mean relative error from the source alone, including that of the method without sources.
+        rms: Root mean square of the relative error from the source alone.
         share: The source's share of the sum of all sources' mean squares.
-        first, total: Sobol indices: share of the error's variance that goes if the source is known, and that stays if
-            all others are; None if the design has too few complete samples.
+        first, total: Sobol indices: share of the error's variance that vanishes if the source is known, and that
+            remains if all others are known; None if the design has too few complete samples.
     """
 
     joint: int
@@ -64,53 +64,53 @@ class SourceCost:
 
 
 class BudgetJoint(ResultModel):
-    """What a joint's gain errs by, as shares of it."""
+    """Relative errors of one joint's gain."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     costs: list[SourceCost] = Field(
-        description="One entry per source whose trials alone gave a gain, the largest first"
+        description="One entry per source that gave a gain when alone, the largest error first"
     )
     floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
     together: float | None = Field(
         description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
     )
-    samples: int = Field(description="Rows of the Sobol design that its indices come from")
-    lost: int = Field(description="Trials that gave no gain for the joint")
+    samples: int = Field(description="Number of rows of the Sobol design from which the indices are computed")
+    lost: int = Field(description="Number of trials without a gain for the joint")
     summed: float = Field(
         description="Relative error expected for `together` if the sources are independent and their effects add up"
     )
-    silent: list[str] = Field(description="sources whose trials alone never gave this joint a gain")
+    silent: list[str] = Field(description="Sources that, when alone, never gave a gain for this joint")
 
 
 class Budget(ResultModel):
     """What `rx90 sensitivity --json` prints."""
 
-    scenario: str = Field(description="Its name")
-    trials: int = Field(description="Carried out")
-    joints: list[BudgetJoint] = Field(description="Those that should have a gain")
+    scenario: str = Field(description="Name of the scenario")
+    trials: int = Field(description="Number of trials")
+    joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
 
 
 def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> Budget:
-    """Sum up a sensitivity study.
+    """Compute the budget of a sensitivity study.
 
     Raises:
-        StudyError: If no trial gave a gain of some joint that should have one; if a part is damaged.
+        StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
     """
     wanted = [joint for joint, identifiable in enumerate(scenario.table.tolerance.identifiable, 1) if identifiable]
     found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)
     silent = ", ".join(str(each.joint) for each in found if not each.costs)
     if silent:
-        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows")
     return Budget(scenario=scenario.name, trials=trials, joints=list(found))
 
 
 def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
-    """The budget of each joint. Of `rows`, one a trial and joint, `NEEDED` is read."""
+    """Return the budget of each joint. `rows` has one row per trial and joint, with the columns `NEEDED`."""
     return tuple(_joint_budget(rows.query("joint == @joint"), joint, sources, seed) for joint in joints)
 
 
 def ranking(found: Sequence[BudgetJoint]) -> list[str]:
-    """Sources by their share, summed over the joints, the largest first."""
+    """Return sources sorted by their share, summed over the joints, the largest first."""
     total: dict[str, float] = {}
     for cost in (cost for budget in found for cost in budget.costs):
         total[cost.source] = total.get(cost.source, 0.0) + cost.share
@@ -118,13 +118,13 @@ def ranking(found: Sequence[BudgetJoint]) -> list[str]:
 
 
 def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
-    """First and total order indices of one output.
+    """Return first- and total-order indices of one output.
 
     Args:
         A: The output on matrix A, shape (n,), n a power of 2.
         B: On matrix B, shape (n,).
         AB: On A with the columns of source k from B, shape (d, n).
-        seed: Of the bootstrap.
+        seed: Seed of the bootstrap.
     """
 
     def indices(k: Indices) -> Array:  # (2, d)
@@ -173,7 +173,7 @@ def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: 
 
 
 def _summed(costs: Sequence[SourceCost], floor: float) -> float:
-    """Relative error if those of independent sources added up: variances, and biases by sign."""
+    """Return the relative error if variances and signed biases of independent sources add up."""
     bias = floor + sum(cost.bias - floor for cost in costs)
     variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
     return float(np.sqrt(variance + bias**2))
@@ -182,9 +182,9 @@ def _summed(costs: Sequence[SourceCost], floor: float) -> float:
 def _indices(
     rows: pd.DataFrame, sources: Sequence[str], seed: int
 ) -> tuple[dict[str, Interval], dict[str, Interval], int]:
-    """Sobol indices by source from the rows of the design that are complete, and how many that are.
+    """Return Sobol indices by source from the complete rows of the design, and the number of these.
 
-    The estimator wants a power of 2: after a loss, the largest one that is left.
+    The estimator needs a power of 2: with missing rows, the largest one available.
     """
     table = rows.assign(sample=rows["sample"].astype(int)).pivot_table(
         index="sample", columns="source", values="rel_error", dropna=False
@@ -206,18 +206,18 @@ def _rms(error: Array, seed: int) -> Interval:
 
 
 def _resampled(n: int, seed: int) -> Indices:
-    """Numbers of the values that each resample of the bootstrap takes, shape (RESAMPLES, n)."""
+    """Return the indices of each bootstrap resample, shape (RESAMPLES, n)."""
     return np.random.default_rng(seed).integers(n, size=(RESAMPLES, n))
 
 
 def _percentiles(values: Array | list[Array]) -> tuple[Array, Array]:
-    """Ends of a 95 % interval over the first axis."""
+    """Return the ends of a 95 % interval over the first axis."""
     low, high = np.percentile(values, TAILS, axis=0)
     return low, high
 
 
 def write_budget(budgets: Sequence[BudgetJoint], folder: Path) -> Path:
-    """Write `budget.parquet`, a row a joint and source.
+    """Write `budget.parquet`, one row per joint and source.
 
     Raises:
         OSError: If it cannot be written.

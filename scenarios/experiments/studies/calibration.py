@@ -1,9 +1,11 @@
-"""Whether claimed deviations are honest as a whole: the ranks of z, which are uniform where they are.
+"""Calibration of stated standard deviations: the ranks of z, which are uniform for correct ones.
 
-The curve is the distribution function of the ranks less the uniform one. Its band holds the whole curve of honest
-claims at once with a stated chance, after Säilynoja, Bürkner and Vehtari (Statistics and Computing 32, 2022, algorithm
-1): of simulated curves, at every point the k-th smallest and the k-th largest value, with the largest k that leaves
-enough of the curves inside everywhere. Several joints in one curve err together within a trial, and are simulated so.
+The curve is the distribution function of the ranks minus the uniform one. The band contains the whole curve of correct
+standard deviations with a stated probability, after Säilynoja, Bürkner and Vehtari (Statistics and Computing 32, 2022,
+algorithm
+1): its ends are the k-th smallest and the k-th largest value of simulated curves at every point, with the largest k for
+which enough curves are inside everywhere. Errors of several joints in one curve are correlated within a trial, and
+simulated accordingly.
 """
 
 from dataclasses import dataclass
@@ -14,14 +16,14 @@ from scipy import stats
 from ident.support.arrays import Array, Mask
 
 GRID = np.arange(1, 100) / 100.0
-"""Ranks at which curve and band are taken, shape (K,)."""
+"""Ranks at which curve and band are evaluated, shape (K,)."""
 AT_ONCE = 2**20
-"""Numbers that are drawn at once."""
+"""Number of random numbers drawn together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Band:
-    """Where the curve of honest claims stays, at every point of `GRID` at once; shapes (K,)."""
+    """Band of the curve of correct standard deviations, simultaneous over `GRID`; shapes (K,)."""
 
     low: Array
     high: Array
@@ -32,9 +34,9 @@ class Calibration:
     """The ranks of one joint, or of several together.
 
     Attributes:
-        trials: Trials that have every z.
-        difference: Share of ranks up to each point of `GRID`, less that point, shape (K,).
-        band: Where the curve of honest claims stays.
+        trials: Number of trials with all z.
+        difference: Share of ranks up to each point of `GRID`, minus that point, shape (K,).
+        band: Band of the curve of correct standard deviations.
     """
 
     trials: int
@@ -48,13 +50,13 @@ class Calibration:
 
 
 def calibration(z: Array, *, level: float, draws: int, rng: np.random.Generator) -> Calibration:
-    """Hold z against the standard normal distribution.
+    """Compare z with the standard normal distribution.
 
     Args:
-        z: Error over claimed deviation, a row a trial, a column a joint, shape (T, m), T >= 2.
-        level: Chance that the band holds the whole curve of honest claims.
+        z: Error over stated standard deviation, one row per trial, one column per joint, shape (T, m), T >= 2.
+        level: Probability that the band contains the whole curve of correct standard deviations.
         draws: Simulated curves.
-        rng: Of these.
+        rng: Their random numbers.
     """
     correlation = np.atleast_2d(np.corrcoef(z, rowvar=False))
     band = simultaneous_band(correlation, len(z), level=level, draws=draws, rng=rng)
@@ -62,14 +64,14 @@ def calibration(z: Array, *, level: float, draws: int, rng: np.random.Generator)
 
 
 def simultaneous_band(correlation: Array, trials: int, *, level: float, draws: int, rng: np.random.Generator) -> Band:
-    """The band of honest claims.
+    """Return the band of correct standard deviations.
 
     Args:
-        correlation: Of the joints' z within a trial, shape (m, m).
+        correlation: Correlation of the joints' z within a trial, shape (m, m).
         trials: Trials in a curve.
-        level: Chance that the band holds a whole curve.
+        level: Probability that the band contains a whole curve.
         draws: Simulated curves; the level is known to sqrt(level (1 - level) / draws).
-        rng: Of these.
+        rng: Their random numbers.
     """
     curves = np.concatenate(
         [_differences(_honest(correlation, trials, some, rng)) for some in _chunks(draws, trials * len(correlation))]
@@ -83,18 +85,18 @@ def simultaneous_band(correlation: Array, trials: int, *, level: float, draws: i
 
 
 def _honest(correlation: Array, trials: int, draws: int, rng: np.random.Generator) -> Array:
-    """Draw z of honest claims, shape (draws, trials, m)."""
+    """Draw z of correct standard deviations, shape (draws, trials, m)."""
     return rng.multivariate_normal(np.zeros(len(correlation)), correlation, (draws, trials), method="eigh")
 
 
 def _chunks(draws: int, width: int) -> list[int]:
-    """Draws by as many as are made at once."""
+    """Yield the numbers of draws made together."""
     most = max(1, AT_ONCE // width)
     return [min(most, draws - start) for start in range(0, draws, most)]
 
 
 def _differences(z: Array) -> Array:
-    """Distribution function of the ranks of z less the uniform one, of shape (D, T, m) the shape (D, K)."""
+    """Return the distribution function of the ranks of z, shape (D, T, m), minus the uniform one, shape (D, K)."""
     D, K = len(z), len(GRID)
     cell = np.searchsorted(stats.norm.ppf(GRID), z.reshape(D, -1))  # 0..K, the first point not below the rank
     counts = np.bincount((cell + (K + 1) * np.arange(D)[:, None]).ravel(), minlength=D * (K + 1)).reshape(D, K + 1)

@@ -1,8 +1,8 @@
-"""A study's folder: `study.json`, and in `trials/` one Parquet part a finished chunk, written whole or not at all.
+"""A study's folder: `study.json`, and in `trials/` one Parquet part per finished chunk, written atomically.
 
-The name of a part says which trials it holds, `00000064-00000095.parquet`, so that what is missing after a crash can be
-read off the folder. Trials that failed for a reason outside themselves are in parts of their own,
-`00000003-00000003.lost.parquet`: whoever reads the folder sees them, and the next to work in it tries them again.
+The name of a part states its trials, `00000064-00000095.parquet`, so the missing trials after a crash follow from the
+names. Trials that failed for external reasons are in separate parts, `00000003-00000003.lost.parquet`; readers include
+them, and the next run repeats them.
 """
 
 import itertools
@@ -36,12 +36,12 @@ STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
 
 @dataclass(frozen=True, slots=True)
 class StudyFolder:
-    """An open study folder; no other process has it open.
+    """An open study folder, locked for other processes.
 
     Attributes:
-        path: Where it is.
-        rows_per_trial: One a joint.
-        seen: Its parts if nobody adds to them any more, None if they are looked at anew each time.
+        path: The folder.
+        rows_per_trial: Rows of each trial, one per joint.
+        seen: Its parts if the study is complete, None to list them at each access.
     """
 
     path: Path
@@ -54,10 +54,10 @@ class StudyFolder:
         return self.path / TRIALS
 
     def parts(self) -> list[Part]:
-        """The parts that are there, in order of their trials.
+        """The existing parts, in order of their trials.
 
         Raises:
-            StudyError: If a file is no part; if one is not what its name says.
+            StudyError: If a file is not a part, or does not match its name.
         """
         if self.seen is not None:
             return list(self.seen)
@@ -69,11 +69,11 @@ class StudyFolder:
         return parts
 
     def as_it_is(self) -> "StudyFolder":
-        """The folder with its parts looked at once and for all; raises as `parts`."""
+        """Return the folder with a fixed list of parts; raises as `parts`."""
         return replace(self, seen=tuple(self.parts()))
 
     def missing(self, count: int) -> list[range]:
-        """Those of the first `count` trials that are not finished, lost ones among them, in order."""
+        """Return the unfinished trials of the first `count`, including lost ones, in order."""
         gaps, start = list[range](), 0
         for part in self.parts():
             if part.ending == WHOLE:
@@ -82,21 +82,21 @@ class StudyFolder:
         return [gap for gap in (*gaps, range(start, count)) if gap]
 
     def forget_lost(self) -> None:
-        """Remove the rows of lost trials, because these are about to be tried again."""
+        """Remove the rows of lost trials before they are repeated."""
         for part in self.parts():
             if part.ending == LOST:
                 (self.trials / part.name).unlink()
 
     def write_part(self, part: Part, rows: pa.Table) -> None:
-        """Add a part; a crash leaves either all of it or nothing.
+        """Add a part atomically.
 
         Raises:
-            StudyError: If it cannot be written; the parts before it stay.
+            StudyError: If it cannot be written; existing parts remain.
         """
         write_whole(self.trials / part.name, as_parquet(rows), self.path / UNFINISHED)
 
     def merge(self, block: range) -> None:
-        """Make one part of those of a block, if they have all its trials.
+        """Merge the parts of a complete block.
 
         Raises:
             StudyError: If it cannot be written; if a part cannot be read.
@@ -110,7 +110,7 @@ class StudyFolder:
         _end_moves(self.path)
 
     def rows(self, part: Part, columns: Sequence[str]) -> pa.Table:
-        """The rows of one part, in its order.
+        """Return the rows of one part, in its order.
 
         Raises:
             StudyError: If it cannot be read.
@@ -118,7 +118,7 @@ class StudyFolder:
         return read_part(self.trials / part.name, columns)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
-        """All rows that are there, by trial, method where there are several, and joint.
+        """Return all existing rows, sorted by trial, method (if several) and joint.
 
         Raises:
             StudyError: If a part cannot be read.
@@ -136,25 +136,25 @@ class StudyFolder:
 def study_folder(
     path: Path, identity: Mapping[str, object], *, count: int, command: str, rows_per_trial: int
 ) -> Generator[StudyFolder]:
-    """Open a study's folder, new or begun.
+    """Open a new or existing study folder.
 
     Args:
         path: The folder; made if missing.
-        identity: What makes it this study and no other: kind, scenario, seeds. JSON values.
-        count: Trials wanted; the record keeps the largest number ever asked for.
-        command: That asks for it.
-        rows_per_trial: One a joint.
+        identity: Identity of the study: kind, scenario, seeds. JSON values.
+        count: Number of trials requested; the record keeps the largest number requested so far.
+        command: The command, for the record.
+        rows_per_trial: Rows of each trial, one per joint.
 
     Raises:
-        StudyError: If it cannot be made or written; if it holds something else; if it holds another study; the message
-            names the first difference; if it is open elsewhere; if its record cannot be read.
+        StudyError: If it cannot be created or written; if it is not a study or another one (the message names the first
+            difference); if it is open elsewhere; if its record cannot be read.
     """
     path = path.absolute()
     try:
         _refuse_foreign(path)
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
+        raise StudyError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)
@@ -176,7 +176,7 @@ def study_folder(
 
 
 def _end_moves(path: Path) -> None:
-    """Put blocks that were merged in the place of their parts."""
+    """Replace parts by their merged blocks."""
     for waiting in path.glob(f".*{WHOLE}"):
         replace_members(waiting, path / TRIALS)
 
@@ -186,7 +186,7 @@ def _refuse_foreign(path: Path) -> None:
         strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
         if strange or any((path / TRIALS).glob("*")):
             named = strange[0] if strange else TRIALS
-            raise StudyError(f"{path}: holds {named!r} but no {STUDY}, so it is not a study; use another --out")
+            raise StudyError(f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out")
 
 
 def _read_record(path: Path) -> dict[str, object] | None:
@@ -212,7 +212,7 @@ def _refuse_other(path: Path, known: Mapping[str, object], wanted: Mapping[str, 
 
 
 def _first_difference(there: object, here: object, place: str) -> tuple[str, object, object] | None:
-    """Where two JSON values first differ, and what stands there."""
+    """Return the first difference between two JSON values: path and both values."""
     if isinstance(there, Mapping) and isinstance(here, Mapping):
         for key in dict.fromkeys((*here, *there)):
             inner = f"{place}.{key}" if place else str(key)

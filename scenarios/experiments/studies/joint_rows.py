@@ -1,7 +1,6 @@
-"""The rows of a study, joint by joint: what its statistics and pictures need of a million trials, and no more.
+"""The rows of a study, joint by joint, reduced to the data that statistics and figures need.
 
-Rows are taken a part at a time and dropped, so that a study costs three numbers a trial and joint with a gain, not a
-table of everything.
+Parts are read one at a time, so a study needs memory for three numbers per trial and joint with a gain.
 """
 
 from collections import Counter
@@ -19,9 +18,9 @@ if TYPE_CHECKING:
     from scenarios.experiments.studies.folder import StudyFolder
 
 SHOWN = 5000
-"""Injected gains that are kept of a joint at least, if there are as many: pictures show no more points."""
+"""Least number of injected gains kept per joint (if available); figures show no more points."""
 COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
-"""Columns of a study that its statistics and pictures need."""
+"""Columns of a study that statistics and figures need."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,14 +30,14 @@ class JointRows:
     Attributes:
         joint: Joint number, from 1.
         trials: Trials.
-        failed: Trials without any estimate.
+        failed: Number of trials without any estimate.
         passed: Trials that passed.
-        tolerance: Of the relative error, in the first trial.
-        rel_error: Relative errors of the trials that gave a gain, shape (K,); so are the others.
-        claimed: Claimed relative standard deviations.
-        z: Errors over claimed deviations; NaN where there is none.
-        step: Of how many of these trials the injected gain of one is kept.
-        true: Injected gains of every `step`-th of them, from the first [N m / drive unit], shape (ceil(K / step),).
+        tolerance: Largest relative error that passes, of the first trial.
+        rel_error: Relative errors of the trials that gave a gain, shape (K,), as the following arrays.
+        claimed: Stated relative standard deviations.
+        z: Errors over stated standard deviations; NaN if none is stated.
+        step: The injected gain of every `step`-th of these trials is kept.
+        true: Injected gains of every `step`-th trial [N m / drive unit], shape (ceil(K / step),).
     """
 
     joint: int
@@ -54,7 +53,7 @@ class JointRows:
 
     @property
     def gains(self) -> int:
-        """Trials that gave a gain."""
+        """Number of trials that gave a gain."""
         return len(self.rel_error)
 
 
@@ -63,7 +62,7 @@ class StudyRows:
     """All rows of a study.
 
     Attributes:
-        joints: One a joint, in their order.
+        joints: One entry per joint, in order.
         failures: Trials without any estimate by kind, the most frequent first.
     """
 
@@ -82,7 +81,10 @@ def rows_in(folder: "StudyFolder") -> StudyRows:
 
 
 def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
-    """Gather the rows of a study. `tables` have a row a trial and joint, in any order and any cut, with `COLUMNS`."""
+    """Gather the rows of a study.
+
+    `tables` have one row per trial and joint, in any order and division, with `COLUMNS`.
+    """
     gathered: dict[int, _Gathered] = {}
     step = max(1, trials // SHOWN)
     for table in tables:
@@ -105,10 +107,10 @@ def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
 
 @dataclass(slots=True, eq=False)
 class _Gathered:
-    """What has been seen of a joint so far.
+    """Accumulated data of one joint.
 
-    Its numbers, shape (3, trials), have room for all from the start: memory that is never written to costs nothing, and
-    what grows is there twice whenever it moves.
+    The array of shape (3, trials) is allocated at the start: unwritten memory costs nothing, while growing an array
+    needs a copy.
     """
 
     tolerance: float
@@ -121,13 +123,13 @@ class _Gathered:
     failures: Counter[str] = field(default_factory=Counter[str])
 
     def add(self, numbers: Array, true: Array) -> None:
-        """Take trials with a gain: their numbers, shape (3, k), and injected gains, shape (k,)."""
-        self.true.append(true[-self.gains % self.step :: self.step].copy())  # not all of them behind a view
+        """Add trials with a gain: their numbers, shape (3, k), and injected gains, shape (k,)."""
+        self.true.append(true[-self.gains % self.step :: self.step].copy())  # a copy, not a view that keeps all of them
         self.numbers[:, self.gains : self.gains + len(true)] = numbers
         self.gains += len(true)
 
     def joint_rows(self, joint: int) -> JointRows:
-        """All of it."""
+        """Return the complete data."""
         rel_error, claimed, z = self.numbers[:, : self.gains]
         return JointRows(
             joint=joint,

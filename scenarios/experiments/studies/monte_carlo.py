@@ -1,7 +1,7 @@
-"""A scenario repeated: with seeds that count up and everything random drawn anew, or with values that are swept.
+"""Repetition of a scenario: with consecutive seeds and new random values, or with swept values.
 
 Trial k of a Monte Carlo study has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats
-that trial. A sweep has every combination of some values, with the same seeds each time.
+that trial. A sweep runs every combination of some values, with the same seeds each time.
 """
 
 import itertools
@@ -18,19 +18,19 @@ from scenarios.support.seeds import SEEDS
 
 
 def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
-    """The study of `count` trials.
+    """Return the study of `count` trials.
 
     Args:
-        scenario: What is repeated.
+        scenario: The scenario to be repeated.
         count: Number of trials.
-        seed: Of the first.
+        seed: Seed of the first trial.
 
     Raises:
-        StudyError: If there are not that many seeds, or part names.
-        ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
+        StudyError: If there are not enough seeds or part names.
+        ScenarioError: If the target or distribution of a draw does not exist.
     """
     if count > MOST_TRIALS:
-        raise StudyError(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
+        raise StudyError(f"a study has {MOST_TRIALS} trials at most; request fewer")
     if seed + count > SEEDS:
         raise StudyError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
     check_draws(scenario, setup_of)
@@ -45,22 +45,22 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
 
 
 def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int | Iterable[int]) -> Study:
-    """The study of all combinations; the first place varies slowest, seeds fastest.
+    """Return the study of all combinations; the first key varies slowest, seeds fastest.
 
     Args:
-        scenario: What is repeated; what it declares random is drawn, but for the places that are swept.
-        values: Values to try, by place or the end of one.
-        seeds: Of the trials of each combination; a number n stands for 0 to n - 1.
+        scenario: The scenario to be repeated; its random values are drawn, except swept ones.
+        values: Values by key path or its end.
+        seeds: Seeds of the trials of each combination; a number n means 0 to n - 1.
 
     Raises:
-        ScenarioError: If a place does not exist, or several end so; if a place does not take a value, or the scenario's
-            draws are wrong.
+        ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws are
+            wrong.
     """
     check_draws(scenario, setup_of)
     places = [place_of(scenario.table, name) for name in values]
     points = [dict(zip(places, point, strict=True)) for point in itertools.product(*values.values())]
     for point in points:
-        setup_of(with_settings(scenario, point))  # a value that is wrong is an error, not a failed trial each
+        setup_of(with_settings(scenario, point))  # a wrong value is an error, not a failure of every trial
     chosen = tuple(range(seeds) if isinstance(seeds, int) else seeds)
 
     def trial(number: int) -> Trial:

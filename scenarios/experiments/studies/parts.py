@@ -1,8 +1,8 @@
-"""Parts of a study: Parquet files of whole trials, whose names say which.
+"""Parts of a study: Parquet files of whole trials, with the trial numbers in their names.
 
-Finished parts that fill a block of `BLOCK` trials become one, because every file costs its opening: a million trials
-are a thousand parts. At no moment are rows there twice. The block is first written whole under a name that no reader of
-parts looks at, then its parts go, then it takes their place; whoever finds such a block after a crash ends the move.
+Finished parts that fill a block of `BLOCK` trials are merged, because opening a file takes time: a million trials are a
+thousand parts. Rows never exist twice: the merged block is first written under a name that readers ignore, then its
+parts are deleted, then it is renamed. After a crash, the next process completes this.
 """
 
 import io
@@ -17,32 +17,32 @@ import pyarrow.parquet as pq
 from scenarios.support.errors import StudyError
 
 WHOLE, LOST = ".parquet", ".lost.parquet"
-"""How the names of parts end: finished trials, and trials to be tried again."""
+"""Endings of names of parts: finished trials, and trials to be repeated."""
 BLOCK = 1024
-"""Trials that become one part; blocks begin at its multiples."""
+"""Number of trials of a block; blocks begin at its multiples."""
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A file of rows: which trials, and whether they are `WHOLE` or `LOST`."""
+    """A file of rows: its trials, and whether they are `WHOLE` or `LOST`."""
 
     trials: range
     ending: str
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """Name of its file."""
         return f"{self.trials.start:08d}-{self.trials.stop - 1:08d}{self.ending}"
 
 
 def block_of(trial: int) -> range:
-    """The trials of the block that has a trial."""
+    """Return the trials of the block that contains a trial."""
     start = trial - trial % BLOCK
     return range(start, start + BLOCK)
 
 
 def part_named(name: str) -> Part | None:
-    """The part that a file name stands for, None if it stands for none."""
+    """Return the part of a file name, None if it is not one."""
     numbers, ending = name.partition(".")[::2]
     try:
         first, last = (int(number) for number in numbers.split("-"))
@@ -52,10 +52,10 @@ def part_named(name: str) -> Part | None:
 
 
 def checked_part(path: Path, rows_per_trial: int) -> Part:
-    """One file, if it is a whole part under its own name.
+    """Return the part of a file, checked.
 
     Raises:
-        StudyError: If it is no part; if it is not what its name says.
+        StudyError: If it is not a part, or does not match its name.
     """
     part = part_named(path.name)
     if part is None:
@@ -68,7 +68,7 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
     except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
         raise StudyError(f"{path}: not part of a study; move it away") from error
     if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
-        raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        raise StudyError(f"{path}: contains trials {held.start} to {held.stop - 1}; move it away")
     if found.num_rows != len(part.trials) * rows_per_trial:
         first, last = held.start, held.stop - 1
         raise StudyError(f"{path}: its {found.num_rows} rows are not those of trials {first} to {last}; move it away")
@@ -76,7 +76,7 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
 
 
 def read_part(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """The rows of one file, in its order.
+    """Return the rows of one file, in its order.
 
     Raises:
         StudyError: If it cannot be read.
@@ -89,14 +89,14 @@ def read_part(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 
 def as_parquet(rows: pa.Table) -> bytes:
-    """The content of a part."""
+    """Return the content of a part."""
     buffer = io.BytesIO()
     pq.write_table(rows, buffer)
     return buffer.getvalue()
 
 
 def write_whole(path: Path, content: bytes, unfinished: Path) -> None:
-    """Write a file so that it is there whole or not at all, even if the machine loses power.
+    """Write a file atomically, even if the machine loses power.
 
     Raises:
         StudyError: If it cannot be written.
@@ -116,17 +116,17 @@ def write_whole(path: Path, content: bytes, unfinished: Path) -> None:
 
 
 def members_of(block: range, trials: Path) -> list[Part]:
-    """The parts in a folder whose finished trials are a block's alone, in their order."""
+    """Return the finished parts of a block in a folder, in order."""
     found = [part for part in map(part_named, os.listdir(trials)) if part is not None and part.ending == WHOLE]
     inside = [part for part in found if part.trials.start in block and part.trials[-1] in block]
     return sorted(inside, key=lambda part: part.trials.start)
 
 
 def replace_members(waiting: Path, trials: Path) -> None:
-    """Put a block that waits beside a folder of parts in the place of its members.
+    """Replace the parts of a block by its merged file.
 
     Raises:
-        StudyError: If its name is no part's; if it cannot be moved.
+        StudyError: If its name is not that of a part; if it cannot be moved.
     """
     part = part_named(waiting.name.removeprefix("."))
     if part is None:
@@ -141,7 +141,7 @@ def replace_members(waiting: Path, trials: Path) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """See that the names in a folder are on disk, where the system opens folders; Windows does not."""
+    """Sync the directory entry to disk, where the system supports it (not Windows)."""
     if hasattr(os, "O_DIRECTORY"):
         opened = os.open(folder, os.O_RDONLY)
         try:

@@ -1,8 +1,8 @@
-"""When repeated trials contradict the pass rate that a scenario asks for, at a stated false-alarm rate.
+"""Test of repeated trials against the required pass rate, at a stated false-alarm rate.
 
-Per joint, the number of misses among N trials is compared with the binomial distribution at the wanted rate. A joint
-misses the rule when that many misses, or more, would have a chance of less than `false_alarm` / n; so a method
-that has every rate is blamed on some joint in less than `false_alarm` of all studies (Bonferroni).
+For each joint, the number of misses among N trials is compared with the binomial distribution at the required rate. A
+joint fails if that many misses, or more, have a probability below `false_alarm` / n. A method with the required rate on
+every joint therefore fails in less than `false_alarm` of all studies (Bonferroni).
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from scipy import stats
 from scenarios.experiments.studies.joint_rows import JointRows
 
 FALSE_ALARM = 0.01
-"""Chance that a scenario whose joints all have the wanted pass rate is blamed, at most, where no other is asked for."""
+"""Default of the largest probability that a scenario whose joints have the required pass rate fails."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,9 +23,9 @@ class JointRule:
     Attributes:
         joint: Joint number, from 1.
         trials: Trials.
-        passed: Of which passed.
-        wanted: Pass rate asked for.
-        allowed: Misses that do not contradict it.
+        passed: Number of trials that passed.
+        wanted: Required pass rate.
+        allowed: Largest number of misses that is compatible with it.
     """
 
     joint: int
@@ -44,9 +44,9 @@ def pass_rule(joints: Sequence[JointRows], *, wanted: float, false_alarm: float)
     """Apply the rule to every joint.
 
     Args:
-        joints: How often each passed.
-        wanted: Pass rate asked for, between 0 and 1.
-        false_alarm: Chance that some joint misses although every joint has the wanted rate, at most.
+        joints: Trials and passes of each joint.
+        wanted: Required pass rate, between 0 and 1.
+        false_alarm: Largest probability that some joint fails although every joint has the required rate.
     """
     share = false_alarm / len(joints)
     return tuple(
@@ -62,10 +62,10 @@ def pass_rule(joints: Sequence[JointRows], *, wanted: float, false_alarm: float)
 
 
 def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
-    """Largest number of misses that a pass rate of `wanted` exceeds in `false_alarm` of studies at most."""
+    """Return the number of misses that a pass rate of `wanted` exceeds in at most `false_alarm` of studies."""
     return int(stats.binom.isf(false_alarm, trials, 1.0 - wanted))
 
 
 def detectable_rate(trials: int, allowed: int, power: float) -> float:
-    """Pass rate below which a joint misses the rule with a chance of `power` at least."""
+    """Return the pass rate below which a joint fails with a probability of at least `power`."""
     return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0

@@ -1,7 +1,7 @@
-"""Sensitivity: which of a scenario's error sources costs how much.
+"""Sensitivity: effect of each error source of a scenario.
 
-Two designs share one study. One at a time: each source alone at its declared size, all others off, then none and all
-together. Sobol (Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and for each source
+A study has two designs. One at a time: no source, each source alone at its declared size, and all together. Sobol
+(Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and for each source
 on A with that source's columns taken from B.
 """
 
@@ -21,27 +21,27 @@ from scenarios.experiments.trials import Trial, trial_schema
 from scenarios.support.errors import StudyError
 
 NONE, ALL = "(none)", "(all)"
-"""What is on in a trial where it is not one source alone."""
+"""Labels of trials that are not of one source alone."""
 ALONE, SOBOL = "one-at-a-time", "sobol"
 TOGETHER = 4
-"""Trials of all sources together for each of one alone."""
+"""Ratio of the number of trials with all sources to that of one source alone."""
 LABELS: tuple[str, ...] = ("design", "source", "sample")
 LARGEST = 2**16
-"""Repeats or samples at most: a Sobol design that large is two hundred core hours."""
+"""Largest number of repeats or samples: such a Sobol design takes two hundred core hours."""
 
 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
-    """The study of both designs.
+    """Return the study of both designs.
 
     Args:
-        scenario: With its `sources`.
+        scenario: The scenario with its `sources`.
         repeats: Trials of each source alone, a power of 2 from 2 to `LARGEST`; all together get four times as many.
-        samples: Rows of the Sobol matrices, likewise; the design takes (sources + 2) times as many trials.
-        seed: Of both designs.
+        samples: Rows of the Sobol matrices, also a power of 2; the design has (sources + 2) times as many trials.
+        seed: Seed of both designs.
 
     Raises:
-        StudyError: If a number is no such power of 2.
-        ScenarioError: If the scenario declares no or wrong sources.
+        StudyError: If a number is not such a power of 2.
+        ScenarioError: If the scenario declares no sources or wrong ones.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
@@ -63,7 +63,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """What a trial is of: a design, what is on in it, and the row of uniform numbers it takes."""
+    """A trial of a design: the active source, and the row of its uniform numbers."""
 
     design: str
     source: str
@@ -72,7 +72,7 @@ class Planned:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """Every trial of both designs, by number: none alone, each source alone, all together, then Saltelli's matrices.
+    """All trials of both designs, by number: no source, each source alone, all together, then Saltelli's matrices.
 
     `repeats` are the trials of each source alone, `samples` the rows of the matrices.
     """
@@ -87,7 +87,7 @@ class Plan:
         return 1 + (len(self.names) + TOGETHER) * self.repeats + (len(self.names) + 2) * self.samples
 
     def __getitem__(self, number: int) -> Planned:
-        """The trial of a number, from 0."""
+        """Return the trial of a number, from 0."""
         if number == 0:
             return Planned(ALONE, NONE, 0)
         source, sample = divmod(number - 1, self.repeats)
@@ -108,7 +108,7 @@ def _trial(sources: Sources, number: int, plan: Plan, seed: int) -> Trial:
 
 
 def _uniform_of(sources: Sources, planned: Planned, plan: Plan, seed: int) -> dict[str, Array]:
-    """Uniform numbers of the sources that are on in a trial, by name."""
+    """Return uniform numbers of the active sources of a trial, by name."""
     source, width = planned.source, sum(sources.width.values())
     if planned.design == SOBOL:
         both = _uniform(2 * width, plan.samples, seed, 0)[planned.sample]
@@ -134,7 +134,7 @@ def _short(number: int) -> str:
 
 @lru_cache(maxsize=64)
 def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
-    """A scrambled Sobol sequence, shape (count, width), strictly inside (0, 1)."""
+    """Return a scrambled Sobol sequence, shape (count, width), strictly inside (0, 1)."""
     rng = np.random.default_rng(np.random.SeedSequence(entropy=seed, spawn_key=(stream,)))
     points = qmc.Sobol(width, scramble=True, rng=rng).random(count)
     return np.clip(points, 2.0**-30, 1.0 - 2.0**-30)

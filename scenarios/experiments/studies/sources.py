@@ -1,6 +1,6 @@
-"""A scenario's error sources, and how each is switched on and off.
+"""A scenario's error sources, and their switching.
 
-A source that is drawn takes its value from its numbers, a noise its seed: its realisation varies, its size stays.
+Uniform numbers determine the value of a drawn source, or the seed of a noise, whose size stays the same.
 """
 
 from collections.abc import Mapping
@@ -18,11 +18,11 @@ STREAM_SEEDS = 2**31
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sources:
-    """A scenario's error sources, ready to be switched.
+    """The error sources of a scenario.
 
     Attributes:
-        scenario: With its `sources` tables.
-        width: Uniform numbers that each source takes, in the order of the tables.
+        scenario: The scenario with its `sources` tables.
+        width: Number of uniform numbers of each source, in the order of the tables.
         off: Settings that switch every source off.
     """
 
@@ -36,7 +36,7 @@ class Sources:
         return list(self.width)
 
     def columns(self, name: str) -> slice:
-        """Columns of a source in a matrix that has all sources'."""
+        """Return the columns of a source in the matrix of all sources."""
         start = sum(list(self.width.values())[: self.names.index(name)])
         return slice(start, start + self.width[name])
 
@@ -45,7 +45,7 @@ def sources_of(scenario: Scenario) -> Sources:
     """The sources of a scenario.
 
     Raises:
-        ScenarioError: If it declares none, or one that names nothing of it.
+        ScenarioError: If it declares none, or the target of one does not exist.
     """
     table = scenario.table
     if not table.sources:
@@ -61,14 +61,14 @@ def sources_of(scenario: Scenario) -> Sources:
 
 
 class Switched(NamedTuple):
-    """Sources switched on and off: values of the scenario by place, and seeds of the noise streams that are on."""
+    """Switched sources: values of the scenario by key path, and seeds of the active noise streams."""
 
     settings: Mapping[str, Value]
     streams: Mapping[str, int]
 
 
 def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
-    """Switch sources. Those that are `on` have uniform numbers, by name; all others are off."""
+    """Switch sources. `on` has the uniform numbers of active sources, by name; all others are off."""
     table, settings, seeds = sources.scenario.table, dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
         source = table.sources[name]
@@ -81,7 +81,7 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
 
 
 def _settings(source: SourceTable, number: float | None, table: ScenarioTable) -> dict[str, Value]:
-    """A number at every place of a source, in lists too; None leaves what is there."""
+    """Return a number for every target of a source, also in lists; None keeps the value."""
     own = {place: value_at(table, place) for place in source.targets}
     if number is None:
         return own

@@ -1,4 +1,4 @@
-"""Statistics of many trials, joint by joint: how far off, how honest the claim, how often within tolerance."""
+"""Statistics of many trials, joint by joint: errors, coverage of intervals, pass rates."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -17,30 +17,30 @@ from scenarios.support.result_model import ResultModel
 
 SUMMARY = "summary.parquet"
 CONFIDENCE = 0.95
-"""Of the intervals of shares of trials."""
+"""Level of the intervals of shares of trials."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointStatistics:
-    """One joint over all trials of a study; None where no trial gave a gain.
+    """One joint over all trials of a study; values are None if no trial gave a gain.
 
     Attributes:
         joint: Joint number, from 1.
-        trials: Trials of the study.
-        failed: Trials without any estimate.
-        refused: Trials that were carried out and gave no gain for this joint.
+        trials: Number of trials of the study.
+        failed: Number of trials without any estimate.
+        refused: Number of trials with an estimate but without a gain for this joint.
         bias: Mean relative error.
-        bias_std: Standard deviation of that mean, relative to the gain too.
+        bias_std: Standard deviation of `bias`, relative to the gain.
         spread: Standard deviation of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
-        claimed: Root mean square of the claimed relative standard deviation.
-        cover_1: Share of gains that err by less than 1 claimed standard deviation (normal: 0.683).
-        cover_2: Share of gains that err by less than 2 claimed standard deviations (normal: 0.954).
-        pass_rate: Share of trials that passed; one that failed did not.
+        claimed: Root mean square of the stated relative standard deviation.
+        cover_1: Share of gains with an error below 1 stated standard deviation (normal: 0.683).
+        cover_2: Share of gains with an error below 2 stated standard deviations (normal: 0.954).
+        pass_rate: Share of trials that passed; a failed trial did not pass.
         pass_low, pass_high: Ends of the 95 % interval of that share (Clopper and Pearson).
-        wanted: Share of passes that the scenario asks for.
-        allowed: Misses that do not contradict it.
-        held: False if the trials contradict that pass rate; of trials too few to do so, whether all passed.
+        wanted: Share of passes that the scenario requires.
+        allowed: Largest number of misses that is compatible with it.
+        held: Whether the trials are compatible with that pass rate; for too few trials to test it, whether all passed.
     """
 
     joint: int
@@ -65,20 +65,20 @@ class JointStatistics:
 class StudyResult(ResultModel):
     """What `rx90 monte-carlo --json` prints."""
 
-    scenario: str = Field(description="Its name")
-    seed: int = Field(description="Of the first trial")
-    trials: int = Field(description="Carried out; the folder may hold more than were asked for")
-    passed: bool = Field(description="Whether no joint contradicts the pass rate that the scenario asks for")
-    joints: list[JointStatistics] = Field(description="One entry per joint, in their order")
-    failures: dict[str, int] = Field(description="trials without any estimate, by kind")
+    scenario: str = Field(description="Name of the scenario")
+    seed: int = Field(description="Seed of the first trial")
+    trials: int = Field(description="Number of trials in the folder, which may exceed the number requested")
+    passed: bool = Field(description="Whether every joint is compatible with the pass rate that the scenario requires")
+    joints: list[JointStatistics] = Field(description="One entry per joint, in order")
+    failures: dict[str, int] = Field(description="Number of trials without any estimate, by kind of failure")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coverage:
-    """How often an interval held the truth.
+    """Coverage of an interval.
 
     Attributes:
-        share: Share of the trials with a gain and a deviation.
+        share: Share of intervals that contain the true value, of trials with a gain and a standard deviation.
         low, high: Ends of the 95 % interval of that share (Clopper and Pearson).
     """
 
@@ -88,7 +88,7 @@ class Coverage:
 
 
 def coverage(held: Mask) -> Coverage | None:
-    """How often intervals held the truth, None without any."""
+    """Return the coverage of intervals, None without any."""
     return _share(int(held.sum()), len(held)) if len(held) else None
 
 
@@ -98,7 +98,7 @@ def _share(count: int, trials: int) -> Coverage:
 
 
 def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
-    """Sum up a study by the pass rate that its scenario asks for."""
+    """Compute statistics of a study with the pass rate that its scenario requires."""
     joints = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
     return StudyResult(
         scenario=scenario.name,
@@ -111,13 +111,13 @@ def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
 
 
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
-    """Sum up a study. `false_alarm` as of `pass_rule`."""
+    """Compute statistics of a study. `false_alarm` as in `pass_rule`."""
     rules = pass_rule(joints, wanted=wanted, false_alarm=false_alarm)
     return tuple(_one_joint(rule, rows) for rule, rows in zip(rules, joints, strict=True))
 
 
 def write_summary(statistics: Sequence[JointStatistics], folder: Path) -> Path:
-    """Write `summary.parquet`, a row a joint.
+    """Write `summary.parquet`, one row per joint.
 
     Raises:
         OSError: If it cannot be written.

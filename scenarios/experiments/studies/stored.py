@@ -1,4 +1,4 @@
-"""A finished study read back from its folder: what it was of, and its rows; nothing is opened for writing."""
+"""A finished study, read from its folder; nothing is opened for writing."""
 
 import json
 import shlex
@@ -16,7 +16,7 @@ from scenarios.support.errors import ScenarioError
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StoredStudy:
-    """A study that is finished; `named` is what its scenario was called, `seed` that of the first trial."""
+    """A finished study; `named` is the name of its scenario, `seed` that of the first trial."""
 
     folder: Path
     kind: str
@@ -33,8 +33,8 @@ def read_study(folder: Path) -> StoredStudy:
     """Read a study.
 
     Raises:
-        ScenarioError: If its record is damaged, or of another version; if trials are missing.
-        StudyError: If a part is damaged, or none.
+        ScenarioError: If its record is damaged or from another version; if trials are missing.
+        StudyError: If a part is damaged or missing.
     """
     path = folder / STUDY
     try:

@@ -1,4 +1,4 @@
-"""A study: a numbered list of trials of one scenario, carried out on any executor, what comes back kept in a folder."""
+"""A study: a numbered list of trials of one scenario, run on any executor, with results in a folder."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,26 +29,26 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CHUNK = 32
-"""Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations of pairs in a batch."""
+"""Largest number of trials of a task, and thus of a loss in a crash: 64 simulations of pairs in a batch."""
 CHUNKS_EACH = 4
-"""Chunks per worker that a small study is cut into, so that all workers end at about the same time."""
+"""Number of chunks per worker of a small study, so that all workers end at about the same time."""
 MOST_TRIALS = 10**8
-"""Trials of a study at most: the names of its parts count to eight digits."""
+"""Largest number of trials of a study: names of parts have eight digits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What is to be run.
+    """Definition of a study.
 
     Attributes:
         kind: `monte-carlo`, `sensitivity` or `comparison`.
-        scenario: What is repeated.
+        scenario: The scenario to be repeated.
         count: Number of trials.
-        trial: The trial of a number.
+        trial: Function that returns the trial of a number.
         schema: Columns of its rows.
-        identity: What, besides kind and scenario, makes it this study and no other; JSON values.
-        work: What is done with the trials.
-        rows_per_joint: Rows that a trial has for each joint.
+        identity: Identity of the study besides kind and scenario; JSON values.
+        work: Functions that run the trials.
+        rows_per_joint: Number of rows of a trial for each joint.
     """
 
     kind: str
@@ -62,24 +62,24 @@ class Study:
 
 
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
-    """Run what is missing of a study and write it part by part.
+    """Run the missing trials of a study and write them part by part.
 
     Args:
-        study: What is to be run.
-        folder: Where; what it already holds of the same study is kept.
-        workers: Where trials run; rows do not depend on it.
-        command: That the user gave, for the record.
-        console: On stderr, for the progress.
+        study: Definition of a study.
+        folder: Its folder; existing trials of the same study are kept.
+        workers: Workers for the trials; rows do not depend on them.
+        command: The user's command, for the record.
+        console: Console on stderr, for the progress.
 
     Returns:
-        The folder, finished.
+        The folder of the finished study.
 
     Raises:
         StudyError: One of its kinds, if the folder holds another study or cannot be written, or workers cannot run
             trials.
         ScenarioError: One of its kinds, if the scenario or its draws are wrong.
     """
-    setup_of(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
+    setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
     opened = study_folder(
         folder,
         study_identity(study),
@@ -105,21 +105,22 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StudyRows:
-    """What came of the trials of a study.
+    """Result of a study.
 
     Attributes:
-        rows: One a trial and joint, in that order, with the columns of `trials.CONTRACT`, then of what varies.
+        rows: One row per trial and joint, in that order, with the columns of `trials.CONTRACT` and those of the varied
+            values.
     """
 
     rows: pa.Table
 
     def to_frame(self) -> "pd.DataFrame":
-        """The rows as a table of pandas."""
+        """Return the rows as a pandas DataFrame."""
         return self.rows.to_pandas()
 
 
 def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
-    """Run a study, and keep its rows in memory. Without workers trials run here; rows do not depend on it.
+    """Run a study and keep its rows in memory. Without workers, trials run in this process; rows do not depend on this.
 
     Raises:
         StudyError: If there is no trial to run; if workers cannot run trials.
@@ -138,7 +139,7 @@ def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None 
 
 
 def study_identity(study: Study) -> dict[str, object]:
-    """What a folder must agree with to hold this study."""
+    """Return the identity of the study's folder."""
     table = study.scenario.table
     motions = {table.experiment.motion: motion_digest(table.experiment.motion, study.scenario.folder)}
     for draw in (table.sources if study.kind == "sensitivity" else table.random).values():
@@ -160,7 +161,7 @@ def study_identity(study: Study) -> dict[str, object]:
 
 
 def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
-    """Chunks of consecutive trials of one block, small enough for every worker to get some."""
+    """Return chunks of consecutive trials of one block, small enough for all workers to have some."""
     size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
     make = partial(Task, study.scenario, schema=study.schema, versions=versions(), work=study.work)
     for gap in missing:
@@ -188,18 +189,18 @@ def _failures(rows: pa.Table) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Unfinished:
-    """What blocks still wait for.
+    """Unfinished trials of the blocks.
 
     Attributes:
-        missing: Trials that were not there when work began, in order.
-        left: Of which so many are not there yet, by the first trial of each block that was worked on.
+        missing: Trials missing at the start, in order.
+        left: Number of these that are still missing, by the first trial of each block.
     """
 
     missing: Sequence[range]
     left: dict[int, int] = field(default_factory=dict[int, int])
 
     def finish(self, trials: range) -> range | None:
-        """Count trials of one block as finished; the block if it waits for no more."""
+        """Count trials of one block as finished; return the block if it is complete."""
         block = block_of(trials.start)
         before = self.left.get(block.start)
         if before is None:
@@ -209,7 +210,7 @@ class Unfinished:
 
 
 def keep(place: StudyFolder, task: Task, rows: pa.Table, unfinished: Unfinished) -> None:
-    """Write what came back of a task, finished trials and lost ones apart, each run of them one part."""
+    """Write the results of a task: finished and lost trials separately, one part per run of consecutive trials."""
     lost = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
     numbers = [trial.number for trial in task.trials]
     for ending, run in itertools.groupby(numbers, key=lambda number: LOST if number in lost else WHOLE):

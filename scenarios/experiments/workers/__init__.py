@@ -1,4 +1,4 @@
-"""Where trials run, and what happens when a place to run them dies. A new kind is a module here and a line below."""
+"""Workers that run trials, and handling of their failures. A new kind needs a module here and an entry below."""
 
 import argparse
 from contextlib import AbstractContextManager
@@ -8,11 +8,11 @@ from scenarios.experiments.workers.kinds import WorkerKind, Workers
 from scenarios.experiments.workers.processes import PROCESSES
 
 WORKERS: dict[str, WorkerKind] = {"processes": PROCESSES, "dask": DASK}
-"""All kinds; the first is meant where no option asks for another."""
+"""All kinds; the first is the default."""
 
 
 def add_worker_options(parser: argparse.ArgumentParser) -> None:
-    """Add one option a kind of workers; a command line has one of them at most."""
+    """Add one option per kind of workers; at most one may be used."""
     group = parser.add_mutually_exclusive_group()
     for kind in WORKERS.values():
         group.add_argument(
@@ -21,19 +21,19 @@ def add_worker_options(parser: argparse.ArgumentParser) -> None:
 
 
 def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]:
-    """The workers that parsed options ask for."""
+    """Return the workers of parsed options."""
     kind, value = _chosen(options)
     return kind.open(value)
 
 
 def worker_words(options: argparse.Namespace) -> list[str]:
-    """The words of a command line that ask for the same workers again."""
+    """Return the command-line arguments that select the same workers."""
     kind, value = _chosen(options)
     return [] if value is None else [f"--{kind.option}", value]
 
 
 def prepare_workers(options: argparse.Namespace) -> None:
-    """Start what the workers need that takes time; to be called before anything large is imported."""
+    """Start slow preparations of the workers; call this before large imports."""
     _chosen(options)[0].prepare()
 
 

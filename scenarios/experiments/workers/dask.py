@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from distributed import Client
 
 FEWEST = 16
-"""Workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
+"""Least number of workers for which tasks are submitted: an adaptive cluster grows only with waiting tasks."""
 ASKED_EVERY = 1.0
-"""How old the number of workers may be [s]."""
+"""Largest age of the cached number of workers [s]."""
 LOGGERS = ("distributed", "tornado", "asyncio")
-"""Whose loggers speak of a scheduler that dies."""
+"""Loggers that report a dying scheduler."""
 PATIENCE = 10.0
-"""How long to wait for a scheduler [s]."""
+"""Timeout for connecting to a scheduler [s]."""
 WRITTEN_WITHIN = 1.0
-"""How long a scheduler may take to write its file [s]."""
+"""Timeout for a scheduler to write its file [s]."""
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def dask_workers(address: str) -> Generator[Workers]:
     """Workers of a Dask cluster.
 
     Args:
-        address: Of its scheduler, as `tcp://host:8786`, or the path of its scheduler file.
+        address: Address of its scheduler, as `tcp://host:8786`, or path of its scheduler file.
 
     Raises:
         StudyError: If Dask is not installed; if no scheduler answers.
@@ -58,16 +58,16 @@ def dask_workers(address: str) -> Generator[Workers]:
         raise StudyError(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         yield Workers(
-            open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
+            open=lambda: client.get_executor(pure=False),  # a repeated task must be run again
             count=lambda: _cores(client, int(time.monotonic() / ASKED_EVERY)),
             died=KilledWorker,
             reachable=lambda: client.status in ("running", "connecting"),
-            close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
+            close=lambda executor: executor.shutdown(wait=False),  # `shutdown` of Dask always cancels
         )
 
 
 def _address_in(file: str) -> str:
-    """The address in a scheduler's file, waited for while the scheduler writes it."""
+    """Return the address in a scheduler file; wait while the scheduler writes it."""
     deadline = time.monotonic() + WRITTEN_WITHIN
     while True:
         try:
@@ -82,7 +82,7 @@ def _address_in(file: str) -> str:
 
 
 async def _greet(address: str) -> None:
-    """Connect and part: for this first answer of a scheduler, a client would wait for ever."""
+    """Test the connection: a client would wait for the first answer without a timeout."""
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -93,7 +93,7 @@ async def _greet(address: str) -> None:
 
 @lru_cache(maxsize=1)
 def _cores(client: "Client", moment: int) -> int:
-    """Cores of a cluster, `FEWEST` at least; asked for once a moment: each question is a journey to the scheduler."""
+    """Return the number of cores of a cluster, at least `FEWEST`; cached, as each query needs a round trip."""
     try:
         return max(FEWEST, sum(client.ncores().values()))
     except OSError as error:
@@ -101,8 +101,8 @@ def _cores(client: "Client", moment: int) -> int:
 
 
 def _silence() -> None:
-    """What Dask and what it runs on would log of a lost connection is said in one line here, not in tracebacks."""
-    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each of Dask's has a level of its own
+    """Suppress Dask's tracebacks about a lost connection, which is reported here in one line."""
+    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each logger of Dask has its own level
         if name.partition(".")[0] in LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 

@@ -1,8 +1,8 @@
-"""Run tasks on an executor, a few ahead of the workers, and survive workers that die.
+"""Run tasks on an executor, with a small queue, and recover from dying workers.
 
-A task whose worker dies may be the cause or a bystander (a process pool breaks as a whole). Each is therefore
-tried once more with nothing beside it; one that fails alone too is given up, with the reason. Where the first few are
-all given up and none has ever come back, the workers are to blame, and nothing more is tried.
+A process pool breaks as a whole, so a task whose worker dies need not be the cause. Each such task is repeated alone
+once; if it fails again, it is abandoned, with the reason. If the first few tasks are all abandoned and none has
+succeeded, the workers are considered faulty, and the study ends.
 """
 
 from collections import deque
@@ -16,11 +16,11 @@ from scenarios.experiments.workers.kinds import SCHEDULER_GONE, Workers
 from scenarios.support.errors import StudyError
 
 AHEAD = 2
-"""Tasks handed out per worker, so that none waits for its next one."""
+"""Tasks submitted per worker, so that no worker is idle."""
 TICK = 0.5
-"""How often `tick` is called while nothing finishes [s]."""
+"""Interval between calls of `tick` while waiting [s]."""
 HOPELESS = 3
-"""Tasks given up, and none ever done, after which the workers are to blame."""
+"""Number of abandoned tasks without a success after which the workers are considered faulty."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -28,7 +28,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """Why a task has no result: `WorkerDied` or `WorkerFailed`, and the reason in words."""
+    """Failure of a task: `WorkerDied` or `WorkerFailed`, and the reason."""
 
     failure: str
     reason: str
@@ -39,14 +39,15 @@ def completed(
 ) -> Generator[tuple[Task, Result | GivenUp]]:
     """Run a function on every task.
 
-    The function and its tasks can be pickled; tasks are taken as workers become free, `tick` is called while waiting.
+    The function and its tasks must be picklable; tasks are taken as workers become free; `tick` is called while
+    waiting.
 
     Yields:
-        Each task with its result, in the order they finish.
+        Each task with its result, in order of completion.
 
     Raises:
-        StudyError: As the function does; if the workers cannot be reached any more; if they cannot import the function;
-            if the first tasks are all given up.
+        StudyError: As the function; if the workers are unreachable or cannot import the function; if the first tasks
+            are all abandoned.
     """
     queue, suspects = iter(tasks), deque[Task]()
     done = given_up = 0
@@ -74,7 +75,7 @@ def completed(
 def _outcomes(
     workers: Workers, function: Callable[[Task], Result], tasks: Iterator[Task], tick: Callable[[], None]
 ) -> Generator[tuple[Task, Result | GivenUp]]:
-    """Run tasks on an executor of their own until one fails; those under way by then are waited for."""
+    """Run tasks on a new executor until one fails; running tasks are completed."""
     executor, running, failed = workers.open(), dict[Future[Result], Task](), False
     try:
         while True:
@@ -108,7 +109,7 @@ def _outcome(future: Future[Result], died: type[Exception]) -> Result | GivenUp:
         return future.result()
     except StudyError:
         raise
-    except CancelledError as error:  # by nobody here
+    except CancelledError as error:  # not by this process
         raise StudyError(SCHEDULER_GONE) from error
     except died:
         return GivenUp("WorkerDied", "its worker died")

@@ -1,4 +1,4 @@
-"""What a place to run tasks must offer, and what the command line must know of it."""
+"""Interface of workers, and their command-line option."""
 
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor
@@ -10,15 +10,15 @@ SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """Where tasks run.
+    """Workers that run tasks.
 
     Attributes:
-        open: Makes an executor; called again when a dying worker has broken the last one.
-        count: Workers there are now, for how many tasks to hand out ahead.
-        died: What a task's future raises when its worker has died.
-        reachable: Whether the executor can still be spoken to.
-        close: Ends an executor without waiting. Futures are the executor's own to cancel: the thread that looks after
-            a process pool dies of one that others have.
+        open: Creates an executor; called again after a dying worker has broken the last one.
+        count: Returns the current number of workers, for the length of the queue.
+        died: Exceptions of a task's future if its worker has died.
+        reachable: Returns whether the executor is still reachable.
+        close: Shuts down an executor without waiting. Only the executor may cancel futures: the management thread of a
+            process pool fails otherwise.
     """
 
     open: Callable[[], Executor]
@@ -33,12 +33,12 @@ class WorkerKind:
     """A kind of workers and the option of the command line that asks for it.
 
     Attributes:
-        option: The option's name, without dashes; its value is a text.
-        metavar: What the value is called in the help.
-        help: What the option does.
-        checked: Returns the text if it is a value of the option, as a type of `argparse` does.
-        open: Makes the workers that a value asks for; None where the option is not given.
-        prepare: Called before the heavy imports of a study, so that workers start meanwhile.
+        option: Name of the option, without dashes; its value is a text.
+        metavar: Name of the value in the help.
+        help: Help text of the option.
+        checked: Returns the text if it is valid, as a type of `argparse`.
+        open: Context manager of the workers for a value, None if the option is not given.
+        prepare: Called before the heavy imports of a study, so that workers start in the meantime.
     """
 
     option: str

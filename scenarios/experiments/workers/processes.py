@@ -1,7 +1,7 @@
 """Processes of this machine.
 
-A worker imports what the process that started it imports, whatever lies in the working folder: Python would look there
-first in the helper process that workers are forked from, and a `sim.py` of the user's would be taken for the package.
+A worker imports the same modules as its parent process, regardless of the working folder. Otherwise Python would search
+the working folder first in the fork server, and a user's `sim.py` would replace the package.
 """
 
 import argparse
@@ -21,13 +21,13 @@ from typing import ParamSpec, TypeVar
 from scenarios.experiments.workers.kinds import WorkerKind, Workers
 
 WORKER = "scenarios.experiments.trials"
-"""What a worker imports."""
+"""Modules that a worker imports."""
 NO_COMPLAINT = "ignore:resource_tracker:UserWarning"
-"""The process that gives back semaphores says so on standard error."""
+"""Warning of the resource tracker on standard error, which is suppressed."""
 MOST_PER_CORE = 4
 """Workers that a core may have; each takes 300 MB, and more than one a core gain nothing."""
 FROM_TERMINAL = ("SIGINT", "SIGHUP")
-"""Signals that a terminal sends to every process; by name since not every platform has all."""
+"""Signals that a terminal sends to all processes; by name, as not every platform has all of them."""
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -36,7 +36,7 @@ T = TypeVar("T")
 def local_processes(jobs: int) -> Generator[Workers]:
     """Processes of this machine.
 
-    They are ended on the way out, whatever they are doing, and end themselves if this process is killed.
+    They are terminated at exit, and end themselves if this process is killed.
     """
     before = set(multiprocessing.active_children())
     context = multiprocessing.get_context(prepare_processes())
@@ -45,23 +45,23 @@ def local_processes(jobs: int) -> Generator[Workers]:
         yield Workers(lambda: _Pool(jobs, context, initializer=_begin_work, initargs=(own,)), lambda: jobs)
     finally:
         for child in set(multiprocessing.active_children()) - before:
-            child.kill()  # who ignores a request to end has passed that on to its workers
+            child.kill()  # not `terminate`: workers inherit an ignored SIGTERM
 
 
 def prepare_processes(modules: Sequence[str] = (WORKER,), **environment: str) -> str:
-    """Start the process that others are forked from; it imports what they need, while the caller goes on.
+    """Start the fork server, which imports the modules of the workers in the background.
 
     Args:
-        modules: What they need. Of one that has started it is settled.
-        environment: Variables that it has besides those of this process.
+        modules: Modules to import; no effect if the server is already running.
+        environment: Additional environment variables.
 
     Returns:
-        The start method to use: `forkserver`, or `spawn` where there is none.
+        The start method: `forkserver`, or `spawn` if not available.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
-        os.environ["PYTHONSAFEPATH"] = "1"  # each worker starts by itself, later
+        os.environ["PYTHONSAFEPATH"] = "1"  # each worker starts later, separately
         return "spawn"
-    from multiprocessing import forkserver  # not there on every platform
+    from multiprocessing import forkserver  # not available on every platform
 
     multiprocessing.set_forkserver_preload(list(modules))
     before = dict(os.environ)
@@ -71,7 +71,7 @@ def prepare_processes(modules: Sequence[str] = (WORKER,), **environment: str) ->
         "PYTHONWARNINGS": ",".join(filter(None, [os.environ.get("PYTHONWARNINGS"), NO_COMPLAINT])),
     }
     try:
-        with _handled(FROM_TERMINAL, signal.SIG_IGN):  # they are for the one that asked for the work
+        with _handled(FROM_TERMINAL, signal.SIG_IGN):  # they are handled by the main process
             forkserver.ensure_running()
     finally:
         _set_environment(before)
@@ -79,20 +79,20 @@ def prepare_processes(modules: Sequence[str] = (WORKER,), **environment: str) ->
 
 
 def import_path() -> str:
-    """Where this process looks for modules, as `PYTHONPATH` has it: the working folder only if named."""
+    """Return the module search path of this process as `PYTHONPATH`; the working folder only if named."""
     return os.pathsep.join(path or os.getcwd() for path in sys.path)
 
 
 def usable_cores() -> int:
-    """Cores this process may use."""
+    """Return the number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class _Pool(ProcessPoolExecutor):
-    """A pool whose workers start undisturbed: one whose start is cut off half-way complains with a traceback."""
+    """A pool that blocks signals while workers start: an interrupted start would print a traceback."""
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """As a pool does; a signal that arrives meanwhile is handled afterwards."""
+        """Submit a task; signals that arrive meanwhile are handled afterwards."""
         heard: list[int] = []
         try:
             with _handled((*FROM_TERMINAL, "SIGTERM"), lambda number, frame: heard.append(number)):
@@ -106,7 +106,7 @@ class _Pool(ProcessPoolExecutor):
 def _handled(
     names: Sequence[str], handler: signal.Handlers | Callable[[int, FrameType | None], object]
 ) -> Generator[None]:
-    """Signals that arrive meanwhile are handled so; in the main thread, the only one that may say."""
+    """Set the handling of signals temporarily; only in the main thread, which alone may do so."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -126,7 +126,7 @@ def _set_environment(wanted: Mapping[str, str]) -> None:
 
 
 def _begin_work(environment: Mapping[str, str]) -> None:
-    """Have the environment of the one that asked for the work, leave the terminal's signals to it, end with it."""
+    """Set the environment of the main process, ignore terminal signals, and end together with it."""
     _set_environment(environment)
     _leave_pandas_out()
     gc.freeze()  # what is imported stays: looking for garbage in the rest takes a quarter of a millisecond

@@ -1,1 +1,1 @@
-"""From what was identified to a patched copy of a model file: values, places in the file, edits of its text."""
+"""From identified values to a patched copy of a model file: values, positions in the file, edits of its text."""

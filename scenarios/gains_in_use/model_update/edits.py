@@ -1,7 +1,7 @@
-"""What a patch changes of a model file and what it leaves alone: attributes change, and every other byte stays.
+"""Edits of a model file: attributes are changed, and all other bytes stay the same.
 
-A library that parses and writes anew would lose comments before the root, the order and the white space of what it
-does not touch; a difference between both files should be what was changed.
+Parsing and rewriting with a library would change comments, order and white space; a diff of both files should show only
+the changed values.
 """
 
 import re
@@ -23,7 +23,7 @@ SPACE = re.compile(rb"\s*")
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Bytes from `start` to `end` become `text`."""
+    """Replacement of the bytes from `start` to `end` by `text`."""
 
     start: int
     end: int
@@ -35,12 +35,12 @@ class Change:
     """An attribute of a joint, changed or not.
 
     Attributes:
-        joint: Its name.
-        attribute: As the file calls it.
-        before: Its text, or that of its default class; None if there is none.
-        after: Its text now; None if it is left alone.
-        rel_std: Relative deviation of the new number; None if it is left alone.
-        reason: Why it is left alone.
+        joint: Name of the joint.
+        attribute: Name of the attribute in the file.
+        before: Original text, or that of the default class; None if there is none.
+        after: New text; None if unchanged.
+        rel_std: Relative standard deviation of the new number; None if unchanged.
+        reason: Why it is unchanged.
     """
 
     joint: str
@@ -53,7 +53,7 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Patched:
-    """A change and the edits that make it."""
+    """A change and its edits."""
 
     change: Change
     edits: tuple[Edit, ...] = ()
@@ -61,7 +61,7 @@ class Patched:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ModelText:
-    """A model file as text and as elements, whose `start` says where they are in it.
+    """A model file as text and as elements, whose `start` is their position.
 
     Attributes:
         path: The file.
@@ -74,7 +74,7 @@ class ModelText:
     root: Element
 
     def attribute(self, element: Element, name: str, value: str) -> Edit:
-        """The edit that gives an attribute a value, there or not yet; the value needs no escapes."""
+        """Return the edit that sets an attribute, existing or new; the value must need no escapes."""
         end = self.end(element)
         for found in ATTRIBUTE.finditer(self.content, element.start, end):
             if found[1] == name.encode():
@@ -83,7 +83,7 @@ class ModelText:
         return Edit(at, at, f' {name}="{value}"')
 
     def child(self, parent: Element, text: str) -> Edit:
-        """The edit that puts an element into another one as its first, in a line of its own where the others are."""
+        """Return the edit that inserts an element as the first child, on its own line if the others are."""
         end = self.end(parent)
         if self.is_empty(parent):
             return Edit(end - 2, end, f">{text}</{parent.tag}>")
@@ -92,15 +92,15 @@ class ModelText:
         return Edit(end, end, before.decode() + text)
 
     def is_empty(self, element: Element) -> bool:
-        """Whether an element ends with its start tag."""
+        """Return whether an element is empty, without an end tag."""
         end = self.end(element)
         return self.content[end - 2 : end] == b"/>"
 
     def end(self, element: Element) -> int:
-        """Place behind the start tag of an element.
+        """Return the position after the start tag of an element.
 
         Raises:
-            ScenarioError: If characters are not bytes that can be edited in place, as UTF-16.
+            ScenarioError: If the encoding does not allow edits of bytes, as UTF-16.
         """
         found = START.match(self.content, element.start)
         if found is None:
@@ -109,7 +109,7 @@ class ModelText:
         return found.end()
 
     def edited(self, edits: Iterable[Edit]) -> bytes:
-        """The text with edits that do not overlap made."""
+        """Return the text with non-overlapping edits applied."""
         parts, at = list[bytes](), 0
         for edit in sorted(edits, key=lambda each: each.start):
             parts += [self.content[at : edit.start], edit.text.encode()]
@@ -127,17 +127,17 @@ def model_text(path: Path) -> ModelText:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Numbers as an attribute has several, every digit of each."""
+    """Return numbers as an attribute value, with all digits."""
     return " ".join(map(repr, values))
 
 
 def known_attribute(
     file: ModelText, element: Element | None, joint: str, name: str, before: str | None, known: Known
 ) -> Patched:
-    """An attribute that becomes a number where it is known; without an edit where the element is not there yet."""
+    """Return the change of an attribute to a number if it is known; without an edit if the element does not exist."""
     if isinstance(known, Unknown):
         return Patched(Change(joint=joint, attribute=name, before=before, reason=known.reason))
-    after = f"{known.value:.6g}"  # its deviation is no smaller than a millionth
+    after = f"{known.value:.6g}"  # its standard deviation is at least a millionth
     change = Change(joint=joint, attribute=name, before=before, after=after, rel_std=known.rel_std)
     return Patched(change, () if element is None else (file.attribute(element, name, after),))
 
@@ -145,7 +145,7 @@ def known_attribute(
 def scaled_effort(
     file: ModelText, element: Element | None, joint: str, attribute: str, before: str | None, factor: Known
 ) -> Patched:
-    """An effort limit times a factor: changed where there is a limit and the factor is known."""
+    """Return the change of an effort limit by a factor, if there is a limit and the factor is known."""
     reason = factor.reason if isinstance(factor, Unknown) else ""
     try:
         limits = [float(word) for word in (before or "").split()]

@@ -1,4 +1,4 @@
-"""The links of an arm from bare motions with known gains, or why there are none."""
+"""Links of an arm from bare motions with known gains, or why there are none."""
 
 from pathlib import Path
 
@@ -15,13 +15,13 @@ NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
 def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
-    """The physically consistent set nearest to the model's links.
+    """Return the physically consistent links nearest to the model's.
 
     Args:
         in_si: Base parameters with known gains, None without any.
-        structure: Of the arm.
-        model: Its file, whose masses count here.
-        flange: Last body of the arm, where the file has more.
+        structure: Identifiable structure of the arm.
+        model: Model file, whose masses are used here.
+        flange: Last body of the arm, if the file has more bodies.
     """
     if in_si is None:
         return Unknown(NO_GAINS)

@@ -1,4 +1,4 @@
-"""Mass, centre and inertia of links as a model file is to state them, in the frames of that file."""
+"""Mass, centre and inertia of links for a model file, in the frames of that file."""
 
 from dataclasses import dataclass
 
@@ -17,26 +17,26 @@ SAME = 1e-6
 SAME_GAIN = 1e-6
 """Relative difference of gains that the digits of a file may make."""
 FAR = 4.0
-"""Deviations of a base parameter from which on links that bodies can have are not those of the data."""
+"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 COMMENT = (
     "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine "
     "only the base parameters, combinations of these; of all links with the same base parameters those "
     "nearest to the original model are given. Parameters of single links are not identifiable; joint "
     "torques are. The inertia of motors is in armature{elsewhere}."
 )
-"""What a patched file says of its links."""
+"""Comment on links in a patched file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkValues:
-    """A link without what is fixed to it.
+    """A link without the bodies fixed to it.
 
     Attributes:
         joint: Name of the joint that moves it.
         mass: Mass [kg].
         com: Centre of mass in the frame of the link [m].
-        inertia: ixx, iyy, izz, ixy, ixz, iyz about it, axes of the link [kg m^2].
-        motor: Inertia of the motor, joint side [kg m^2 or kg]; None where data do not show it.
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes of the link [kg m^2].
+        motor: Inertia of the motor, joint side [kg m^2 or kg]; None if not identifiable.
     """
 
     joint: str

@@ -1,8 +1,8 @@
-"""An MJCF file's joints, actuators and links, attributes of default classes looked up.
+"""Changes of joints, actuators and links of an MJCF file, with attributes of default classes.
 
-Damping, friction loss and armature are written into the joint itself, whatever its class says. An effort limit is
+Damping, friction loss and armature are written into the joint itself, overriding its class. Effort limits are
 `actuatorfrcrange` of the joint, `forcerange` of its actuators, and `ctrlrange` of a `motor`, whose control is a force.
-A link is `inertial` of a body, and `armature` of its joint.
+A link has `inertial` of its body and `armature` of its joint.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,13 +25,13 @@ NOT_THERE = "the file has no joint of this name; it may be in an included file"
 MAIN = "main"
 ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "dcmotor")
 SCALING = ("settotalmass", "boundmass", "boundinertia")
-"""Settings of the compiler that change what an `inertial` states, where they are positive."""
+"""Settings of the compiler that, if positive, override values of `inertial`."""
 Defaults = Mapping[tuple[str, str], Mapping[str, str]]
-"""Attributes by default class and element, those of classes around it included."""
+"""Attributes by default class and element, including those of enclosing classes."""
 
 
 def mjcf_changes(file: ModelText, joints: Sequence[JointValues]) -> list[Patched]:
-    """What becomes of an MJCF file; as `urdf_changes`, but a joint that the file does not name is left alone."""
+    """Return the changes of an MJCF file; as `urdf_changes`, but a joint without a name in the file is unchanged."""
     defaults = _defaults(file.root)
     bodies = {joint.attributes.get("name", ""): (joint, inherited) for _, joint, inherited in _joints(file)}
     drives = [drive for section in file.root.all("actuator") for drive in section.walk() if drive.tag in ACTUATORS]
@@ -55,7 +55,7 @@ def mjcf_changes(file: ModelText, joints: Sequence[JointValues]) -> list[Patched
 
 
 def _joints(file: ModelText) -> Iterator[tuple[Element, Element, str]]:
-    """Joints of the worldbody with the body, and the class, that they are in."""
+    """Return joints of the worldbody with their bodies and classes."""
 
     def walk(parent: Element, inherited: str) -> Iterator[tuple[Element, Element, str]]:
         for child in parent.children:
@@ -69,7 +69,7 @@ def _joints(file: ModelText) -> Iterator[tuple[Element, Element, str]]:
 
 
 def _resolved(element: Element, inherited: str, attribute: str, defaults: Defaults) -> str | None:
-    """An attribute of an element, or what its class says."""
+    """Return an attribute of an element or of its class."""
     own = element.attributes.get("class") or inherited
     return element.attributes.get(attribute, defaults.get((own, _kind(element)), {}).get(attribute))
 
@@ -77,7 +77,7 @@ def _resolved(element: Element, inherited: str, attribute: str, defaults: Defaul
 def _efforts(
     file: ModelText, joint: Element, inherited: str, drives: Sequence[Element], defaults: Defaults, values: JointValues
 ) -> list[Patched]:
-    """Every effort limit that the file states of a joint; one line that says so if it states none."""
+    """Return all effort limits of a joint in the file, or a single remark if there are none."""
     name = values.name
     stated = [(joint, inherited, "actuatorfrcrange")]
     for drive in drives:
@@ -92,12 +92,12 @@ def _efforts(
 
 
 def _kind(element: Element) -> str:
-    """Default classes have one entry for all actuators, whatever they are called there."""
+    """Default classes have one entry for all kinds of actuators."""
     return "actuator" if element.tag in ACTUATORS else element.tag
 
 
 def _defaults(root: Element) -> Defaults:
-    """Attributes of default classes, each starting from the class around it."""
+    """Return attributes of default classes, including those of enclosing classes."""
     found: dict[tuple[str, str], dict[str, str]] = {}
 
     def add(section: Element, around: str | None) -> None:
@@ -117,10 +117,10 @@ def _defaults(root: Element) -> Defaults:
 
 
 def mjcf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patched]:
-    """What becomes of the links of an MJCF file.
+    """Return the changes of the links of an MJCF file.
 
     Raises:
-        ScenarioError: If a joint is not in the file itself, or its compiler would change what is stated.
+        ScenarioError: If a joint is not in the file itself, or its compiler options override inertias.
     """
     for compiler in file.root.all("compiler"):
         given = compiler.attributes

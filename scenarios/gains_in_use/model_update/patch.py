@@ -1,4 +1,4 @@
-"""A copy of a model file with what was identified."""
+"""A copy of a model file with identified values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +11,7 @@ from scenarios.gains_in_use.model_update.urdf import urdf_changes, urdf_link_cha
 from scenarios.gains_in_use.model_update.values import JointValues
 
 FORMATS = {"robot": (urdf_changes, urdf_link_changes), "mujoco": (mjcf_changes, mjcf_link_changes)}
-"""What changes joints and links, by the name of the outermost element."""
+"""Functions that change joints and links, by the name of the root element."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +19,8 @@ class PatchedModel:
     """A patched model.
 
     Attributes:
-        content: Of the file.
-        changes: What was changed, and what was left alone.
+        content: Content of the file.
+        changes: Changed and unchanged attributes.
     """
 
     content: bytes
@@ -28,22 +28,22 @@ class PatchedModel:
 
 
 def patched_model(path: Path, joints: Sequence[JointValues], links: Sequence[LinkValues] | None = None) -> PatchedModel:
-    """Put what is known of an arm's joints, and of its links, into a copy of its model file.
+    """Return a copy of a model file with identified values of joints and links.
 
     Args:
-        path: MJCF or URDF file, read as a model before.
-        joints: What is known.
-        links: What is known of links; None to leave them alone.
+        path: MJCF or URDF file, already validated.
+        joints: Identified values of the joints.
+        links: Identified links; None to keep those of the file.
 
     Raises:
-        ScenarioError: If its text cannot be changed in place, or a link cannot be stated there.
+        ScenarioError: If its text cannot be edited in place, or a link cannot be written.
         RobotModelError: If it cannot be read.
     """
     file = model_text(path)
     of_joints, of_links = FORMATS[file.root.tag]
     if links is None:
         found = of_joints(file, joints)
-    else:  # a motor's inertia goes with the links
+    else:  # rotor inertia is written with the links
         found = of_joints(file, [replace(each, armature=None) for each in joints]) + of_links(file, links)
     edits = [edit for each in found for edit in each.edits]
     return PatchedModel(file.edited(edits), tuple(each.change for each in found))

@@ -18,11 +18,11 @@ from scenarios.support.errors import ScenarioError
 
 
 def urdf_changes(file: ModelText, joints: Sequence[JointValues]) -> list[Patched]:
-    """What becomes of the joints of a URDF.
+    """Return the changes of the joints of a URDF.
 
     Args:
         file: The file.
-        joints: What is known; their names are those of joints in the file.
+        joints: Identified values, by names of joints in the file.
     """
     named = {joint.attributes.get("name", ""): joint for joint in file.root.all("joint")}
     return [patched for joint in joints for patched in _joint(file, named[joint.name], joint)]
@@ -47,7 +47,7 @@ def _joint(file: ModelText, element: Element, joint: JointValues) -> list[Patche
 
 
 def urdf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patched]:
-    """What becomes of the links of a URDF.
+    """Return the changes of the links of a URDF.
 
     Raises:
         ScenarioError: If a link states no mass and inertia.
@@ -58,7 +58,7 @@ def urdf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patc
     for each in links:
         child = joints[each.joint].all("child")[0]
         found += _link(file, named[child.attributes["link"]], each)
-    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere=', of which URDF has none')} -->")
+    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere=', which URDF does not support')} -->")
     found[0] = Patched(found[0].change, (*found[0].edits, comment))
     return found
 

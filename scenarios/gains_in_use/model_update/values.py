@@ -1,6 +1,6 @@
-"""What is known of each joint in SI, or why it is not: scale of efforts, damping, friction loss, armature.
+"""Identified values of each joint in SI, or why there are none: scale of efforts, damping, friction loss, armature.
 
-Friction and base parameters are those that `rx90 identify --json` prints of bare motions.
+Friction and base parameters are from the output of `rx90 identify --json` for bare motions.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ NO_BARE = "no identification of bare motions is given (--arm)"
 
 
 class _Part(BaseModel):
-    """Keys of the contract that are needed here; others may stand beside them."""
+    """Required keys; further keys are allowed."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
@@ -53,13 +53,13 @@ class JointPart(_Part):
 
 
 class BareFile(_Part):
-    """The arm as bare motions show it.
+    """The arm identified from bare motions.
 
     Attributes:
-        reference: Joint, from 1, whose gain is the unit of the base parameters.
-        joints: In their order.
-        base_parameters: Over the gain of the reference.
-        consistent: Links that bodies can have, None where there are none.
+        reference: Reference joint, from 1.
+        joints: Joints, in order.
+        base_parameters: Base parameters over the gain of the reference joint.
+        consistent: Physically consistent links, None if there are none.
         consistent_reason: Why there are none.
     """
 
@@ -71,10 +71,10 @@ class BareFile(_Part):
 
 
 def read_bare(path: Path) -> BareFile:
-    """Read what was found from bare motions.
+    """Read the results of bare motions.
 
     Raises:
-        ScenarioError: If it is missing or holds something else; one line.
+        ScenarioError: If the file is missing or not such a result; one line.
     """
     content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
     try:
@@ -90,11 +90,11 @@ def read_bare(path: Path) -> BareFile:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A positive number, joint side, in SI; a scale of efforts has no unit.
+    """A positive number, joint side, in SI; a scale of efforts is dimensionless.
 
     Attributes:
         value: The number.
-        rel_std: Its relative deviation, that of the gain included.
+        rel_std: Its relative standard deviation, including that of the gain.
     """
 
     value: float
@@ -103,7 +103,7 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Unknown:
-    """Why there is no number."""
+    """The reason why there is no number."""
 
     reason: str
 
@@ -116,11 +116,11 @@ class JointValues:
     """A joint.
 
     Attributes:
-        name: In the model.
-        effort: Gain found over that of the data sheet, without sign.
+        name: Name in the model.
+        effort: Ratio of identified to data-sheet gain, without sign.
         damping: Viscous friction [N m s/rad or N s/m].
         friction: Coulomb friction [N m or N].
-        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None where links are stated, with which it goes.
+        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None if it is written with the links.
     """
 
     name: str
@@ -133,14 +133,14 @@ class JointValues:
 def joint_values(
     structure: Structure, gains: GainsFile, nominal: GainsFile | None, bare: BareFile | None, *, most: float
 ) -> tuple[JointValues, ...]:
-    """What is known of every joint.
+    """Return the identified values of every joint.
 
     Args:
-        structure: Of the arm.
-        gains: As identified.
-        nominal: Of the data sheet that the efforts in the model came from.
+        structure: Identifiable structure of the arm.
+        gains: Identified gains.
+        nominal: Data-sheet gains on which the efforts in the model are based.
         bare: Friction and base parameters.
-        most: Relative deviation from which on a number counts as not known.
+        most: Largest relative standard deviation of a number that is used.
 
     Raises:
         GainsError: If gains are not of this arm.
@@ -168,7 +168,7 @@ def joint_values(
 
 
 def _gain(entry: GainEntry) -> Value | Unknown:
-    """A gain with its sign, or why there is none."""
+    """Return a gain with its sign, or why there is none."""
     if entry.estimate is None or entry.std is None:
         return Unknown(f"the gain of joint {entry.joint} is refused")
     return Value(entry.estimate, abs(entry.std / entry.estimate))
@@ -186,7 +186,7 @@ def _effort(entry: GainEntry, nominal: GainEntry | None, most: float) -> Known:
 
 
 def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: float) -> Known:
-    """Friction times gain, phi of the law `v = Fv dq + Fc sign(dq) + off` [drive units]."""
+    """Return friction times gain, for the law `v = Fv dq + Fc sign(dq) + off` [drive units]."""
     if bare is None:
         return Unknown(NO_BARE)
     gain, own = _gain(entry), {each.parameter: each for each in bare.joints[j].friction}
@@ -204,7 +204,7 @@ def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: 
 
 
 def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: int, most: float) -> Known:
-    """Ia where it is a base parameter by itself, not regrouped with the inertia of links."""
+    """Return Ia if it is a base parameter, not regrouped with the inertia of links."""
     if bare is None:
         return Unknown(NO_BARE)
     name = f"Ia{j + 1}"
@@ -219,7 +219,7 @@ def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: 
 
 
 def _times(found: Found, gain: Value, most: float) -> Known:
-    """A parameter in drive units, in SI; an estimate of 0 has no relative deviation."""
+    """Return a parameter in SI from drive units; an estimate of 0 has no relative standard deviation."""
     value = found.estimate * gain.value
     if value <= 0.0:
         return Unknown(f"found {value:.3g}: not positive")

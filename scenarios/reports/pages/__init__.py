@@ -1,4 +1,4 @@
-"""Pages of results: one file a kind, whose `page` turns a folder into a report with plots, its verdict first."""
+"""Pages of results: one file per kind, whose `page` makes a report with plots from a folder."""
 
 import json
 from importlib import import_module
@@ -21,29 +21,29 @@ PAGES = {
     "paper": "paper",
     "answers": "answers",
 }
-"""Kinds of results, with the modules here that make their pages."""
+"""Kinds of results and the modules of their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"
 LEAVERS = "run, identify or check --save, or monte-carlo, sensitivity, compare or paper --out"
 
 
 def page_of(folder: Path) -> Report:
-    """The page of whatever a folder holds.
+    """Return the page of a result folder.
 
     Raises:
-        ScenarioError: If it holds nothing that a page could be made of, or something of another version; if it is a
-            study that is not finished; if a file is missing or changed.
+        ScenarioError: If it holds no result, or one of another version; if it is an unfinished study; if a file is
+            missing or changed.
     """
     return import_module(f"{__name__}.{PAGES[kind_of(folder)]}").page(folder)
 
 
 def kind_of(folder: Path) -> str:
-    """What a folder holds, a key of `PAGES`.
+    """Return the kind of a folder, a key of `PAGES`.
 
     Raises:
-        ScenarioError: If it holds nothing that a page could be made of.
+        ScenarioError: If it holds no result.
     """
     if not folder.is_dir():
-        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one that {LEAVERS} left")
+        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
@@ -52,17 +52,17 @@ def kind_of(folder: Path) -> str:
             return kind
     if (folder / RESULT).is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
+            f"{one_line(folder)}: contains {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
         )
     if (folder / "paper.md").is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds paper.md but no {PAPER}: incomplete or from an older version; write it again"
+            f"{one_line(folder)}: contains paper.md but no {PAPER}: incomplete or from an older version; write it again"
         )
-    raise ScenarioError(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
+    raise ScenarioError(f"{one_line(folder)}: contains no result; expected a folder written by {LEAVERS}")
 
 
 def _stated(path: Path, key: str) -> str:
-    """The kind that a file states."""
+    """Return the kind that a file states."""
     try:
         stated = json.loads(path.read_text(encoding="utf-8"))[key]
     except (OSError, ValueError, KeyError, TypeError) as error:

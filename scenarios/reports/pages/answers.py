@@ -1,4 +1,4 @@
-"""The page of answers to problems without a truth: gains of the methods side by side, and why some are none."""
+"""The page of answers to problems with unknown true gains: gains of all methods, and reasons for missing ones."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ UNKNOWN = (
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If its file is damaged, of another version, or holds no answer.
@@ -38,7 +38,7 @@ def page(folder: Path) -> Report:
 
 
 def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
-    """Gains of a problem by method, if there are any."""
+    """Return the plot of a problem's gains by method, if there are any."""
     best = [row for row in rows if any(claim.value is not None for claim in row.claims)]
     if not best:
         return []
@@ -61,23 +61,23 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
     ]
     more = f" {left} more in the table only." if left else ""
     plot = Plot(
-        title="Gains about the median of all methods",
+        title="Gains relative to the median of all methods",
         caption=f"Bars: two stated deviations; without a bar, the method states no standard deviation.{more}",
         x=Axis(title="joint", categories=names),
-        y=Axis(title="gain", unit="% from the median", zero=True),
+        y=Axis(title="difference from the median", unit="%", zero=True),
         series=tuple(series),
     )
     return [plot]
 
 
 def _middle(gains: Sequence[float | None]) -> float:
-    """The median of the gains that there are."""
+    """Return the median of the existing gains."""
     found = [gain for gain in gains if gain is not None]
     return median(found) if found else 1.0
 
 
 def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:
-    """Why there is no answer, or no gain of a joint, in the words of the method."""
+    """Return the reasons for missing answers or gains, in the words of the method."""
     found = [(row.method, "all", row.reason) for row in rows if row.failure is not None and row.reason]
     found += [
         (row.method, str(joint), claim.reason)
@@ -96,7 +96,7 @@ def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:
 
 
 def _origin(rows: Sequence[AnswerRow]) -> list[Part]:
-    """Problems, by digests, and which files of the methods answered."""
+    """Return the digests of problems and of the methods' files."""
     files = {f"{row.method}: {name}": digest for row in rows for name, digest in row.files.items()}
     problems = {row.problem: row.digest for row in rows}
     parts: list[Part] = [Heading("Problems"), pairs_table("Problem", "SHA-256 of its files", problems)]

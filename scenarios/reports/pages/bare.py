@@ -1,4 +1,4 @@
-"""The page of bare motions: all that is told of them, where each joint went, and their origin."""
+"""The page of bare motions: the report, joint ranges, and provenance."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from scenarios.results.record import identify_words, read_saved
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If it holds no bare motions, or some of another version; if a file is missing or changed.

@@ -1,4 +1,4 @@
-"""The page of a check: its verdict, what is not good, all checks, each log's motion and currents."""
+"""The page of a check: verdict, findings, all checks, motion and currents of each log."""
 
 from pathlib import Path
 
@@ -16,11 +16,11 @@ from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import check_words, read_saved
 
 PIXELS = 400
-"""Intervals of time of which the lowest and the highest value are drawn."""
+"""Number of time intervals, of each of which the lowest and the highest value are drawn."""
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If it holds no check, or one of another version; if a file is missing or changed.
@@ -35,7 +35,7 @@ def page(folder: Path) -> Report:
 
 
 def _plots(result: Check, given: GivenProblem) -> list[Part]:
-    """Where joints went, and every log as it was recorded."""
+    """Return the joint ranges and the recorded currents."""
     names = provenance.named([log.log for log in result.logs])
     recorded = {name: log.joints for name, log in zip(names, result.logs, strict=True) if log.joints}
     parts: list[Part] = (
@@ -48,7 +48,7 @@ def _plots(result: Check, given: GivenProblem) -> list[Part]:
 
 
 def current_plot(log: Recording, joint: int) -> Plot:
-    """The current of a joint, from 0, as it was recorded: the lowest and highest value of every interval of time."""
+    """Return the plot of a joint's recorded current (joint from 0): minimum and maximum of every time interval."""
     t, v = log.t, log.v[:, joint]
     size = max(1, -(-len(t) // PIXELS))
     starts = np.arange(0, len(t), size)

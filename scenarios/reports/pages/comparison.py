@@ -1,4 +1,4 @@
-"""The page of a comparison: who solves most, errors and coverage joint by joint, the tables."""
+"""The page of a comparison: best methods, errors and coverage by joint, tables."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ DOCUMENT = "report.json"
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If its document is damaged, or of another version.

@@ -1,4 +1,4 @@
-"""Plots of gains: how sure each is, what that is made of, how far it is off where the truth is known."""
+"""Plots of gains: intervals, their contributions, and errors if the true gains are known."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,7 +10,7 @@ JOINT = "joint"
 
 
 def error_plot(gains: Sequence[ResultGain]) -> Plot:
-    """Errors with their intervals beside the tolerance; a joint without a gain has neither."""
+    """Return the plot of errors with their intervals and the tolerance; joints without a gain are empty."""
     names = tuple(str(gain.joint) for gain in gains)
     found = [gain for gain in gains if gain.rel_error is not None]
     there = [str(gain.joint) for gain in found]
@@ -18,8 +18,8 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
     return Plot(
         title="Error of each gain, with its interval",
         caption=(
-            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all "
-            "shares together. A 95 % interval should contain zero in 19 of 20 cases. Wide band: the tolerance."
+            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
+            "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance."
         ),
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
@@ -31,7 +31,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
-    """Gains with their intervals in percent, about nominal ones where there are any."""
+    """Return the plot of gains with intervals in percent, relative to nominal gains if there are any."""
     found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     if nominal:
         found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]
@@ -41,7 +41,7 @@ def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None 
         middle = nominal[joint] if nominal else estimate
         ends.append(about(100.0 * (estimate / middle - 1.0), 200.0 * std / abs(middle)))
     return Plot(
-        title=f"Interval of each gain, about {about_what}",
+        title=f"Interval of each gain, relative to {about_what}",
         caption=(
             "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number."
         ),
@@ -52,7 +52,7 @@ def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None 
 
 
 def share_plot(gains: Sequence[ResultGain]) -> Plot:
-    """What each interval is made of."""
+    """Return the plot of the contributions to each interval."""
     found = [(gain, abs(gain.estimate)) for gain in gains if gain.estimate is not None]
     shares = {
         "Residual": [(gain.residual_std or 0.0) / size for gain, size in found],
@@ -62,7 +62,8 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
     tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
     return Plot(
         title="Contributions to the intervals",
-        caption="Two standard deviations of each contribution; the interval is the root of the sum of their squares.",
+        caption="Two standard deviations of each contribution; the half-width of the interval is the root of the sum "
+        "of their squares.",
         x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="2 sigma", unit="%", zero=True),
         series=tuple(
@@ -79,7 +80,7 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
-    """For each refused joint, what data would show its gain.
+    """Return for each refused joint what data would identify its gain.
 
     `allowed` is the largest predicted relative deviation of a gain that is not refused.
     """
@@ -95,7 +96,7 @@ def _advice(predicted: float | None, allowed: float) -> str:
         return "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
     factor = predicted / allowed
     if factor <= 1.0:
-        return "it is not refused for its standard deviation; see the reason above"
+        return "the reason is not its standard deviation; see above"
     return (
         f"to identify it, use a payload with {_times(factor)} times the torque on it (farther from its "
         f"axis, or heavier; `rx90 payload` designs one), or record {_times(factor**2)} times as many rows "
@@ -104,5 +105,5 @@ def _advice(predicted: float | None, allowed: float) -> str:
 
 
 def _times(factor: float) -> str:
-    """A factor above 1, so that one that hardly is does not read as 1."""
+    """Return a factor above 1, rounded up so that it never reads as 1."""
     return f"{factor:.0f}" if factor >= 10.0 else f"{factor:.3g}"

@@ -26,7 +26,7 @@ from scenarios.results.record import RecordFile, identify_words, read_saved
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If it holds no run or identification, or one of another version; if a file is missing or changed.
@@ -36,7 +36,7 @@ def page(folder: Path) -> Report:
     parts: list[Part] = [_verdict(result), *unseen_verdict(result.unseen), _facts(result, record, given)]
     parts += _gains(result, fit, given.arm.revolute)
     if result.unseen is not None:
-        parts += [Heading("A motion that no fit has seen"), *unseen_parts(result.unseen)]
+        parts += [Heading("A motion that was not used in any fit"), *unseen_parts(result.unseen)]
     if result.cost is not None:
         parts += [Heading("Effect of a-priori gains"), *cost_parts(result.cost, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)
@@ -61,7 +61,7 @@ def page(folder: Path) -> Report:
 
 
 def _facts(result: Result, record: RecordFile, given: GivenProblem) -> Facts:
-    """How many joints have a gain, how far it is off or may be, the fit, what was mounted, when."""
+    """Return the key facts: number of gains, errors or intervals, fit, payload, date."""
     found = [gain for gain in result.gains if gain.estimate is not None and gain.std is not None]
     pairs = [("Joints found", f"{len(found)} of {len(result.gains)}")]
     if found and result.judged:
@@ -83,7 +83,7 @@ def _verdict(result: Result) -> Paragraph:
 
 
 def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
-    """A verdict without a truth, and how many faults and warnings there are."""
+    """Return a verdict without true gains, with the number of faults and warnings."""
     if not found.findings:
         return said
     return replace(said, text=f"{said.text} See {counted(found)} below.", mood=MOODS[found.severity])
@@ -107,12 +107,12 @@ def _gains(result: Result, fit: Fit, revolute: Array) -> list[Part]:
 
 
 def _refusals(result: Result, allowed: float) -> list[Part]:
-    """Why joints are refused or have missed, and what would show them."""
+    """Return the reasons of refused and failed joints, and what would identify their gains."""
     reasons: list[Part] = [
         reason_paragraph(each.joint, each.reason) for each in result.gains if each.reason is not None
     ]
     shown = what_would_show(result.gains, allowed)
-    return [Heading("Refused or failed, and what would identify them"), *reasons, *shown] if reasons else []
+    return [Heading("Refused or failed joints, and how to identify them"), *reasons, *shown] if reasons else []
 
 
 def _motion(fit: Fit, names: tuple[str, ...], arm: Arm) -> list[Part]:

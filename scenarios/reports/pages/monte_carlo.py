@@ -20,13 +20,13 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, in
 
 BINS, WORST = 40, 5
 NEEDED = ("seed", "joint", "rel_error", "z")
-"""Columns of a study that its worst trials are found by."""
+"""Columns of a study that determine its worst trials."""
 NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
-"""Trials of which an honest interval of two deviations holds the truth."""
+"""Nominal coverage of an interval of two standard deviations."""
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If it holds no study, or one of another version; if trials are missing.
@@ -52,7 +52,7 @@ def page(folder: Path) -> Report:
 
 
 def coverage_plot(joints: Sequence[JointRows]) -> Plot:
-    """How often two claimed deviations held the truth, with binomial intervals; a gain without any does not."""
+    """Return the plot of coverage of two stated standard deviations; a gain without one is a miss."""
     names = tuple(str(rows.joint) for rows in joints)
     found = {str(rows.joint): held for rows in joints if (held := coverage(np.abs(rows.z) < 2.0)) is not None}
     return Plot(
@@ -66,12 +66,12 @@ def coverage_plot(joints: Sequence[JointRows]) -> Plot:
 
 
 def in_percent(found: Coverage) -> tuple[float, float, float]:
-    """A coverage with the ends of its interval [%]."""
+    """Return a coverage with the ends of its interval [%]."""
     return 100.0 * found.share, 100.0 * found.low, 100.0 * found.high
 
 
 def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
-    """Pass rates with their intervals."""
+    """Return the plot of pass rates with their intervals."""
     names = tuple(str(joint.joint) for joint in statistics)
     wanted = 100.0 * statistics[0].wanted
     return Plot(
@@ -92,7 +92,7 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
 
 
 def error_plot(joint: int, rows: JointRows) -> Plot:
-    """Errors of a joint against the density that its claimed deviations promise, and the tolerance."""
+    """Return the plot of a joint's errors, the density implied by its stated standard deviations, and the tolerance."""
     error, end = 100.0 * rows.rel_error, reach(rows)
     bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
     density, edges = np.histogram(error, bins=bins, range=(-end, end), density=True)
@@ -131,7 +131,7 @@ def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
 
 
 def _worst(study: StoredStudy) -> list[Part]:
-    """The trials that are farthest off in deviations that they claim, and how to see the first of them."""
+    """Return the trials with the largest errors in stated standard deviations, and the command to repeat the first."""
     worst, many = worst_rows(study.rows.rows(part, NEEDED) for part in study.rows.parts())
     if not many:
         return []
@@ -148,11 +148,11 @@ def _worst(study: StoredStudy) -> list[Part]:
         f"Errors in claimed standard deviations; the largest of {many} normal ones would be about "
         f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
-    return [Heading("The worst trials"), rows, Paragraph(said), Line(command)]
+    return [Heading("Trials with the largest errors"), rows, Paragraph(said), Line(command)]
 
 
 def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:
-    """The `WORST` rows whose errors are the most claimed deviations, the largest first, and of how many."""
+    """Return the `WORST` rows with the largest errors in stated standard deviations, and the number of all rows."""
     worst, many = pa.table({}), 0
     for part in tables:
         z = np.abs(part["z"].to_numpy())

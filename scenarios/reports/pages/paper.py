@@ -1,4 +1,4 @@
-"""The page of the repeated paper: whether its claims hold, gains and payload beside the published, figure 3."""
+"""The page of the repeated paper: claims, gains and payload compared with the published ones, figure 3."""
 
 from pathlib import Path
 
@@ -17,11 +17,11 @@ from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
 from scenarios.results.fit_rows import FitRows
 
 DRAWN = 2
-"""The case that figure 3 shows."""
+"""The case of figure 3."""
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells, from what it holds alone.
+    """Return the page of a folder, only from its files.
 
     Raises:
         ScenarioError: If its document is damaged, or of another version; if the rows of figure 3 are missing, or others
@@ -41,7 +41,7 @@ def page(folder: Path) -> Report:
 
 
 def gain_plot(found: PaperResult) -> Plot:
-    """Gains as found here and as published, both about what was injected: the published ones."""
+    """Return the plot of our and of the published gains, relative to the injected ones."""
     names = tuple(str(joint) for joint in range(1, IDENTIFIED + 1))
     ours = {
         str(gain.joint): about(gain.estimate, 2.0 * gain.std)
@@ -62,7 +62,7 @@ def gain_plot(found: PaperResult) -> Plot:
 
 
 def mass_plot(found: PaperResult) -> Plot:
-    """The payload's mass by the gains of each case."""
+    """Return the plot of the payload's mass with the gains of each case."""
     names = tuple(f"case {k}" for k in range(1, len(found.cases) + 1))
     ours = [(case["M"].estimate, 2.0 * case["M"].std) for case in found.cases]
     theirs = [(case.M, case.M_2sigma) for case in published.CASES]
@@ -84,7 +84,7 @@ def mass_plot(found: PaperResult) -> Plot:
 
 
 def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:
-    """Torques of joints 1 to 4, both motions one after the other."""
+    """Return the plots of torques of joints 1 to 4, both motions in sequence."""
     end = float(torques["t"].to_numpy().max())
     plots: list[Plot] = []
     for j in range(IDENTIFIED):

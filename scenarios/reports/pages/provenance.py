@@ -1,4 +1,4 @@
-"""Where a result comes from: what was assumed, the commands that repeat it, versions, digests."""
+"""Provenance of a result: assumptions, commands that repeat it, versions, digests."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,7 +14,7 @@ from scenarios.results.record import RecordFile
 
 
 def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[Part]:
-    """What a result takes for granted: arm, payloads, options."""
+    """Assumptions of a result: arm, payloads, options."""
     method = (
         {} if record.method is None else {"method": ", ".join(filter(None, [record.method, _options(record.options)]))}
     )
@@ -29,7 +29,7 @@ def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[
 
 
 def payloads(record: RecordFile, given: GivenProblem) -> dict[str, Payload]:
-    """Payloads of a problem by the names of their files."""
+    """Return payloads of a problem by the names of their files."""
     pairs = zip(record.motions, given.motions, strict=True)
     return {stated.payload: each.payload for stated, each in pairs if stated.payload and each.payload is not None}
 
@@ -37,7 +37,7 @@ def payloads(record: RecordFile, given: GivenProblem) -> dict[str, Payload]:
 def origin(
     record: RecordFile, payloads: Mapping[str, Payload], arm: Arm, again: str, seed: int | None = None
 ) -> list[Part]:
-    """What was assumed of a saved result, and how to repeat it; the command `again` does so from its files."""
+    """Return the assumptions of a saved result, and how to repeat it; `again` is the command that uses its files."""
     made = {"Original command": record.command} if record.command else {}
     about = {
         "Made": record.created,
@@ -50,12 +50,12 @@ def origin(
 
 
 def asked(folder: Path, record: RecordFile) -> dict[str, Payload]:
-    """The payload that bare motions or a check were asked about, by the name of its file."""
+    """Return the planned payload of bare motions or of a check, by the name of its file."""
     return {} if record.payload is None else {record.payload: read_payload(folder / record.payload)}
 
 
 def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Mapping[str, str]) -> list[Part]:
-    """Commands that do it again, and all that a stranger needs to see the same numbers."""
+    """Return the commands, versions and digests that are needed to reproduce the numbers."""
     parts: list[Part] = [Heading("How to repeat it")]
     for what, command in commands.items():
         parts += [Paragraph(f"{what}:"), Line(command)]
@@ -71,7 +71,7 @@ def versions_in_words(versions: Mapping[str, object]) -> str:
 
 
 def named(paths: Sequence[str]) -> tuple[str, ...]:
-    """Names of files without their folders and endings; as they are where these are not enough to tell them apart."""
+    """Return names of files without folders and endings, or unchanged if these are ambiguous."""
     stems = tuple(Path(path).stem for path in paths)
     return stems if len(set(stems)) == len(stems) else tuple(paths)
 
@@ -86,7 +86,7 @@ def _options(options: Mapping[str, object]) -> str:
 
 
 def mass(payload: Payload) -> str:
-    """The mass that is stated, and how well it is known."""
+    """Return the stated mass and its standard deviation, in words."""
     known = f" ± {2e3 * payload.mass_std:.3g} g" if payload.mass_std else ""
     return f"{payload.mass:g} kg{known}"
 

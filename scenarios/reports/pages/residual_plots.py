@@ -1,4 +1,4 @@
-"""What the model leaves of each joint's current: its spectrum, against position and speed, its outliers."""
+"""Plots of each joint's residual: spectrum, dependence on position and speed, outliers."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,10 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 from scenarios.results.fit_rows import FitRows
 
 POINTS, BINS, BANDS = 150, 10, 24
-"""Points of a cloud, bins of its means, frequencies of a spectrum."""
+"""Number of points of a scatter plot, of bins of its means, and of frequencies of a spectrum."""
 SPECTRUM = (
     "White residuals have a spectrum of 1, with 95 % of points between the dashed lines. Larger values at low "
-    "frequency are slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
+    "frequency indicate slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
     "lag 1."
 )
 AGAINST = (
@@ -22,12 +22,12 @@ AGAINST = (
     "uncorrelated rows. A trend indicates an effect missing in the model."
 )
 FAR = 4.0
-"""Deviations from which on a row is an outlier."""
+"""Standard deviations above which a row is an outlier."""
 LISTED = 12
 
 
 def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
-    """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
+    """Return the plot of a residual's spectrum relative to that of white residuals of the same size (Lomb and Scargle).
 
     `row_period` is in s; `correlation` is that of a row's residual with the next.
     """
@@ -63,7 +63,7 @@ def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
 
 
 def against(rows: FitRows, what: str) -> Plot:
-    """A residual against the joint's position or speed, with means of bins."""
+    """Return the plot of a residual over the joint's position or speed, with means of bins."""
     x = rows.q if what == "position" else rows.dq
     y = 100.0 * rows.residual / float(np.sqrt(np.mean(rows.V**2)))
     step = one_in(len(x), POINTS)
@@ -96,7 +96,7 @@ def against(rows: FitRows, what: str) -> Plot:
 
 
 def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
-    """Rows that are far off, the farthest first, at the time that their log has, and how many accident gives."""
+    """Return the table of outliers, the largest first, with log times, and the number expected by chance."""
     found = [
         (abs(float(z[k])), each, k)
         for each in rows
@@ -117,6 +117,6 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
         column("Time in motion [s]", lambda row: f"{row[1].stamp[row[2]]:.2f}"),
         column("Deviations", lambda row: f"{row[1].residual[row[2]] / row[1].sigma:+.1f}"),
         column("Off by", lambda row: f"{row[1].scale * row[1].residual[row[2]]:+.3g} {row[1].unit}", words=True),
-        title="Outliers" if len(found) <= LISTED else f"The {LISTED} farthest outliers",
+        title="Outliers" if len(found) <= LISTED else f"The {LISTED} largest outliers",
     )
     return [Paragraph(said), *([listed] if found else [])]

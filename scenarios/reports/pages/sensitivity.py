@@ -1,4 +1,4 @@
-"""The page of an error budget: what to buy down first, each source's cost by joint, the ranking."""
+"""The page of an error budget: which source to reduce first, errors from each source by joint, ranking."""
 
 import itertools
 from collections.abc import Sequence
@@ -15,15 +15,15 @@ from scenarios.reports.sensitivity import sensitivity_report
 
 OTHERS = "All others"
 LARGEST = 10
-"""Sources that a plot shows."""
+"""Number of sources in a plot."""
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells.
+    """Return the page of a folder.
 
     Raises:
         ScenarioError: If it holds no study, or one of another version; if trials are missing.
-        StudyError: If no trial gave a gain of some joint that should have one; if a part is damaged.
+        StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
     """
     study = read_study(folder)
     tolerance = study.scenario.table.tolerance.gain
@@ -39,7 +39,7 @@ def page(folder: Path) -> Report:
 
 
 def share_plot(found: Sequence[BudgetJoint], order: Sequence[str]) -> Plot:
-    """Shares in each joint's sum of mean squares: every joint's largest source, others that are large, the rest."""
+    """Return the plot of shares of each joint's sum of mean squares: its largest source, other large ones, the rest."""
     names = tuple(str(budget.joint) for budget in found)
     named = [source for source in order if any(each.costs and each.costs[0].source == source for each in found)]
     largest = [*named, *(source for source in order if source not in named)][: max(len(TONES), len(named))]
@@ -65,7 +65,7 @@ def share_plot(found: Sequence[BudgetJoint], order: Sequence[str]) -> Plot:
 
 
 def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Plot:
-    """Rms error of one joint from each of the largest sources alone, with bootstrap intervals."""
+    """Return the plot of one joint's rms error from each of the largest sources alone, with intervals."""
     costs = {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]
     largest = max(100.0 * cost.value for cost in costs.values())

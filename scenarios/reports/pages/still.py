@@ -1,4 +1,4 @@
-"""A still of the arm of a run, where an OpenGL is there to draw it."""
+"""A picture of the arm of a run, if OpenGL is available."""
 
 import json
 import subprocess
@@ -20,13 +20,13 @@ from sim.errors import SimulationError
 WIDTH = 480
 """Pixels of a picture."""
 PATIENCE = 60.0
-"""How long a picture may take [s]."""
+"""Timeout of a picture [s]."""
 
 
 def with_picture(report: Report, folder: Path) -> Report:
-    """The report with a still of the arm behind its verdict, if the folder is a run's and it can be drawn.
+    """Return the report with a picture of the arm after its verdict, if the folder is of a run and it can be rendered.
 
-    The still is of the scenario as it is; where that is not what was run, a sentence stands in its place.
+    The picture shows the current scenario; if it has changed since the run, a sentence replaces the picture.
     """
     try:
         record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
@@ -41,7 +41,7 @@ def with_picture(report: Report, folder: Path) -> Report:
 
 
 def why_another(named: str, scene: str | None) -> str | None:
-    """Why a scenario may not look now as it did when it was run, None if it does."""
+    """Return why the scenario may have changed since it was run, None if it has not."""
     if scene is None:
         return "this folder, written by another version of rx90, does not contain its scenario"
     try:
@@ -52,10 +52,10 @@ def why_another(named: str, scene: str | None) -> str | None:
 
 
 def still(named: str) -> Picture | None:
-    """The arms of a scenario half-way through their motion, None if they cannot be drawn.
+    """Return a picture of the arms of a scenario half-way through their motion, None if it cannot be rendered.
 
-    `rx90 view` draws them in a process of its own: which OpenGL there is shows when MuJoCo is imported, and some end
-    the process that asks for them.
+    `rx90 view` renders it in a separate process: MuJoCo selects OpenGL when it is imported, and some backends end the
+    process.
     """
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "still.png"

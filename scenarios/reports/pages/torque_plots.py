@@ -1,4 +1,4 @@
-"""Torques of each joint, measured and reconstructed, with what is left."""
+"""Plots of measured and reconstructed torques of each joint, with residuals."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,18 +10,18 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 from scenarios.results.fit_rows import FitRows
 
 MOST = 1600
-"""Rows of a line; more than that are as wide as a screen."""
+"""Largest number of points of a line, more than the pixels of a screen."""
 TOLD = (
-    "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model; "
-    "motions in sequence; below it the residual on its own scale. Drag to pan; zoom with Ctrl and the wheel, or with "
-    "the buttons: all joints show the same time."
+    "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model, motions "
+    "in sequence. Below: the residual, on a separate scale. Drag to pan; zoom with Ctrl and the wheel, or with the "
+    "buttons. All joints show the same time range."
 )
 
 
 def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
-    """Measured and reconstructed torque of a joint, and their difference.
+    """Return the plot of measured and reconstructed torque of a joint, and of the residual.
 
-    Motions begin, and the last one ends, at times `begins` [s] on the axis.
+    `begins` has the start times of the motions and the end of the last one [s].
     """
     step = one_in(len(rows.t), MOST)
     measured, predicted = rows.scale * rows.V, rows.scale * (rows.V - rows.residual)
@@ -44,7 +44,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         height=50,
     )
     share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
-    what = "Gain times current" if rows.unit != "drive units" else "Current, as the gain is refused"
+    what = "Gain times current" if rows.unit != "drive units" else "Current (the gain is refused)"
     every = "every row" if step == 1 else f"one row in {step}"
     return Plot(
         title=title,
@@ -53,7 +53,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=(line("Measured", measured, Tone.FIRST), line("Reconstructed", predicted, Tone.SECOND)),
         bands=tuple((float(a), float(b)) for a, b in np.round(rows.still, 3)),
-        bands_label="Near a reversal, excluded",
+        bands_label="Near a reversal (excluded)",
         references=tuple(
             Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)
         ),

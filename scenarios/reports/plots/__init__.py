@@ -1,1 +1,1 @@
-"""Pictures of results, one module a result; Matplotlib is imported here alone."""
+"""Figures of results, one module per result; only these modules import Matplotlib."""

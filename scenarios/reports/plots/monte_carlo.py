@@ -1,4 +1,4 @@
-"""Pictures of a Monte Carlo study: a panel a joint, all on the same axes, joints without a gain named."""
+"""Figures of a Monte Carlo study: one panel per joint, with common axes; joints without a gain are named."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,23 +13,23 @@ from scenarios.experiments.studies.joint_rows import JointRows
 from scenarios.reports.error_density import promised, reach
 
 MOST_POINTS = 5000
-"""Points of a scatter plot; more only cover each other."""
+"""Largest number of points of a scatter plot."""
 BINS = (20, 120)
-"""Fewest and most bins of the axis that all histograms share."""
+"""Smallest and largest number of bins of the common axis of histograms."""
 NEAR = 2.0
-"""A tolerance this many times beyond the errors still gets the axis widened to it."""
+"""The axis includes a tolerance up to this multiple of the errors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """What the pictures are of, and which joints have no panel."""
+    """Return the title: scenario, and joints without a panel."""
 
     title: str
     without: tuple[int, ...]
 
 
 def histograms(found: Mapping[int, JointRows], subject: Subject) -> Figure:
-    """Errors against the normal density that the claimed deviations promise, and the tolerance."""
+    """Draw errors, the density implied by the stated standard deviations, and the tolerance."""
     widest = max(reach(rows) for rows in found.values())
     tolerances = [100.0 * rows.tolerance for rows in found.values()]
     widest = max([widest, *(1.1 * t for t in tolerances if t <= NEAR * widest)])
@@ -40,18 +40,18 @@ def histograms(found: Mapping[int, JointRows], subject: Subject) -> Figure:
 
 
 def quantiles(found: Mapping[int, JointRows], subject: Subject) -> Figure:
-    """Sorted z-scores against the normal quantiles they should have."""
+    """Draw sorted z-scores over normal quantiles."""
     return _figure(found, subject, _qq)
 
 
 def against_true(found: Mapping[int, JointRows], subject: Subject) -> Figure:
-    """Errors over the gain that was injected."""
+    """Draw errors over the injected gain."""
     most = NEAR * max(reach(rows) for rows in found.values())
     return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, most))
 
 
 def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Axes, JointRows], None]) -> Figure:
-    """One panel a joint, three in a row, on the same axes."""
+    """Return one panel per joint, three in a row, with common axes."""
     across = min(3, len(found))
     down = -(-len(found) // across)
     figure = Figure(figsize=(4.2 * across, 3.2 * down + 0.5), layout="constrained")

@@ -1,4 +1,4 @@
-"""Figure 3 of the paper from our run."""
+"""Figure 3 of the paper, from the simulated experiment."""
 
 import numpy as np
 import pandas as pd
@@ -8,7 +8,7 @@ from scenarios.benchmark.paper.experiment import IDENTIFIED
 
 
 def figure_3(torques: pd.DataFrame) -> Figure:
-    """Measured and reconstructed torques of joints 1 to 4, both motions one after the other."""
+    """Draw measured and reconstructed torques of joints 1 to 4, both motions in sequence."""
     end = float(torques["t"].to_numpy().max())
     figure = Figure(figsize=(10, 9), layout="constrained")
     axes = figure.subplots(IDENTIFIED, 1, sharex=True)
@@ -17,7 +17,7 @@ def figure_3(torques: pd.DataFrame) -> Figure:
             rows = torques.query("joint == @j + 1 and loaded == @loaded")
             t, torque, model = rows[["t", "measured", "reconstructed"]].to_numpy().T
             t = t + loaded * end
-            gaps = np.flatnonzero(np.diff(t) > 1.5 * np.median(np.diff(t))) + 1  # rows left out near reversals
+            gaps = np.flatnonzero(np.diff(t) > 1.5 * np.median(np.diff(t))) + 1  # rows removed near reversals
             t, torque, model = (np.insert(x, gaps, np.nan) for x in (t, torque, model))
             axis.plot(t, torque, color="#1f5fa8", lw=1.6, label=None if loaded else "measured, gain times current")
             axis.plot(t, model, color="#d1481f", lw=0.9, label=None if loaded else "reconstructed, W chi")

@@ -1,4 +1,4 @@
-"""The chart of an error budget: a panel a joint on the same axis, tolerances shown, joints without a gain named."""
+"""The figure of an error budget: one panel per joint with a common axis and tolerances."""
 
 import math
 
@@ -10,7 +10,7 @@ from scenarios.experiments.studies.budget import Budget, ranking
 
 
 def chart(found: Budget, scenario: Scenario) -> Figure:
-    """One panel a joint, sources in one order for all: that of their mean share."""
+    """Draw one panel per joint, sources sorted by their mean share."""
     budgets, order = found.joints, ranking(found.joints)[::-1]
     figure = Figure(figsize=(2.2 + 2.3 * len(budgets), 1.2 + 0.27 * len(order)), layout="constrained")
     tolerance = scenario.table.tolerance

@@ -1,4 +1,4 @@
-"""How reports are drawn: one file a form, whose `render` turns a report into text."""
+"""Renderers of reports: one file per format, whose `render` converts a report to text."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ RENDERERS = {
     "json": "one JSON object for programs",
     "html": "a page for a browser, whole in one file",
 }
-"""Names with what they are; each is a module here, imported when it is used."""
+"""Names with descriptions; each is a module here, imported when used."""
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What a report is drawn on.
+    """Properties of the output.
 
     Attributes:
-        width: Characters a line, None where lines may be of any length.
-        colour: Whether moods are shown in colours.
+        width: Characters per line, None for unlimited lines.
+        colour: Whether assessments are shown in colours.
     """
 
     width: int | None = None
@@ -29,5 +29,5 @@ class Page:
 
 
 def renderer(name: str) -> Callable[[Report, Page], str]:
-    """The function that draws a report in a form of `RENDERERS`."""
+    """Return the function that renders a report in a format of `RENDERERS`."""
     return import_module(f"{__name__}.{name}").render

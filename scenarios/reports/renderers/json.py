@@ -6,5 +6,5 @@ from scenarios.support.result_model import to_json
 
 
 def render(report: Report, page: Page) -> str:
-    """Serialise the document; a number that is not finite would be no JSON and is an error."""
+    """Serialise the document; a number that is not finite is an error, as JSON has none."""
     return to_json(report.document) + "\n"

@@ -1,4 +1,4 @@
-"""A report as Markdown: every row of every table, figures by the names of their files."""
+"""Report as Markdown: all rows of all tables, figures by the names of their files."""
 
 from scenarios.reports.content import Column, Facts, Figure, Heading, Line, Paragraph, Picture, Report, Table
 from scenarios.reports.plot import Plot
@@ -6,10 +6,10 @@ from scenarios.reports.renderers import Page
 
 
 def render(report: Report, page: Page) -> str:
-    """Draw title and parts, an empty line between them."""
+    """Render title and parts, separated by empty lines."""
     drawn = [
         _part(part) for part in report.parts if not isinstance(part, Plot | Picture | Facts)
-    ]  # a page alone shows these
+    ]  # only pages show these
     return "\n\n".join([f"# {report.title}", *drawn]) + "\n"
 
 
@@ -36,5 +36,5 @@ def _table(table: Table) -> str:
 
 
 def _heading(column: Column) -> str:
-    title = " ".join(column.title.split())  # a line of a table is one line
+    title = " ".join(column.title.split())  # a row of a table is one line
     return f"{title} [{column.unit}]" if column.unit else title

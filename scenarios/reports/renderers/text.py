@@ -1,7 +1,7 @@
-"""A report as aligned text.
+"""Report as aligned text.
 
-A table that does not fit the page is first set closer, then words are folded onto further lines; if that is not enough
-it is continued below itself, the columns that tell its rows apart repeated, so that no number is ever cut.
+If a table is too wide, first the gaps are reduced, then words are wrapped. If this is not enough, the table is split:
+further columns follow below, with the identifying columns repeated, so that no number is cut.
 """
 
 import shlex
@@ -33,18 +33,18 @@ from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
 WIDE = 10_000
-"""Characters a line where any number is allowed."""
+"""Characters per line if unlimited."""
 GAPS = (2, 1)
-"""Spaces between columns, as wished and at least."""
+"""Preferred and least number of spaces between columns."""
 HANGING = "  "
-"""Before further lines of a note, so that one can tell where the next one begins."""
+"""Indentation of continuation lines of a note."""
 GOES_ON, INDENT = " \\", "  "
-"""End of a line of a command that goes on, and beginning of the next one."""
+"""End of a continued command line, and beginning of the next one."""
 STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
 
 
 def render(report: Report, page: Page) -> str:
-    """Draw title and parts, what belongs together without an empty line between; figures are files, not text."""
+    """Render title and parts, related parts without an empty line; figures are omitted."""
     width = page.width or WIDE
     console = Console(
         file=StringIO(),
@@ -72,7 +72,7 @@ def _is_text(part: Part) -> bool:
 
 
 def _together(before: Part | None, part: Part) -> bool:
-    """Whether no empty line stands between two parts: notes after each other, a heading and what it is of."""
+    """Return whether two parts are not separated by an empty line: consecutive notes, a heading and its part."""
     if isinstance(before, Heading):
         return True
     notes = isinstance(before, Paragraph) and not before.strong
@@ -96,13 +96,13 @@ def _print(part: Part, console: Console, width: int) -> None:
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
-    """Words on as many lines as they need; one that is wider than the page, a path, is not broken."""
+    """Return wrapped text; a word wider than the page, such as a path, is not broken."""
     lines = wrap(text, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
     console.print(Text("\n".join(lines), style=style), soft_wrap=True)
 
 
 def continued(command: str, width: int) -> str:
-    """A command on lines that a shell joins; a line is wider than the page only if one word is."""
+    """Return a command on continued lines; a line is wider than the page only if one word is."""
     words = [shlex.quote(word) for word in shlex.split(command)]
     if len(command) <= width or " ".join(words) != command:
         return command
@@ -146,11 +146,11 @@ def _print_table(table: Table, console: Console, width: int) -> None:
 
 
 def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, tuple[int, ...]]]:
-    """Which columns stand beside each other, and how far apart. The first `keys` columns say what a row is about.
+    """Return the split of columns and their gap. The first `keys` columns identify a row.
 
     Returns:
-        The gap and the columns of each part, the first ones in all of them. One part if the columns fit with a gap of
-        `GAPS`; otherwise as many as are needed, each with one column at least beside those.
+        The gap and the columns of each part, including the first ones. One part if the columns fit with a gap of
+        `GAPS`; otherwise as many parts as needed, each with at least one further column.
     """
     for gap in GAPS:
         if sum(widths) + gap * (len(widths) - 1) <= page:
@@ -166,12 +166,12 @@ def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, t
 
 
 def fold(widths: Mapping[int, tuple[int, int]], page: int) -> dict[int, int]:
-    """Columns made narrower, always the widest of those that can be, until all fit a page.
+    """Reduce the widths of columns, always of the widest reducible one, until all fit a page.
 
-    `widths` are, by the index of a column, the least and the one wished for; `page` is without gaps.
+    `widths` has, by column index, the least and the preferred width; `page` excludes gaps.
 
     Returns:
-        The widths; together more than the page if the least are.
+        The widths; their sum exceeds the page if that of the least widths does.
     """
     folded = {k: wished for k, (_, wished) in widths.items()}
     while sum(folded.values()) > page and (wide := [k for k in folded if folded[k] > widths[k][0]]):

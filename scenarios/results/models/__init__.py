@@ -1,1 +1,1 @@
-"""Results as pydantic models, a module a kind: their fields are what `--json` prints, schemas state and pages read."""
+"""Results as pydantic models, one module per kind: the basis of `--json`, JSON Schemas and pages."""

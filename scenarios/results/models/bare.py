@@ -1,4 +1,4 @@
-"""What bare motions alone say of gains."""
+"""Results of bare motions."""
 
 from pydantic import Field
 
@@ -9,18 +9,18 @@ from scenarios.support.result_model import ResultModel
 
 
 class BareParameter(ResultModel):
-    """A parameter that bare motions show."""
+    """A parameter identified from bare motions."""
 
     parameter: str = Field(
-        description="Its name as in the literature, numbered by joint; several if only their sum is identifiable"
+        description="Name of the parameter, numbered by joint; several names if only their sum is identifiable"
     )
-    unit: str = Field(description="Of its numbers")
-    estimate: float = Field(description="What was found, in `unit`")
-    std: float = Field(description="One standard deviation, that of the gains included where they are given, in `unit`")
+    unit: str = Field(description="Unit of the values")
+    estimate: float = Field(description="Estimate, in `unit`")
+    std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
 
     @classmethod
     def of(cls, found: Parameter) -> "BareParameter":
-        """A parameter as it was found."""
+        """Return an identified parameter."""
         return cls(parameter=found.name, unit=found.unit, estimate=found.value, std=found.std)
 
 
@@ -28,11 +28,11 @@ class BareJoint(ResultModel):
     """A joint's gain over that of the reference joint, and its friction in drive units.
 
     Attributes:
-        joint: Its number, from 1.
-        name: Of the joint in the robot's model.
-        ratio: Ratio of its gain to that of the reference joint, null where the motions do not show it.
+        joint: Number of the joint, from 1.
+        name: Name of the joint in the robot's model.
+        ratio: Ratio of its gain to that of the reference joint, null if not identifiable.
         rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
-        predicted_rel_std: The same, of a refused ratio too.
+        predicted_rel_std: Predicted relative standard deviation, also for a refused ratio.
         reason: Why there is no ratio, null if there is one.
         gain: Its given gain [N m / drive unit], which base parameters in SI and links rest on; null if none is given.
         off_std: Standard deviation of `off`, a share too, that of the given gains included.
@@ -57,38 +57,40 @@ class BareJoint(ResultModel):
 
 
 class ExpectedJoint(ResultModel):
-    """What a payload would make of a joint's gain."""
+    """Expected accuracy of a joint's gain with a payload."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     rel_std: float | None = Field(
         description="Predicted relative standard deviation of the gain, null if it would be refused"
     )
-    reason: str | None = Field(description="Why there is none, null if there is one")
+    reason: str | None = Field(description="Why the gain would be refused, null if it would not")
 
 
 class ExpectedGains(ResultModel):
-    """What to expect of the gains if the same motions were repeated with a payload."""
+    """Expected gains if the same motions were repeated with a payload."""
 
-    mass: float = Field(description="Of the payload [kg]")
-    joints: list[ExpectedJoint] = Field(description="One entry per joint, in their order")
+    mass: float = Field(description="Mass of the payload [kg]")
+    joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
 
 
 class BareResult(DiagnosedResult):
-    """What `rx90 identify --json` prints of bare recordings alone."""
+    """What `rx90 identify --json` prints for bare recordings alone."""
 
     reference: int = Field(
-        ge=1, description="Number, from 1, of the joint relative to which the other gains are most certain"
+        ge=1, description="Number of the reference joint, from 1: the one that gives the most accurate ratios"
     )
-    joints: list[BareJoint] = Field(description="One entry per joint, in their order")
-    base_parameters: list[BareParameter] = Field(description="Of the arm, divided by the gain of the reference joint")
+    joints: list[BareJoint] = Field(description="One entry per joint, in order")
+    base_parameters: list[BareParameter] = Field(
+        description="Base parameters of the arm, divided by the gain of the reference joint"
+    )
     base_parameters_si: list[BareParameter] | None = Field(
-        description="The same in SI units, with the gains that are given; null without any"
+        description="Base parameters in SI units, with the given gains; null without gains"
     )
-    if_loaded: ExpectedGains | None = Field(description="Gains to expect with a payload, null without `--if-loaded`")
+    if_loaded: ExpectedGains | None = Field(description="Expected gains with a payload, null without `--if-loaded`")
     consistent: Links | None = Field(
         description=(
-            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has none"
+            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has no masses"
         )
     )
-    consistent_reason: str | None = Field(description="Why there are none, null if there are")
-    notes: list[str] = Field(description="Choices of the method, and remarks")
+    consistent_reason: str | None = Field(description="Why there are no such links, null if there are")
+    notes: list[str] = Field(description="What the method selected, and remarks")

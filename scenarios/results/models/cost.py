@@ -1,4 +1,4 @@
-"""What believing a-priori gains costs: what comes out with them, with those found, and what is true or weighed."""
+"""Effect of a-priori gains: results with these, with the identified gains, and true or weighed values."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -11,79 +11,87 @@ from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.payload_identification.payload_body import UNITS
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies has nothing to judge
+if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import CostVerdict
 
 
 class CostQuantity(ResultModel):
-    """Mass, a coordinate of the centre, or an inertia about it, of the weight; null where the data do not show it."""
+    """Mass, a coordinate of the centre, or an inertia of the payload; null if not identifiable."""
 
-    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Of its numbers")
-    true: float | None = Field(description="Of what was mounted, null where that is not known, in `unit`")
-    stated: float | None = Field(description="As weighed and drawn, null where it is not stated, in `unit`")
-    a_priori: float | None = Field(description="With the a-priori gains, in `unit`")
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Unit of the values")
+    true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
+    stated: float | None = Field(description="Stated value, null if not stated, in `unit`")
+    a_priori: float | None = Field(description="Estimate with the a-priori gains, in `unit`")
     a_priori_std: float | None = Field(
-        description="One standard deviation of that, in `unit`; errors of the a-priori gains are not in it"
+        description="Standard deviation of that estimate, in `unit`, without errors of the a-priori gains"
     )
     found: float | None = Field(
-        description="With the gains found, in `unit`; null where these come from the same recordings"
+        description="Estimate with the identified gains, in `unit`; null where these come from the same recordings"
     )
-    found_std: float | None = Field(description="One standard deviation of that, in `unit`, that of the gains included")
+    found_std: float | None = Field(
+        description="Standard deviation of that estimate, in `unit`, including that of the gains"
+    )
 
 
 class CostJoint(ResultModel):
-    """A joint alone: its gains, the mass that it gives, the torque that is predicted for it."""
+    """A single joint: its gains, its estimate of the mass, its predicted torque."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is stated")
-    gain: float | None = Field(description="Found [N m / drive unit], null if refused")
+    gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
     rel_difference: float | None = Field(
-        description="Relative difference: a-priori gain over the gain found, minus one; null without both"
+        description="Relative difference: ratio of a-priori to identified gain, minus one; null unless both exist"
     )
     a_priori_mass: float | None = Field(
-        description="Of the payload, from this joint alone with its a-priori gain, null where not identifiable [kg]"
+        description="Mass of the payload from this joint alone, with its a-priori gain; null if not identifiable [kg]"
     )
-    a_priori_mass_std: float | None = Field(description="One standard deviation of that [kg]")
-    found_mass: float | None = Field(description="The same with the gain found [kg]")
-    found_mass_std: float | None = Field(description="One standard deviation of that [kg]")
+    a_priori_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    found_mass: float | None = Field(
+        description="Mass of the payload from this joint alone, with the identified gain [kg]"
+    )
+    found_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
     a_priori_torque_error: float | None = Field(
         description=(
-            "Relative error of the torque that arm and payload take on another motion, predicted with the a-priori "
-            "gains; null where the torque is not known"
+            "Relative error of the torque of arm and payload on another motion, predicted with the a-priori gains; "
+            "null if the torque is unknown"
         )
     )
-    found_torque_error: float | None = Field(description="The same with the gains found, relative as well")
+    found_torque_error: float | None = Field(
+        description="Relative error of that torque, predicted with the identified gains"
+    )
 
 
 class CostArm(ResultModel):
     """Identifiable parameters of the arm, all of one kind."""
 
-    quantity: str = Field(description="Kind of the parameters: first moments, which include the masses, or inertias")
+    quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
     a_priori: float = Field(
-        description="Relative error with the a-priori gains: norm of the error over that of the truth"
+        description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(
-        description="Its root mean square expected from the standard deviations of the parameters, relative as well"
+        description="Root mean square of this error that the standard deviations of the parameters imply"
     )
-    found: float | None = Field(description="Relative error with the gains found")
-    found_std: float | None = Field(description="As `a_priori_std`, relative as well")
+    found: float | None = Field(description="Relative error with the identified gains")
+    found_std: float | None = Field(
+        description="Root mean square of this error that the standard deviations of the parameters imply"
+    )
 
 
 class ResultCost(ResultModel):
-    """What comes out with a-priori gains and with those found."""
+    """Results with a-priori and with identified gains."""
 
     payload: list[CostQuantity] = Field(description="The payload, from all joints together")
-    joints: list[CostJoint] = Field(description="One per joint, in their order")
-    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty where the truth is not known")
+    joints: list[CostJoint] = Field(description="One entry per joint, in order")
+    arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
     tolerance: float | None = Field(
-        description="Largest relative error of the mass that passes with the gains found, null where none is stated"
+        description="Largest relative error of the mass that passes with the identified gains, null if not stated"
     )
     passed: bool | None = Field(description="Whether the mass passes")
 
     @classmethod
     def of_verdict(cls, verdict: "CostVerdict", joints: Sequence[JointResult]) -> "ResultCost":
-        """What a run found beside the truth; `joints` are its gains."""
+        """Return the results of a run with true values; `joints` are its gains."""
         one, two = verdict.torque_a_priori, verdict.torque_found
         rows = _joints(verdict.a_priori, verdict.found, joints)
         return cls(
@@ -102,7 +110,7 @@ class ResultCost(ResultModel):
 
     @classmethod
     def of_outcome(cls, a_priori: GainsOutcome, joints: Sequence[JointResult]) -> "ResultCost":
-        """What a-priori gains make of the weight that the gains of `joints` were found with."""
+        """Return estimates with a-priori gains of the payload that was used to identify the gains of `joints`."""
         rows = _joints(a_priori, None, joints)
         return cls(payload=_payload(a_priori, None), joints=rows, arm=[], tolerance=None, passed=None)
 
@@ -128,7 +136,7 @@ def _payload(a_priori: GainsOutcome, found: GainsOutcome | None) -> list[CostQua
 
 
 def _stated(payload: Payload) -> dict[str, float]:
-    """What is known of a weight, by name."""
+    """Return the known values of a payload, by name."""
     shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
     return dict(zip(UNITS, (payload.mass, *shape), strict=False))
 

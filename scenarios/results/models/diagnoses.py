@@ -1,4 +1,4 @@
-"""What is said of logs and of an estimate, as results have it: joints from 1."""
+"""Diagnoses of logs and of an estimate, with joints from 1."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, fields
@@ -11,48 +11,50 @@ from scenarios.support.result_model import ResultModel
 
 
 class DiagnosisEffect(ResultModel):
-    """What a fault does to a gain; to the joint's current where `deviations` is null."""
+    """Effect of a fault on a gain; on the joint's current if `deviations` is null."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     percent: float = Field(description="Error of the gain, or share of the joint's rms current")
-    deviations: float | None = Field(description="The same in stated standard deviations of the gain")
+    deviations: float | None = Field(description="Ratio of this error to the stated standard deviation of the gain")
 
 
 class ResultDiagnosis(ResultModel):
-    """One thing that was looked at, and what was found."""
+    """One check and its finding."""
 
     name: str = Field(description="What was checked")
-    severity: Literal["good", "weak", "wrong"] = Field(description="Good, weak (a warning) or wrong")
-    sentence: str = Field(description="What was found, in words and numbers")
-    cause: str | None = Field(None, description="The same without the effect on the gains, null where there is none")
-    advice: str | None = Field(description="What to do")
-    joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
-    logs: list[str] = Field(description="names of those that it is about; empty for all of them")
-    value: float | None = Field(description="Size of what was found, in `unit`")
+    severity: Literal["good", "weak", "wrong"] = Field(description="`good`, `weak` (a warning) or `wrong`")
+    sentence: str = Field(description="The finding, with its numbers")
+    cause: str | None = Field(None, description="The finding without its effect on the gains, null where there is none")
+    advice: str | None = Field(description="Recommended action")
+    joints: list[int] = Field(description="Joints concerned, from 1; empty: all")
+    logs: list[str] = Field(description="Names of the logs concerned; empty: all")
+    value: float | None = Field(description="Size of the fault, in `unit`")
     std: float | None = Field(description="Standard deviation of the size, in `unit`")
-    unit: str | None = Field(description="Of both")
+    unit: str | None = Field(description="Unit of `value` and `std`")
     z: float | None = Field(
-        description="ratio of the improvement of predictions to its standard error, null if samples alone show it"
+        description="Ratio of the improvement of the predictions to its standard error, null for a check of samples"
     )
-    effects: list[DiagnosisEffect] = Field(description="What it does to each gain")
+    effects: list[DiagnosisEffect] = Field(description="Effect on each gain")
     rivals: list[str] = Field(description="Faults that these logs cannot distinguish from it")
-    asked: bool = Field(description="Whether an option asked for it, so that it is reported even if it is good")
+    asked: bool = Field(description="Whether an option requests it, so that it is reported even if it is good")
 
 
 class ResultExclusion(ResultModel):
     """A family of faults that the logs exclude."""
 
     family: str = Field(description="As `name` of a diagnosis")
-    sentence: str = Field(description="What is excluded, in words")
-    joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
-    limit: float | None = Field(description="size beyond which it is excluded, in `unit`; null: of any size")
-    unit: str | None = Field(description="Of the limit")
+    sentence: str = Field(description="The excluded fault")
+    joints: list[int] = Field(description="Joints concerned, from 1; empty: all")
+    limit: float | None = Field(
+        description="Size beyond which the fault is excluded, in `unit`; null: excluded at any size"
+    )
+    unit: str | None = Field(description="Unit of `limit`")
 
 
 class DiagnosedResult(ResultModel):
-    """What is said of logs and of an estimate; it stands behind all else that a result has."""
+    """Diagnoses of logs and of an estimate, the last part of a result."""
 
-    diagnoses: list[ResultDiagnosis] = Field(description="What was checked, the worst first")
+    diagnoses: list[ResultDiagnosis] = Field(description="One entry per check, the worst first")
     excluded: list[ResultExclusion] = Field(description="Faults that the logs exclude")
     untold: list[str] = Field(description="Faults that the logs cannot reveal")
 
@@ -73,7 +75,7 @@ class DiagnosedResult(ResultModel):
 
 
 def diagnosed_values(found: diagnosis.Diagnosed) -> dict[str, Any]:
-    """The values of a `DiagnosedResult`."""
+    """Return the values of a `DiagnosedResult`."""
     return {
         "diagnoses": [_diagnosis_values(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],

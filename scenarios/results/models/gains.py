@@ -1,4 +1,4 @@
-"""A joint's gain and a payload's parameter, as results have them."""
+"""A joint's gain and a payload's parameter in results."""
 
 from dataclasses import asdict
 from typing import TYPE_CHECKING
@@ -8,33 +8,35 @@ from pydantic import Field
 from ident.estimation.estimate import FoundParameter, IdentifiedGain, JointResult, RefusedGain
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies has nothing to judge
+if TYPE_CHECKING:  # not needed by a process that only identifies
     from scenarios.experiments.judge import GainVerdict
 
 
 class ResultGain(ResultModel):
-    """One joint's gain; what needs a truth is null where there is none."""
+    """One joint's gain; fields that need a true value are null if it is unknown."""
 
-    joint: int = Field(ge=1, description="Its number, from 1")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
     true: float | None = Field(description="Injected gain [N m / drive unit]")
-    estimate: float | None = Field(description="[N m / drive unit], null if refused")
-    std: float | None = Field(description="Standard deviation of the estimate, all shares together [N m / drive unit]")
+    estimate: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
+    std: float | None = Field(description="Total standard deviation of the estimate [N m / drive unit]")
     rel_error: float | None = Field(description="Relative error of the estimate")
     z: float | None = Field(description="Error of the estimate in standard deviations, error over `std`")
     tolerance: float | None = Field(description="Largest relative error that passes")
     identifiable: bool = Field(description="Whether there is an estimate")
     passed: bool | None = Field(description="Whether the result is what the scenario expects")
     reason: str | None = Field(description="Why the joint is refused")
-    name: str | None = Field(None, description="Of the joint in the robot's model")
-    residual_std: float | None = Field(None, description="Share of the residuals [N m / drive unit]")
-    payload_std: float | None = Field(None, description="Share of the payload's stated uncertainty [N m / drive unit]")
-    model_std: float | None = Field(None, description="Share of the model's assumptions [N m / drive unit]")
+    name: str | None = Field(None, description="Name of the joint in the robot's model")
+    residual_std: float | None = Field(None, description="Contribution of the residuals to `std` [N m / drive unit]")
+    payload_std: float | None = Field(
+        None, description="Contribution of the payload's stated uncertainty [N m / drive unit]"
+    )
+    model_std: float | None = Field(None, description="Contribution of the model's assumptions [N m / drive unit]")
     total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")
-    predicted_rel_std: float | None = Field(None, description="Relative standard deviation predicted for the payload")
+    predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
 
     @classmethod
     def of(cls, joint: int, found: JointResult, verdict: "GainVerdict | None" = None) -> "ResultGain":
-        """What was found of a joint, from 1, and how it was judged if there was a truth."""
+        """Return the result of a joint, from 1, with its verdict if the true gain is known."""
         gain = found if isinstance(found, IdentifiedGain) else None
         values: dict[str, object] = {
             "joint": joint,
@@ -62,14 +64,16 @@ class ResultGain(ResultModel):
 
 
 class ResultParameter(ResultModel):
-    """A parameter of the payload that the method found on its way; `tolerance` and `passed` are null."""
+    """A parameter of the payload that the method also estimates; `tolerance` and `passed` are null."""
 
-    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
     true: float | None = Field(
-        default=None, description="Of what was mounted, null where that is not known [kg m^2, kg m or kg]"
+        default=None, description="True value of the mounted payload, null if unknown [kg m^2, kg m or kg]"
     )
-    estimate: float = Field(description="What was found [kg m^2, kg m or kg]")
-    std: float = Field(description="One standard deviation, that of the gains included [kg m^2, kg m or kg]")
+    estimate: float = Field(description="Estimate [kg m^2, kg m or kg]")
+    std: float = Field(
+        description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m or kg]"
+    )
     tolerance: float | None = Field(
         default=None, description="Always null: the parameter is not judged [kg m^2, kg m or kg]"
     )
@@ -77,5 +81,5 @@ class ResultParameter(ResultModel):
 
     @classmethod
     def of(cls, found: FoundParameter, true: float | None) -> "ResultParameter":
-        """What was found, beside the truth."""
+        """Return an estimated parameter with its true value."""
         return cls(parameter=found.name, true=true, estimate=found.value, std=found.std)

@@ -1,7 +1,7 @@
-"""Links that bodies can have, as `rx90 identify --json` prints them and `rx90 patch` reads them.
+"""Physically consistent links, printed by `rx90 identify --json` and read by `rx90 patch`.
 
-Every link is stated in the frame of its joint: axes of the link in the model file, origin on the joint. The frames and
-what is fixed to the link stand beside it, so that a model of other frames is noticed.
+Every link is in the frame of its joint: axes of the link in the model file, origin on the joint. Frames and bodies
+fixed to the link are included, so that a model with other frames is detected.
 """
 
 import numpy as np
@@ -26,47 +26,49 @@ class _Open(BaseModel):
 class LinkInertia(_Open):
     """Inertia about the centre of mass, along the axes of the link."""
 
-    ixx: float = Field(description="About the first axis [kg m^2]")
-    iyy: float = Field(description="About the second axis [kg m^2]")
-    izz: float = Field(description="About the third axis [kg m^2]")
-    ixy: float = Field(description="Product of the first two [kg m^2]")
-    ixz: float = Field(description="Product of the first and third [kg m^2]")
-    iyz: float = Field(description="Product of the last two [kg m^2]")
+    ixx: float = Field(description="Moment about the first axis [kg m^2]")
+    iyy: float = Field(description="Moment about the second axis [kg m^2]")
+    izz: float = Field(description="Moment about the third axis [kg m^2]")
+    ixy: float = Field(description="Product of the first and second axis [kg m^2]")
+    ixz: float = Field(description="Product of the first and third axis [kg m^2]")
+    iyz: float = Field(description="Product of the second and third axis [kg m^2]")
 
     @property
     def six(self) -> tuple[float, float, float, float, float, float]:
-        """In the order of `INERTIA_KEYS`."""
+        """Values in the order of `INERTIA_KEYS`."""
         return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
 
 
 class Link(_Open):
-    """A link of the physically consistent set, without what is fixed to it."""
+    """A physically consistent link, without bodies fixed to it."""
 
-    joint: int = Field(ge=1, description="its number, from 1")
-    name: str = Field(description="of the joint that moves it")
-    mass: float = Field(gt=0.0, description="[kg]")
-    com: Vector = Field(description="from the joint [m]")
-    inertia: LinkInertia = Field(description="about the centre of mass [kg m^2]")
-    motor_inertia: float = Field(ge=0.0, description="joint side [kg m^2 or kg]")
-    motor_found: bool = Field(description="whether data determine it; false: as in the model")
-    carried: Ten = Field(description="of what is fixed to the link, as the model has it [kg m^2, kg m, kg]")
-    place: Vector = Field(description="of the joint, in the frame of the one before [m]")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint that moves the link")
+    mass: float = Field(gt=0.0, description="Mass [kg]")
+    com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
+    inertia: LinkInertia = Field(description="Inertia about the centre of mass [kg m^2]")
+    motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
+    motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
+    carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
+    place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
     orientation: tuple[Vector, Vector, Vector] = Field(
-        description="of the frame, in the one before, row by row; no unit"
+        description="Rotation matrix of the frame in the preceding one, row by row"
     )
-    axis: Vector = Field(description="of the joint, a direction without unit")
+    axis: Vector = Field(description="Axis of the joint, a unit vector")
 
 
 class Links(_Open):
-    """The physically consistent set nearest to the model's."""
+    """Physically consistent links nearest to the model's."""
 
-    links: tuple[Link, ...] = Field(min_length=1, description="one entry per joint, in their order")
-    farthest_parameter: str = Field(description="base parameter that differs most from its estimate from data alone")
-    farthest_deviations: float = Field(ge=0.0, description="its difference, in standard deviations of that estimate")
+    links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
+    farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
+    farthest_deviations: float = Field(
+        ge=0.0, description="Difference of that parameter, in standard deviations of the estimate"
+    )
 
 
 def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
-    """What is printed of a set."""
+    """Return the result of consistent links."""
     far = int(np.argmax(np.abs(found.moved)))
     links = [_link(found, nominal, arm, j) for j in range(arm.n)]
     return Links(
@@ -94,7 +96,7 @@ def _link(found: FoundLinks, nominal: ModelLinks, arm: Arm, j: int) -> Link:
 
 
 def same_frames(link: Link, arm: Arm, carried: Array, *, tolerance: float) -> bool:
-    """Whether a link is stated in a frame of an arm, with the same things fixed to it."""
+    """Return whether a link has the frame of an arm's link, with the same bodies fixed to it."""
     j = link.joint - 1
     pairs = (
         (link.place, arm.translation[j]),

@@ -19,47 +19,47 @@ from scenarios.results.models.gains import ResultGain, ResultParameter
 from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 
-if TYPE_CHECKING:  # a process that only identifies needs no simulator
+if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.run import Run
 
 
 class ResultFit(ResultModel):
-    """How well the data are explained."""
+    """Quality of the fit."""
 
     method: str = Field(description="Name of the estimator")
-    rows: int = Field(description="Of the linear systems of all joints")
+    rows: int = Field(description="Number of rows of the linear systems of all joints")
     error_norm: float = Field(description="Norm of the residuals of all joints [drive units]")
-    rel_error_norm: float = Field(description="The same as a share of the norm of the currents")
+    rel_error_norm: float = Field(description="Ratio of this norm to the norm of the currents")
     sigma: float = Field(description="Standard deviation of the residuals of all joints [drive units]")
 
     @classmethod
     def of(cls, estimate: GainEstimate) -> "ResultFit":
-        """How well an estimate explains its rows."""
+        """Return the quality of the fit of an estimate."""
         return cls.model_validate(estimate, from_attributes=True)
 
 
 class ResultTiming(ResultModel):
     """Wall times [s]."""
 
-    simulate_s: float | None = Field(description="For all motions [s]")
-    identify_s: float = Field(description="For the estimate [s]")
+    simulate_s: float | None = Field(description="Time of the simulation of all motions [s]")
+    identify_s: float = Field(description="Time of the identification [s]")
 
 
 class ResultFinding(ResultModel):
-    """A diagnosis that was compared by its predictions of the currents, in short."""
+    """Summary of a fault that was tested by predictions of the currents."""
 
-    check: str = Field(description="name of the diagnosis")
-    joint: int = Field(ge=1, description="the joint that is affected most")
-    statistic: float = Field(description="Its size, in the unit that `measure` names")
-    threshold: float = Field(description="critical value of the statistic, in the unit that `measure` names")
-    measure: str = Field(description="what `statistic` and `threshold` measure")
-    sentence: str | None = Field(description="what it means, null where it does not matter")
-    change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")
-    failed: bool = Field(description="Whether it matters")
+    check: str = Field(description="Name of the diagnosis")
+    joint: int = Field(ge=1, description="The joint that is affected most")
+    statistic: float = Field(description="Value of the statistic, in the unit that `measure` names")
+    threshold: float = Field(description="Critical value of the statistic, in the unit that `measure` names")
+    measure: str = Field(description="What `statistic` and `threshold` measure")
+    sentence: str | None = Field(description="What the finding means, null if it is not significant")
+    change: float | None = Field(description="Change of that joint's gain [%], null where no gain changes")
+    failed: bool = Field(description="Whether the finding is significant")
 
     @classmethod
     def of(cls, found: Diagnosis) -> "ResultFinding":
-        """A diagnosis in short, one that has a z."""
+        """Return the summary of a diagnosis that has a z."""
         assert found.z is not None, "asked of what was compared"
         worst, matters = found.worst, found.severity is not Severity.GOOD
         return cls(
@@ -67,7 +67,7 @@ class ResultFinding(ResultModel):
             joint=(worst.joint if worst else found.joints[0] if found.joints else 0) + 1,
             statistic=found.z,
             threshold=SHOWN,
-            measure="standard errors of the gain in predictions",
+            measure="improvement of the predictions, in standard errors",
             sentence=found.sentence if matters else None,
             change=worst.percent if worst else None,
             failed=matters,
@@ -77,29 +77,30 @@ class ResultFinding(ResultModel):
 class Result(DiagnosedResult):
     """What `rx90 run --json` and `rx90 identify --json` print."""
 
-    scenario: str | None = Field(description="Its name")
-    seed: int | None = Field(description="Of every random number")
+    scenario: str | None = Field(description="Name of the scenario")
+    seed: int | None = Field(description="Seed of every random number")
     passed: bool | None = Field(description="The verdict")
-    gains: list[ResultGain] = Field(description="One per joint, in their order")
-    payload: list[ResultParameter] = Field(description="The payload's parameters, where they are found too")
-    fit: ResultFit = Field(description="How well the data are explained")
+    gains: list[ResultGain] = Field(description="One entry per joint, in order")
+    payload: list[ResultParameter] = Field(description="Parameters of the payload, if the method estimates them")
+    fit: ResultFit = Field(description="Quality of the fit")
     timing: ResultTiming = Field(description="Wall times")
-    notes: list[str] = Field(default_factory=list[str], description="Choices of the method, and remarks")
+    notes: list[str] = Field(default_factory=list[str], description="What the method selected, and remarks")
     consistency: list[ResultFinding] = Field(
-        default_factory=list[ResultFinding], description="Diagnoses that were compared by their predictions, in short"
+        default_factory=list[ResultFinding],
+        description="Summary of the faults that were tested by predictions of the currents",
     )
     cost: ResultCost | None = Field(
-        None, description="Results with a-priori gains beside those with the gains found, null if not requested"
+        None, description="Results with a-priori and with identified gains, null if not requested"
     )
     unseen: ResultUnseen | None = Field(
-        None, description="How well a motion that no fit has seen is predicted, null where none is given"
+        None, description="Prediction of a motion that was not used in any fit, null if none is given"
     )
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
-        """What a run found, beside the truth."""
+        """Return the result of a run, with true values."""
         bodies = list(run.setup.true_payloads.values())
-        true = {}  # of several, a name does not say whose it is
+        true = {}  # with several payloads, a name is ambiguous
         if len(bodies) == 1:
             values = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
             true = dict(zip(map(str, INERTIAL), values, strict=True))
@@ -123,7 +124,7 @@ class Result(DiagnosedResult):
         a_priori: GainsOutcome | None = None,
         unseen: Unseen | None = None,
     ) -> "Result":
-        """What was identified; what needs a truth is null. `identify_s` is a wall time [s]."""
+        """Return the result of an identification, without true values. `identify_s` is a wall time [s]."""
         return cls(
             scenario=None,
             seed=None,
@@ -138,7 +139,7 @@ class Result(DiagnosedResult):
 
     @property
     def judged(self) -> bool:
-        """Whether there was a truth."""
+        """Whether true gains are known."""
         return all(gain.true is not None for gain in self.gains)
 
 
@@ -147,7 +148,7 @@ def _payload(found: tuple[FoundParameter, ...], true: Mapping[str, float]) -> li
 
 
 def _common(estimate: GainEstimate, notes: tuple[str, ...], found: Diagnosed) -> dict[str, Any]:
-    """What both have alike."""
+    """Return the common values of both."""
     return {
         "fit": ResultFit.of(estimate),
         "notes": list(notes),

@@ -1,4 +1,4 @@
-"""A motion that no fit has seen, as gains predict it."""
+"""Prediction of a motion that was not used in any fit."""
 
 from typing import Literal
 
@@ -11,10 +11,10 @@ from scenarios.support.result_model import ResultModel
 
 
 class UnseenJoint(ResultModel):
-    """A joint's currents on a motion that no fit has seen; null where the joint has no gain.
+    """A joint's currents on a motion that was not used in any fit; null if the joint has no gain.
 
     Attributes:
-        joint: Its number, from 1.
+        joint: Number of the joint, from 1.
         rel_error: Norm of the prediction's error relative to that of the currents.
         explained: Share of the squared currents that is predicted, one less the square of `rel_error`.
         other_rel_error: As `rel_error`, relative as well, with the other gains or the model as it is.
@@ -38,7 +38,7 @@ class UnseenJoint(ResultModel):
 
     @property
     def exceeds(self) -> bool:
-        """Whether the motion is not predicted."""
+        """Whether the error exceeds its limit."""
         largest = self.largest_rel_error
         return self.rel_error is not None and largest is not None and self.rel_error > largest
 
@@ -54,23 +54,23 @@ class UnseenJoint(ResultModel):
 
 
 class ResultUnseen(DiagnosedResult):
-    """How well a motion that no fit has seen is predicted."""
+    """Prediction of a motion that was not used in any fit."""
 
-    log: str = Field(description="Its recording")
-    loaded: bool = Field(description="Whether it carries a payload")
+    log: str = Field(description="Recording of the motion")
+    loaded: bool = Field(description="Whether the motion carries a payload")
     verdict: Literal["better", "worse", "no different"] | None = Field(
         description=(
-            "Whether it is predicted better than with the other gains or model, by Student's test of time blocks at 5 "
-            "%; null where there are none"
+            "Whether the motion is predicted better than with the other gains or model, by Student's t-test of time "
+            "blocks at 5 %; null if there are no others"
         )
     )
     rel_error: float = Field(
         description=(
-            "Root mean square of the joints' relative errors; of those that both predict, where two are compared"
+            "Root mean square of the joints' relative errors; in a comparison, of the joints that both predict"
         )
     )
-    other_rel_error: float | None = Field(description="The same with the other gains, relative as well")
-    joints: list[UnseenJoint] = Field(description="One per joint, in their order")
+    other_rel_error: float | None = Field(description="Relative error with the other gains or model")
+    joints: list[UnseenJoint] = Field(description="One entry per joint, in order")
 
     @property
     def passed(self) -> bool:
@@ -79,12 +79,12 @@ class ResultUnseen(DiagnosedResult):
 
     @property
     def fitted(self) -> bool:
-        """Whether the arm was fitted to motions, or is that of a file."""
+        """Whether the arm was fitted to motions, not read from a file."""
         return any(each.fitted_rel_error is not None for each in self.joints)
 
     @classmethod
     def of(cls, found: Unseen) -> "ResultUnseen":
-        """What was predicted."""
+        """Return the result of a prediction."""
         return cls(
             log=found.name,
             loaded=found.loaded,

@@ -116,7 +116,7 @@ def test_what_comes_before_a_common_delay_is_named_and_nothing_is_corrected(axes
     assert delay == 0.0
     assert said.value is None
     assert said.severity is Severity.WEAK
-    assert said.sentence.startswith("delay not corrected, because another fault comes first: ")
+    assert said.sentence.startswith("delay not corrected, because another fault is more significant: ")
     assert re.search(words, said.sentence)
 
 

@@ -178,8 +178,8 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
         made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
         return [each.sentence for each in exclusions(replace(seen, gross=made)) if each.limit is None]
 
-    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q2, 4"]
-    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q4"]
+    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q2, 4"]
+    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q4"]
     assert said(0.99 * SURELY_WORSE, 0.98 * SURELY_WORSE) == []
 
 
@@ -223,7 +223,7 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 1e-3 * axis))).estimate
         gains = ([joint.value for joint in each.joints] for each in (sound.estimate, off))
         moved = max(moved, *(100.0 * abs(b / a - 1.0) for a, b in zip(*gains, strict=True)))
-    told = f"errors of the payload's centre beyond {excluded.limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
+    told = f"errors of the payload's centre beyond {excluded.limit:g} mm (1 mm changes a gain by {moved:.1g} %)"
     assert excluded.sentence == told
     for axis in np.eye(3):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))

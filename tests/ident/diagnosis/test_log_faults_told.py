@@ -108,7 +108,7 @@ def test_a_last_column_that_never_changes_may_be_a_gripper():
         still[:, joint] = 0.04
         with pytest.raises(RecordingError, match=f"q{joint + 1} never changes") as caught:
             Recording(T, still, V)
-        assert ("such as a gripper" in str(caught.value)) == hinted
+        assert ("to leave out a gripper" in str(caught.value)) == hinted
 
 
 def test_a_gripper_is_left_out_of_a_column_of_rows(tmp_path: Path):

@@ -86,7 +86,7 @@ def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(
 def test_one_recording_given_twice_is_refused(rng):
     q = np.cumsum(rng.normal(size=(50, 6)), axis=0) * 0.01
     with pytest.raises(
-        NotIdentifiable, match="a and b hold the same motion, whole or in part; record each motion anew"
+        NotIdentifiable, match="a and b contain the same motion, fully or partly; record each motion anew"
     ):
         check_different([log(q, "a"), log(q, "b")])
 

@@ -96,7 +96,7 @@ def test_its_options_are_a_frozen_dataclass_with_defaults(method):
 
 
 def test_options_of_another_class_are_refused(method, noisy, heavy):
-    with pytest.raises(OptionError, match="options are str; this estimator takes"):
+    with pytest.raises(OptionError, match="options are str; this estimator accepts"):
         ESTIMATORS[method].estimate(pair(*noisy, heavy, LOOSE), "nothing")
 
 

@@ -45,7 +45,7 @@ def test_several_motions_and_payloads_give_exact_gains(structure, payloads, rng)
     by_mass = joint_by_joint_gains(Problem(structure, tuple(light), TRUSTING), JointByJointOptions())
     np.testing.assert_allclose(values(by_mass)[:3], GAIN[:3], rtol=EXACT)
     assert not by_mass.identifiable[3:].any()
-    with pytest.raises(NotIdentifiable, match="sequential-2011 takes one payload; 2 are mounted"):
+    with pytest.raises(NotIdentifiable, match="sequential-2011 accepts one payload; 2 are mounted"):
         sequential_gains(problem, SequentialOptions())
 
 

@@ -89,7 +89,11 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
 
 def test_a_log_that_is_said_to_be_gravity_compensated_is_refused_with_the_reason(tmp_path):
     path = csv(tmp_path / "log.csv", table())
-    with pytest.raises(RecordingError, match=r"gravity-compensated: the weight of the payload, .*, is missing in it"):
+    with pytest.raises(
+        RecordingError,
+        match=r"gravity-compensated: it lacks the weight of the payload, from which "
+        "gains",
+    ):
         read_recording(path, replace(DESCRIPTION, signal="gravity-compensated"))
 
 

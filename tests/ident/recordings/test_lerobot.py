@@ -105,7 +105,7 @@ def test_currents_may_be_a_feature_of_their_own(tmp_path, kind, names):
 
 def test_entries_without_names_are_said_by_their_numbers(tmp_path):
     folder = apart(tmp_path / "set", None)
-    with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; say which"):
+    with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; declare which"):
         read_recording(folder, of(CURRENT, 0))
     q, v = (tuple(f"observation.{name}[{k}]" for k in (1, 0)) for name in ("state", "effort"))
     said = LogDescription(
@@ -217,7 +217,7 @@ WRONG = {
     ),
     "two kinds of currents": (
         two_kinds, of(CURRENT, 1),
-        r"several kinds of currents: observation\.state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ",
+        r"several kinds of current: observation\.state\.\{joint\}\.current, observation\.state\.\{joint\}\.torque; ",
     ),
     "NaN": (nan, of(CURRENT, 1), r"v2 is not a finite number at row 8 \(1 such values\)"),
     "truncated JSON": (lambda p: broken(so101(p), "meta/info.json", b'{"fps": 50, "fea'), of(CURRENT, 1), "not JSON"),
@@ -241,7 +241,7 @@ WRONG = {
     ),
     "no data": (lambda p: broken(broken(so101(p), DATA, None), "data/chunk-000/file-001.parquet", None), of(CURRENT, 1),
                 "data has no Parquet file"),
-    "no file of the episode": (lambda p: broken(so101(p), DATA, None), of(CURRENT, 1), "of data/ holds episode 1"),
+    "no file of the episode": (lambda p: broken(so101(p), DATA, None), of(CURRENT, 1), "of data/ contains episode 1"),
     "truncated data": (lambda p: broken(so101(p), DATA, b"PAR1 half a file"), of(CURRENT, 1), "not a readable Parquet"),
     "no list of episodes": (lambda p: broken(so101(p), LIST, None), of(CURRENT, 1), "episodes has no Parquet file"),
     "a truncated list": (lambda p: broken(so101(p), LIST, b"PAR1"), of(CURRENT, 1), "not a readable Parquet file"),

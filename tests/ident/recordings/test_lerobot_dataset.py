@@ -122,5 +122,9 @@ def test_a_dataset_is_not_mixed_with_another(tmp_path):
     assert_same(read_recording(tmp_path / "set"), recording(1))
     other: Path = tmp_path / "set/data/chunk-000/file-001.parquet"
     other.write_bytes((tmp_path / "set" / FILES[-1]).read_bytes())
-    with pytest.raises(RecordingError, match=r"set: holds another dataset, .*file-001\.parquet; give another folder"):
+    with pytest.raises(
+        RecordingError,
+        match=r"set: contains another dataset, .*file-001\.parquet; give another "
+        "folder",
+    ):
         write_dataset([recording(2)], tmp_path / "set")

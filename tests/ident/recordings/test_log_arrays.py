@@ -75,7 +75,7 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     pq.write_table(pa.table(columns | {"time": pa.array(ms, pa.timestamp("ms", zone))}), path)
     found = read_recording(path, channels("t", unit=("iso",)))
     np.testing.assert_allclose(found.t, ms / 1000, rtol=0.0, atol=3e-7)  # float64 has 2.4e-7 s in 2024
-    with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; say unit = "iso"'):
+    with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; set unit = "iso"'):
         read_recording(path, DESCRIPTION)
     pq.write_table(pa.table(columns), path)
     with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):
@@ -144,7 +144,7 @@ def test_one_array_is_rows_or_named_fields(tmp_path):
     np.save(path, np.column_stack((T, Q, V)))
     description = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
     assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; say which columns"):
+    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; declare the columns"):
         read_recording(path)
     fields = np.zeros(len(T), dtype=[("t", "f4"), ("q1", "f8"), ("v1", "i4"), ("stamp", "M8[ms]"), ("word", "U3")])
     fields["t"], fields["q1"], fields["v1"] = np.arange(len(T)) / 64.0, Q[:, 0], np.round(100.0 * V[:, 0])

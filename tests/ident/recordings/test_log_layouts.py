@@ -28,7 +28,7 @@ def test_a_log_of_universal_robots_is_known_by_its_columns(tmp_path, separator):
         np.testing.assert_array_equal(log.recording.q[:, joint], columns[f"actual_q_{joint}"])
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"actual_current_{joint}"])
     assert log.read.layout == "ur-rtde"
-    assert "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target takes target_current" in log.notes
+    assert "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current" in log.notes
     log = read_log(path, LogDescription(layout="ur-rtde-target"))
     for joint in range(6):
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"target_current_{joint}"])

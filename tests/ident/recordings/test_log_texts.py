@@ -68,7 +68,7 @@ def test_a_log_without_header_has_columns_by_number(tmp_path):
     text = path.read_text().replace(".", ",").replace(" ", ";")
     path.write_text(text)
     assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match=r'line 1 has numbers where .*, or say header = "none"'):
+    with pytest.raises(RecordingError, match=r'line 1 has numbers where .*, or set header = "none"'):
         read_recording(path, DESCRIPTION)
     with pytest.raises(RecordingError, match="no column '8'"):
         read_recording(path, replace(description, v=replace(description.v, columns=("5", "6", "8"))))

@@ -106,7 +106,7 @@ def test_a_range_stands_for_one_to_sixty_four_names():
         ("time_ms", "is it 'time_ms'? --columns 't=time_ms[ms]'; found"),
         ("Timestamp [us]", "is it 'Timestamp [us]'? --columns 't=Timestamp [us][us]'; found"),
         ("t_robot", "is it 't_robot'? --columns 't=t_robot[unit]'; found"),
-        ("temperature", "say which one it is: --columns t=NAME[unit]; found"),
+        ("temperature", "declare it: --columns t=NAME[unit]; found"),
     ],
 )
 def test_a_column_that_is_time_by_its_name_is_named_where_t_is_missing(tmp_path, name, description):

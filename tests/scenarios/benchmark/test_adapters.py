@@ -172,9 +172,9 @@ def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_p
     (theirs / "check-m.md").write_text("# Method m\n")
     text = document([theirs, ours], "")
     headings = [line for line in text.splitlines() if line.startswith("#")]
-    parts = ["## second compared", "## Methods from elsewhere", "### first compared", "### Method m"]
+    parts = ["## second compared", "## External methods", "### first compared", "### Method m"]
     assert headings == ["# Methods side by side", *parts]
-    assert "from elsewhere" not in document([ours], "")
+    assert "External methods" not in document([ours], "")
 
 
 def test_what_the_document_says_of_comparisons_that_are_not_given_stays(tmp_path, writer):

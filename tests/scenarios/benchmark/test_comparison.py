@@ -151,7 +151,7 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
         assert f"{key}: {said['about'][key]}." in text
     assert said["about"]["Command"].startswith(f"rx90 compare {scenario} --method {STUBS[1]}")
     digest = hashlib.sha256((ROOT / "tests" / "helpers" / "method_stubs.py").read_bytes()).hexdigest()[:16]
-    assert f"{STUBS[1]} with method_stubs.py {digest}" in said["about"]["Methods from elsewhere"]
+    assert f"{STUBS[1]} with method_stubs.py {digest}" in said["about"]["External methods"]
     assert (tmp_path / "o" / "quick" / "study.json").is_file()
     bound = gain_bound(setup_of(load_scenario(str(scenario))))
     stated = [joint["bound"] for joint in said["scenarios"][0]["methods"][0]["joints"]]

@@ -94,7 +94,7 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(played):
         expected = 1.1 if gains == "published" else 1.0
         assert abs(each["found"] / each["mass"] - expected) < 4.0 * each["std"] / each["mass"]
     page = (out / "scoreboard.html").read_text(encoding="utf-8")
-    assert "Payloads weighed with gains identified without them" in page
+    assert "Payloads estimated with gains that were identified without them" in page
     assert "untried" in page
 
 
@@ -128,7 +128,7 @@ def test_what_is_missing_is_told_with_how_to_get_it(tmp_path, capsys):
     said = " ".join(capsys.readouterr().out.split())
     assert "0 of 6 recordings run" in said
     assert "ur10/exciting.db3. Clone the repository" in said
-    assert "EMPS, an electro-mechanical slide (untried: no file of this format has been seen by this project)" in said
+    assert "EMPS, an electro-mechanical slide (untried: this project has not read any file of this format)" in said
 
 
 def test_no_data_are_in_the_catalogue():
@@ -211,7 +211,9 @@ def test_torque_sensors_are_held_against_motors(tmp_path, capsys):
     columns["torque_sensor_b_3"] *= 1.3
     pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
     notes = board(capsys, tmp_path, tmp_path / "out", "--force")["voraus-AD"]["notes"]
-    assert notes == ["joint 3: torque_sensor_b_3 differs from torque_sensor_a_3 by +30 %; not both can be its torque"]
+    assert notes == [
+        "joint 3: torque_sensor_b_3 differs from torque_sensor_a_3 by +30 %; at most one can be its torque"
+    ]
     del columns["joint_velocity_4"]
     pq.write_table(pa.table(columns), tmp_path / "voraus" / "sample.parquet")
     found = board(capsys, tmp_path, tmp_path / "out", "--force", status=1)["voraus-AD"]

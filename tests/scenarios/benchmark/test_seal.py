@@ -248,7 +248,7 @@ def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
     with pytest.raises(ScenarioError, match="No such file"):
         revealed(tmp_path / SEAL, tmp_path)
     (tmp_path / SEAL).write_text("{}")
-    with pytest.raises(ScenarioError, match="not a seal of problems"):
+    with pytest.raises(ScenarioError, match="not the seal file of a set of problems"):
         revealed(tmp_path / SEAL, tmp_path)
 
 

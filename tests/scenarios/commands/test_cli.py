@@ -150,7 +150,10 @@ REFUSED = [
     ([*EXCITE[:-1], "file"], "file: rx90 excite did not write this file"),
     ([*EXCITE[:-1], "folder"], "folder: not a regular file"),
     ([*EXCITE[:-1], "/dev/full"], "/dev/full: not a regular file"),
-    ([*EXCITE, "--harmonics", "26", "--duration", "5"], "the fastest is at 5.2 Hz; the search resolves up to 5 Hz"),
+    (
+        [*EXCITE, "--harmonics", "26", "--duration", "5"],
+        "highest harmonic is at 5.2 Hz; the search resolves up to 5 Hz",
+    ),
 ]
 
 

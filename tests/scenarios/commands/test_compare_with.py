@@ -55,7 +55,7 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
     assert main([*words, "--compare-with", sheet]) == 0
     out = capsys.readouterr().out
     assert "Results with a-priori gains" in out
-    assert "The gains found reproduce this mass, as they were identified with it." in out
+    assert "The identified gains reproduce this mass, as they were identified with it." in out
     assert re.search(r"kg \(\+2[3-8] %\) from joint 2 alone", out)
 
 
@@ -115,4 +115,4 @@ def test_gains_that_are_none_are_one_line(weighed_cell, capsys, given):
 def test_bare_recordings_weigh_nothing(weighed_cell, capsys):
     words = identified(weighed_cell)[:5]
     assert main([*words, "--compare-with", "1,1,1,1,1,1"]) == 2
-    assert "--compare-with: bare recordings have no payload to weigh; add --loaded B" in only_line(capsys)
+    assert "--compare-with: bare recordings have no payload to estimate; add --loaded B" in only_line(capsys)

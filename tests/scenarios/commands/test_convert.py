@@ -244,10 +244,10 @@ DESCRIPTIONS = {
     "quote": ("[file]\nseparator = '\"'", r"expected one character"),
     "decimal": ("[file]\ndecimal = ';'", r"decimal = ';'; expected '\.' or ','"),
     "decimal as separator": ("[file]\ndecimal = ','\nseparator = ','", r"expected a character other than"),
-    "header": ("[file]\nheader = 0", r"header = 0; expected the number of a line, 1 to 100000"),
-    "header text": ("[file]\nheader = 'no'", r"header = 'no'; expected the number of a line"),
+    "header": ("[file]\nheader = 0", r"header = 0; expected a line number, 1 to 100000"),
+    "header text": ("[file]\nheader = 'no'", r"header = 'no'; expected a line number"),
     "rows": ("[file]\nheader = 4\nrows = 4", r"rows = 4; expected a line after that of the header, 4"),
-    "rows true": ("[file]\nrows = true", r"rows = True; expected the number of a line"),
+    "rows true": ("[file]\nrows = true", r"rows = True; expected a line number"),
     "encoding": ("[file]\nencoding = 'utf8000'", r"encoding = 'utf8000'; expected an encoding that Python knows"),
     "no text encoding": ("[file]\nencoding = 'hex'", r"encoding = 'hex'; expected an encoding that Python knows"),
 }  # fmt: skip
@@ -343,5 +343,5 @@ def test_a_log_of_more_joints_than_the_model_is_not_converted(tmp_path, capsys):
     (tmp_path / "arm.xml").write_text(mjcf())
     assert main(["convert", str(log), "--out", str(tmp_path / "out.csv"), "--model", str(tmp_path / "arm.xml")]) == 2
     assert "7 joints, but robot " in (said := capsys.readouterr().err)
-    assert "such as a gripper" in said
+    assert "to leave out a gripper" in said
     assert not (tmp_path / "out.csv").exists()

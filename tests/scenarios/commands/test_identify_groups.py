@@ -60,7 +60,7 @@ UNPAIRED = {
         "payload.toml",
     ): "no drive gain can be identified without a bare "
     "motion: record one with nothing on the flange (--unloaded); joint 1: ",
-    ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
+    ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "contain the same motion",
 }
 
 

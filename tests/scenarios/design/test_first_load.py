@@ -61,7 +61,7 @@ def test_an_arm_that_hardly_lifts_itself_carries_what_leaves_it_room_where_it_ho
     strong, tired = (written(tmp_path, f"{k}.xml", weak(torque)) for k, torque in enumerate((60.0, 4.6)))
     assert load_of(strong, rated=2.0).body.mass == 2.0
     load = load_of(tired, rated=3.0)
-    assert "the most that the largest torque of joint m2 can hold" in load.source
+    assert "the largest mass that the torque of joint m2 can hold" in load.source
     rng, arm = np.random.default_rng(9), load_arm(tired)  # at rest, other positions than those of the rule
     q, still = rng.uniform(arm.lower, arm.upper, (3000, arm.n)), np.zeros((3000, arm.n))
     held = [

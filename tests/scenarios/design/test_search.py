@@ -207,7 +207,7 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     said = capsys.readouterr().err
     cost, found = (float(word.rstrip(".")) for word in _costs(said))
     assert (
-        "the scenario's own motion is better: its worst gain has a standard deviation of 0.362 %, "
+        "the scenario's own motion is better: the largest standard deviation of its gains is 0.362 %, "
         "that of the motion found " in said
     )
     assert "try more --evaluations, or --improve, which starts from it" in said

@@ -35,7 +35,7 @@ def test_a_motion_may_last_ten_minutes_and_no_longer(tmp_path):
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_number_may_be_large_up_to_its_limit(tmp_path, sign):
     assert read_motion(motion(tmp_path, "a.toml", center=(sign * LARGEST, 0.5)), tmp_path).center[0] == sign * LARGEST
-    with pytest.raises(ScenarioError, match="center holds a number that is not finite or beyond 10000"):
+    with pytest.raises(ScenarioError, match="center contains a number that is not finite or beyond 10000"):
         read_motion(motion(tmp_path, "b.toml", center=(sign * LARGEST * 1.001, 0.5)), tmp_path)
 
 

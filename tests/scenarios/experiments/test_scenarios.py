@@ -46,7 +46,7 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     assert verdict.gains[3].reason == "too little load"
     assert (
         verdict.gains[4].reason
-        == "identified, but not identifiable from these data according to tolerance.identifiable in mine.toml"
+        == "identified, although these data do not identify it according to tolerance.identifiable in mine.toml"
     )
 
 
@@ -307,7 +307,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
             {"unloaded": folder / "loaded.parquet", "loaded": folder / "unloaded.parquet"},
             "the unloaded and loaded files are probably swapped",
         ),
-        "twice": ({"loaded": folder / "unloaded.parquet"}, "hold the same motion"),
+        "twice": ({"loaded": folder / "unloaded.parquet"}, "contain the same motion"),
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),
         "degrees": ({"loaded": degrees}, "the log looks like degrees"),
         "no model": ({"model": folder / "payload.toml"}, "expected a .urdf, .xml or .mjcf file"),

@@ -73,12 +73,13 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     assert read_result(tmp_path / "saved", Result).unseen.model_dump(mode="json") == unseen
     page = tmp_path / "page.html"
     assert main(["report", str(tmp_path / "saved"), "--out", str(page)]) == 0
-    assert "A motion that no fit has seen" in page.read_text(encoding="utf-8")
+    assert "A motion that was not used in any fit" in page.read_text(encoding="utf-8")
     capsys.readouterr()
     assert main(words) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert re.search(
-        r"PASSED: prediction error [\d.]+ % with the gains found, [\d.]+ % with the others, of the currents of", out
+        r"PASSED: prediction error [\d.]+ % with the identified gains, [\d.]+ % with the others, of the currents of",
+        out,
     )
 
 
@@ -93,7 +94,7 @@ def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(wei
     assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)
     assert main([*words[:-1], *wrong]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, which no fit has seen", out)
+    assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, not used in any fit", out)
     assert f"light.parquet is not predicted on joint {beyond[0]['joint']} (" in out
 
 
@@ -290,7 +291,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     recording = ident.read(run / "light.parquet").recording
     write_recording(replace(recording, v=1000.0 * recording.v), tmp_path / "scaled.parquet")
     cases = {
-        ("--unseen", str(run / "unloaded.parquet")): "hold the same motion",
+        ("--unseen", str(run / "unloaded.parquet")): "contain the same motion",
         ("--unseen", str(tmp_path / "scaled.parquet")): "if it carries a payload, state it",
         (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "state mass and centre of mass",
         ("--unseen-payload", str(tmp_path / "mass.toml")): "add --unseen LOG",
@@ -326,7 +327,7 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
     write_recording(replace(heavy, t=heavy.t[kept] - 1.5, q=heavy.q[kept], v=heavy.v[kept]), part)
     unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
-    assert "part.parquet hold the same motion, whole or in part" in only_line(capsys)
+    assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
     assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
     assert "part.parquet: the gains were identified from this recording or a part of it (heavy.parquet)" in only_line(
         capsys

@@ -13,7 +13,7 @@ def conclusion(*errors: float | None) -> str:
 def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():
     said = conclusion(-0.077, -0.074, -0.081, -0.076)
     assert said.startswith("FAILED: the mass from all joints is off by the same -7.7 % (2 sigma ")
-    assert "check the mass on the scale" in said
+    assert "check the weighed masses" in said
     assert "joint 4" not in said
 
 

@@ -84,7 +84,7 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     told_wrong = result(Diagnosed(diagnoses=(smaller, wrong)))  # joint 2 once, with the larger effect
     (told,) = kept_paragraphs(told_wrong)
     assert told.text == (
-        "Gains kept although a fault moves them, by less than 3 standard deviations: joint 2 by +0.62 %."
+        "Gains kept although a fault changes them, by less than 3 standard deviations: joint 2 by +0.62 %."
     )
     assert kept_paragraphs(result(FOUND)) == []
     said = summary(told_wrong)
@@ -112,7 +112,7 @@ def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_i
             "joint": 3,
             "statistic": 5.5,
             "threshold": SHOWN,
-            "measure": "standard errors of the gain in predictions",
+            "measure": "improvement of the predictions, in standard errors",
             "sentence": DOUBT.sentence,
             "change": -1.5,
             "failed": True,

@@ -140,7 +140,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     headings = [part.text for part in report.parts if isinstance(part, Heading)]
     assert headings == [
         "Gains",
-        "Refused or failed, and what would identify them",
+        "Refused or failed joints, and how to identify them",
         "Diagnoses",
         "Torques, measured and reconstructed",
         "Residual: spectrum",
@@ -305,7 +305,7 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
         (
             lambda folder: [path.unlink() for path in folder.iterdir() if path.is_file()],
             ScenarioError,
-            "holds no result; expected a folder that run, identify",
+            "contains no result; expected a folder written by run, identify",
         ),
     ],
 )

@@ -107,7 +107,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
         "ls-2011", ("1", "3"), (0.0, 0.0), (-4.4444, 0.0), (4.4444, 0.0)
     )  # fmt: skip
     assert plot.x.categories == ("1", "2", "3")
-    assert plot.y.unit == "% from the median"
+    assert plot.y.unit == "%"
     tables = [part for part in report.parts if isinstance(part, Table)]
     said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
     assert [column.title for column in tables[0].columns] == ["Joint", "ls-2011", "slow"]

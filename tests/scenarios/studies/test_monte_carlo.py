@@ -181,8 +181,8 @@ def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_
 @pytest.mark.parametrize(
     ("count", "seed", "message"),
     [
-        (10**8 + 1, 0, "a study has 100000000 trials at most; ask for fewer"),
-        (10**23, 0, "a study has 100000000 trials at most; ask for fewer"),
+        (10**8 + 1, 0, "a study has 100000000 trials at most; request fewer"),
+        (10**23, 0, "a study has 100000000 trials at most; request fewer"),
         (3, 2**31 - 2, r"3 trials from seed 2147483646 need seeds beyond 2\^31 - 1"),
     ],
 )

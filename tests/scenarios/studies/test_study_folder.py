@@ -101,7 +101,7 @@ def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
 
 def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("x")
-    with pytest.raises(StudyError, match=r"holds 'thesis\.tex' but no study\.json"), opened(tmp_path):
+    with pytest.raises(StudyError, match=r"contains 'thesis\.tex' but no study\.json"), opened(tmp_path):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -131,7 +131,7 @@ def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
         good = folder.trials / "00000000-00000003.parquet"
         for name in ("00000004-00000007.parquet", "0-3.parquet", "00000000-00000003.copy.parquet", "00000000-00000003"):
             (folder.trials / name).write_bytes(good.read_bytes())
-            with pytest.raises(StudyError, match=rf"{name}: holds trials 0 to 3; move it away"):
+            with pytest.raises(StudyError, match=rf"{name}: contains trials 0 to 3; move it away"):
                 folder.missing(10)
             (folder.trials / name).unlink()
         folder.write_part(whole(3, 4), part(3, 4))

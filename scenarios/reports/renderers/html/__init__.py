@@ -1,4 +1,4 @@
-"""A report as one file for a browser: every text escaped, plots and what draws them inside, no request to anywhere."""
+"""Report as one HTML file: escaped texts, embedded plots and scripts, no network requests."""
 
 import base64
 import io
@@ -28,21 +28,21 @@ from scenarios.reports.renderers.html.scripts import drawing_library, script_jso
 from scenarios.reports.renderers.html.specs import drawn_plots, legend
 
 MARK = "rx90 report"
-"""What the page names as its maker, for who asks whether a file is one."""
+"""Generator of the page, by which a page is recognised."""
 CODE = re.compile(r"`([^`\n]+)`")
-"""A command or a name within words, as all forms of a report write it."""
+"""A command or a name within a text."""
 
 
 KINDS: dict[type[Part], str] = {
     Paragraph: "paragraph", Line: "line", Heading: "heading", Table: "table", Figure: "figure", Plot: "plots",
     Picture: "glance", Facts: "glance",
 }  # fmt: skip
-"""Words of the template for parts."""
+"""Names of parts in the template."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Parts that stand together: plots beside each other, facts beside a picture, anything else alone."""
+    """Parts in one group: adjacent plots, facts with a picture, or a single other part."""
 
     kind: str
     parts: tuple[Part, ...]
@@ -50,14 +50,14 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A heading, None before the first one, and what is below it."""
+    """A heading, None before the first one, and the parts below it."""
 
     heading: Heading | None
     blocks: tuple[Block, ...]
 
 
 def render(report: Report, page: Page) -> str:
-    """Draw title and parts; the plots are drawn by the browser from their numbers."""
+    """Render title and parts; the browser draws plots from their data."""
     templates = Environment(
         loader=PackageLoader("scenarios.reports.renderers", "html"),
         autoescape=True,
@@ -86,7 +86,7 @@ def render(report: Report, page: Page) -> str:
 
 
 def sections(parts: tuple[Part, ...]) -> list[Section]:
-    """The parts by headings; plots that follow each other together, likewise pictures and facts."""
+    """Return the parts by headings, with groups of consecutive plots, and of pictures and facts."""
     found, heading, blocks = list[Section](), None, list[Block]()
     for kind, members in groupby(parts, key=lambda part: KINDS[type(part)]):
         together = tuple(members)
@@ -108,22 +108,22 @@ def canvases(plot: Plot) -> list[Plot]:
 
 
 def heading(column: Column) -> str:
-    """A column's title on one line."""
+    """Return a column's title on one line."""
     return " ".join(column.title.split())
 
 
 def prose(text: str) -> Markup:
-    """Words, escaped, with what stands between backticks set as code."""
+    """Return escaped text with text in backticks as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 def _picture(picture: Picture) -> str:
-    """The bytes as an address that holds them."""
+    """Return the bytes as a data URI."""
     return f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"
 
 
 def _figure(figure: Figure) -> str:
-    """A drawing likewise."""
+    """Return a drawing as a data URI."""
     drawn = io.BytesIO()
     figure.draw().savefig(drawn, format="png", dpi=110)
     return f"data:image/png;base64,{base64.b64encode(drawn.getvalue()).decode()}"

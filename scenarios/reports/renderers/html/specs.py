@@ -1,6 +1,6 @@
-"""A plot as Vega reads it: what is drawn apart from its numbers, which the page fills in.
+"""Vega-Lite specification of a plot; the page inserts the data.
 
-Colours are names of the page's style sheet, so that light, dark and paper each have their own.
+Colours are names of the style sheet, with values for light, dark and print.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,18 +10,18 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone
 
 Spec = dict[str, object]
 ROW, STRIPE = 17, 22
-"""Least height of a category, and breadth of a stripe behind intervals [pixel]."""
+"""Least height of a category, and width of a band behind intervals [pixel]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a tone looks.
+    """Appearance of a style.
 
     Attributes:
-        colour: Its name in the style sheet.
-        dash: Of a line, as SVG has it.
-        shape: Of a point.
-        width: Of a line [pixel].
+        colour: Name in the style sheet.
+        dash: Dash pattern of a line, as in SVG.
+        shape: Shape of a point.
+        width: Width of a line [pixel].
         fill: Opacity of a bar.
     """
 
@@ -33,7 +33,7 @@ class Style:
 
     @property
     def quiet(self) -> bool:
-        """Whether it stays behind the others."""
+        """Whether it is drawn behind the others."""
         return self == STYLES[Tone.QUIET]
 
 
@@ -47,7 +47,7 @@ STYLES = {
     Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0, 0.0),
 }
 CONFIG: Spec = {
-    "font": "system-ui, 'DejaVu Sans', sans-serif",  # as the page has it; Vega measures it
+    "font": "system-ui, 'DejaVu Sans', sans-serif",  # the font of the page, which Vega measures
     "background": "transparent",
     "view": {"stroke": "var(--grid)"},
     "axis": {
@@ -61,13 +61,13 @@ CONFIG: Spec = {
         "titleFontWeight": "normal",
         "labelLimit": 150,
     },
-    "axisY": {"minExtent": 36},  # a plot and the strip below it begin at the same place
+    "axisY": {"minExtent": 36},  # a plot and the strip below it are aligned
     "aria": False,
 }
 
 
 def drawn_plots(plots: Sequence[Plot]) -> list[Spec]:
-    """What the page's script needs of each plot: the specification, the numbers, words for a table of them."""
+    """Return the data for the page's script: specification, numbers, and texts of their table."""
     import vl_convert
 
     return [
@@ -86,12 +86,12 @@ def drawn_plots(plots: Sequence[Plot]) -> list[Spec]:
 
 
 def legend(plot: Plot) -> list[tuple[str, str, Style]]:
-    """What stands beside a plot: label, mark and style of each series with a label."""
+    """Return the legend: label, mark and style of each labelled series."""
     return [(each.label, each.mark.value, STYLES[each.tone]) for each in plot.series if each.label]
 
 
 def specification(plot: Plot) -> Spec:
-    """A plot in Vega-Lite, its numbers left out: data named s0, s1 .. and bands."""
+    """Return a plot in Vega-Lite without numbers: data are named s0, s1 .. and bands."""
     layers: list[Spec] = [_bands(plot)] if plot.bands else []
     layers += [_reference(each) for each in plot.references]
     layers += [_series(k, each, plot) for k, each in enumerate(plot.series)]
@@ -171,7 +171,7 @@ def _series(k: int, series: Series, plot: Plot) -> Spec:
 
 
 def _interval(style: Style, *, upright: bool) -> list[Spec]:
-    """A rule from low to high and a point on it; what is quiet is a broad stripe behind the others."""
+    """Return a rule from low to high with a point; background series are a wide band."""
     ends = _from_to(upright=upright)
     if style.quiet:
         stripe = {"type": "rule", "color": "var(--band)", "strokeWidth": STRIPE, "strokeCap": "butt"}
@@ -182,7 +182,7 @@ def _interval(style: Style, *, upright: bool) -> list[Spec]:
 
 
 def _ends(*, upright: bool) -> Spec:
-    """A thin rule on a bar, from low to high."""
+    """Return a thin rule on a bar, from low to high."""
     return {"mark": {"type": "rule", "color": "var(--ink)", "strokeWidth": 1.0}, "encoding": _from_to(upright=upright)}
 
 
@@ -192,7 +192,7 @@ def _from_to(*, upright: bool, axis: Mapping[str, object] | None = None) -> Spec
 
 
 def _beside(plot: Plot) -> list[str]:
-    """Labels of series that share categories and would cover each other."""
+    """Return the labels of series that share categories and would overlap."""
     if not plot.x.categories and not plot.y.categories:
         return []
     among = [each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
@@ -200,7 +200,7 @@ def _beside(plot: Plot) -> list[str]:
 
 
 def _offset(series: Series, plot: Plot) -> Spec:
-    """A place of its own within a category."""
+    """Return an offset within a category."""
     among = _beside(plot)
     if len(among) < 2 or series.label not in among:
         return {}

@@ -1,10 +1,10 @@
 """Prediction of a motion that was not used in any fit: errors of the currents of each joint.
 
-The torque that arm and payload take, over the gain, is the current (paper, eq. 7). The arm comes from bare motions with
-the same gains, or from a model file. Other gains are held against it on the same motion: time blocks of it say whether
-one predicts better than the other, or only by chance. Whether it predicts at all is another question: the fit says how
-far off it may be. A factor common to all gains cancels on a bare motion, where arm and gains change alike; with a
-weighed payload it does not: what the payload seems to weigh on each joint is how much its gain is too large.
+The current is the torque of arm and payload over the gain (paper, eq. 7). The arm is identified from bare motions with
+the same gains, or read from a model file. Predictions with other gains are compared on the same motion, with a t-test
+of its time blocks. The limit of the prediction error follows from the fit. A factor common to all gains cancels on a
+bare motion, where arm and gains scale together, but not with a weighed payload: the ratio of the payload's identified
+to its stated torque is the ratio of each gain to the correct one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -57,12 +57,12 @@ class UnseenJoint:
 
     Attributes:
         joint: The joint, from 0.
-        rel_error: Norm of the prediction's error over that of the currents.
-        other_rel_error: The same with other gains, None where there are none.
-        fitted_rel_error: The same of the residual of the motions that the arm was fitted to, None of a model file.
-        largest: `rel_error` beyond which the motion is not predicted.
-        gain_error: By which share the gain is too large, as the payload weighs on this joint; None of a bare motion, or
-            an arm that was not found with the gains.
+        rel_error: Norm of the prediction error over that of the currents.
+        other_rel_error: As `rel_error`, with other gains; None if there are none.
+        fitted_rel_error: Relative residual of the motions to which the arm was fitted; None for a model file.
+        largest: Limit of `rel_error` for a predicted motion.
+        gain_error: Relative error of the gain according to the payload, positive if it is too large; None for a bare
+            motion, or an arm that was not identified with the gains.
         gain_std: Its standard deviation.
     """
 
@@ -113,7 +113,7 @@ class Unseen:
 
     @property
     def passed(self) -> bool:
-        """Whether every joint's currents are predicted, its gain is not contradicted, what was to be beaten is."""
+        """Whether currents are predicted, better than with other gains if any, and no payload contradicts a gain."""
         return self.verdict in (None, BETTER) and not any(each.exceeds or each.misjudged for each in self.joints)
 
 

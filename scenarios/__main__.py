@@ -14,7 +14,7 @@ OBJECTS = 200_000
 
 
 def main() -> int:
-    """Run the command line as a process of its own."""
+    """Run the command line in a separate process."""
     gc.set_threshold(OBJECTS)
     own_packages_first()
     import warnings  # after the import path is settled
@@ -25,11 +25,11 @@ def main() -> int:
         os.environ.setdefault(name, "1")
     os.environ.setdefault(NO_PLUGINS, "1")
     if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # a warning is for whoever reads code; what a user must know is said in words
+        warnings.simplefilter("ignore")  # warnings are for developers; messages inform the user
     try:
         return command_line()
     finally:
-        gc.freeze()  # the process ends: to look through all that is left would take a quarter of its imports' time
+        gc.freeze()  # at exit Python would search all objects for cycles once more, a quarter of the imports' time
 
 
 if __name__ == "__main__":

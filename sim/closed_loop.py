@@ -13,7 +13,7 @@ from sim.sensors import SENSOR_EFFECTS, SensorOptions
 from sim.sensors.effect import NoiseStreams, Reader
 
 CHUNK = 100
-"""Control periods whose references are gathered, and whose logs are stored, at once; few, so that caches hold them."""
+"""Number of control periods whose references are gathered and whose logs are stored together; they fit in the cache."""
 Advanced = Callable[[float], None]
 """Callback that receives the simulated time since the last call, summed over all simulations [s]."""
 

@@ -23,13 +23,13 @@ class _Period(NamedTuple):
 
     Attributes:
         reading: Readings [rad], shape (B, n).
-        before: Those of the period before [rad], shape (B, n).
-        difference: The first less the second [rad], shape (B, n).
-        known: Readings, speed estimate of the period before, reference, difference; shape (4, B, n).
-        after: What the reference less the position's feedback leaves [drive units], and the speed estimate [rad/s];
-            shape (2, B, n). It is where the next period has its readings, written over this, and its estimate before.
-        left: The first of these, shape (B, n).
-        dq: The second, shape (B, n).
+        before: Readings of the preceding period [rad], shape (B, n).
+        difference: `reading` minus `before` [rad], shape (B, n).
+        known: Readings, speed estimate of the preceding period, reference, difference; shape (4, B, n).
+        after: Reference minus position feedback [drive units], then the speed estimate [rad/s]; shape (2, B, n). The
+            next period writes its readings over the first of these, and takes the second as its preceding estimate.
+        left: The first row of `after`, shape (B, n).
+        dq: The second row of `after`, shape (B, n).
         v: Current references [drive units], shape (B, n).
     """
 
@@ -46,23 +46,23 @@ class _Period(NamedTuple):
 class ControlPeriods:
     """B controllers in a sequence of control periods, with their readings and commands.
 
-    For a few simulations the cost of the law is the number of NumPy calls: what is multiplied or added alike stands
-    side by side in memory, and all views of it are made once.
+    With few simulations, the number of NumPy calls determines the computing time. Values with the same operation are
+    therefore adjacent in memory, and all views are created once.
 
     Attributes:
-        reference: Tabulated part of the current, to be written before [drive units], shape (length, B, n).
-        q_ref: Reference positions, likewise, for the integral alone [rad], shape (length, B, n); None if no controller
-            integrates.
-        reading: What the encoders read, to be written right before a period is commanded [rad], shape (length, B, n).
-        v: Current references before the drives limit them [drive units], shape (length, B, n).
+        reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).
+        q_ref: Reference positions, written before the run, used only by the integral action [rad], shape (length, B,
+            n); None without integral action.
+        reading: Encoder readings, written right before the period is commanded [rad], shape (length, B, n).
+        v: Current references before saturation [drive units], shape (length, B, n).
     """
 
     def __init__(self, controllers: Sequence[Controller], length: int) -> None:
-        """Give controllers their memory.
+        """Allocate the memory.
 
         Args:
-            controllers: One a simulation, of equal period.
-            length: Control periods of a run.
+            controllers: One per simulation, of equal period.
+            length: Number of control periods of a run.
         """
         kp, self._kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
         B, n = kp.shape
@@ -90,11 +90,11 @@ class ControlPeriods:
         self._memory[1, 1] = self._integral[:] = 0.0
 
     def go_on(self) -> None:
-        """Let the first period follow the last one."""
+        """Continue from the last period."""
         self._memory[0, 0], self._memory[1, 1] = self._memory[-2, 0], self._memory[-1, 1]
 
     def command(self, k: int) -> Array:
-        """Currents of period k, whose reading is written and whose predecessor is commanded: a row of `v`, (B, n)."""
+        """Compute the currents of period k from its reading and the preceding period: a row of `v`, shape (B, n)."""
         reading, before, difference, known, after, left, dq, v = self._periods[k]
         np.subtract(reading, before, difference)
         np.multiply(self._coefficients, known, self._products)

@@ -41,7 +41,7 @@ PLANTS_KEPT = 128
 NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """Placeholder for a payload that is not mounted: plants that differ only in it are equal."""
 TABLES_KEPT = 64
-"""Tables of torques kept, and of currents; one of 20 s at 250 Hz has a quarter of a megabyte."""
+"""Number of cached tables of torques, and of currents; one of 20 s at 250 Hz takes 0.25 MB."""
 RATE = 100.0
 """Sampling rate [Hz]; ten samples are the largest time at a limit."""
 

@@ -97,12 +97,12 @@ def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
 
 @dataclass(slots=True)
 class _LinkMotion:
-    """A link's pose in the frame before, and how it moves, in its own; samples last.
+    """A link's pose in the preceding frame, and its motion in its own frame; samples last.
 
     Attributes:
-        E: Rotation from the frame before to its own, (3, 3, samples).
-        arrow: Its origin in the frame before.
-        motion: w, dw and a, the acceleration of its origin less gravity, (3, 3, samples).
+        E: Rotation from the preceding frame to its own, (3, 3, samples).
+        arrow: Its origin in the preceding frame.
+        motion: w, dw and a, the acceleration of its origin minus gravity, (3, 3, samples).
         L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
     """
 
@@ -113,14 +113,14 @@ class _LinkMotion:
 
 
 def _moving_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[list[_LinkMotion]]:
-    """Links, from the base on, block by block of samples; motion is (N, n)."""
+    """Yield the links, from the base on, for each block of samples; motion has shape (N, n)."""
     turns = [rotation_terms(arm, j) for j in range(arm.n)]
     for start in range(0, len(q), BLOCK):
         yield _moving_links(arm, turns, *(each[start : start + BLOCK].T for each in (q, dq, ddq)))
 
 
 def _moving_links(arm: Arm, turns: list[list[Term]], q: Array, dq: Array, ddq: Array) -> list[_LinkMotion]:
-    """Every link, from the base on; motion is (n, samples)."""
+    """Return the links, from the base on; motion has shape (n, samples)."""
     samples, links = q.shape[1], list[_LinkMotion]()
     motion = np.zeros((3, 3, samples))
     motion[2] = -arm.gravity[:, None]
@@ -137,7 +137,7 @@ def _moving_links(arm: Arm, turns: list[list[Term]], q: Array, dq: Array, ddq: A
 
 
 def _link_torques(arm: Arm, links: Sequence[_LinkMotion], chi: Array) -> Array:
-    """Torque of links and what they carry, shape (samples, n)."""
+    """Return the torque of the links, shape (samples, n)."""
     samples = links[0].E.shape[2]
     torque, carried = np.empty((arm.n, samples)), np.zeros((2, 3, samples))
     for j, link in reversed(list(enumerate(links))):
@@ -145,7 +145,7 @@ def _link_torques(arm: Arm, links: Sequence[_LinkMotion], chi: Array) -> Array:
         carried += _wrench(chi[first : first + len(INERTIAL)], link.motion, link.L)
         torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
         carried = np.einsum("kas,abs->kbs", carried, link.E)
-        add_cross(carried[0], -carried[1], link.arrow)  # the lever times the force
+        add_cross(carried[0], -carried[1], link.arrow)  # lever arm times force
     return torque.T
 
 

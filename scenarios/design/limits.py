@@ -12,7 +12,7 @@ from sim.plant import Plant
 from sim.trajectory import FourierTrajectory
 
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
-"""Share of each joint's limits that a designed motion may use, unless it is `Limits.torque_share`."""
+"""Share of each joint's limits that a designed motion may use, except that of the torque, `Limits.torque_share`."""
 HALF_TURN = np.pi
 """Range to either side for a joint without limits [rad]; assumed because of cables."""
 
@@ -111,7 +111,7 @@ def robot_limits(plant: Plant) -> Limits:
 
 
 def worst_of(excess: Array, names: tuple[str, ...], shares: Mapping[str, float] = SHARES) -> str:
-    """Which limit a motion breaks most, in words. `excess` is that of `Limits.excess`, shape (4, N, n)."""
+    """Return the most exceeded limit, in words. `excess` is that of `Limits.excess`, shape (4, N, n)."""
     kind, _, joint = np.unravel_index(int(excess.argmax()), excess.shape)
     what, share = list(shares.items())[int(kind)]
     used = 100.0 * (float(excess.max()) + share)

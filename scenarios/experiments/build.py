@@ -20,9 +20,9 @@ from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
 
 CHECK = "check-weight"
-"""Name of the motion that identification does not see; with its hyphen it is that of no mounting."""
+"""Name of the motion that is not used for identification; no mounting can have a name with a hyphen."""
 DRIVES_KEPT = 16
-"""Drives kept, a kilobyte each."""
+"""Number of cached drives; one takes a kilobyte."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,7 @@ from sim.frozen_joints import hold_all_but_arm
 STATES = 4
 """Number of random positions of all joints for the comparison; a single one could miss a difference by coincidence."""
 TOLERANCE = 1e-6
-"""Difference of an axis or of gravity, as a share of its size, and of an anchor in shares of the arm's reach."""
+"""Largest difference of an axis or of gravity, relative to its size, and of an anchor, relative to the arm's reach."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",

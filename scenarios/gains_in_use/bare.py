@@ -43,13 +43,13 @@ class BareAnswer:
 
     Attributes:
         found: The arm over the gain of a reference joint, with ratios.
-        predicted: How well parts of the motions follow from the others.
-        known: Gains believed beforehand, None without any.
-        off: Ratios against these.
-        in_si: The arm with gains that are given, None without any.
-        if_loaded: What a payload would add, None if nobody asks.
-        said: What is said of the recordings.
-        observing: Filters and thresholds, with the delay that was undone.
+        predicted: Cross-validation of parts of the motions.
+        known: Given gains, None without any.
+        off: Comparison of the ratios with given gains, if any.
+        in_si: The arm in SI units with given gains, None without gains.
+        if_loaded: Expected gains with a payload, None if not requested.
+        said: Diagnoses of the recordings.
+        observing: Filters and thresholds, with the compensated delay.
     """
 
     found: BareArm

@@ -26,7 +26,7 @@ DRAWN = (
 
 
 def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
-    """What was written.
+    """Return the report.
 
     Args:
         written: Changed and unchanged attributes.

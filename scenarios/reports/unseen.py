@@ -26,8 +26,8 @@ TOLD = (
     "verify tests it."
 )
 DOUBTED = (
-    "WARNING: the payload on this motion says that gains are off by {}. Friction that grows with the load and elastic "
-    "joints make up to 11 % of right gains; rx90 verify has a model of both."
+    "WARNING: according to the payload on this motion, gains are off by {}. Load-dependent friction and elastic "
+    "joints, which are not modelled here, cause up to 11 % with correct gains; rx90 verify models both."
 )
 
 
@@ -80,7 +80,7 @@ def _digits(share: float | None, *, sign: str = "") -> str:
 def unseen_parts(
     found: ResultUnseen | None, *, other: str = "others", told: Sequence[str] = (IDENTIFIED, TOLD)
 ) -> list[Part]:
-    """The motion joint by joint, and what the numbers are; nothing where there is none."""
+    """Return the table of prediction errors by joint; nothing without such a motion."""
     if found is None:
         return []
     columns = [Column(title="Joint"), Column(title="Prediction\nerror", unit="%"), Column(title="Explained", unit="%")]

@@ -11,7 +11,7 @@ from ident.support.arrays import Array
 from sim.sensors.effect import Log, Noise, NoiseStreams, Reader, SensorEffect, Values
 
 CHUNK = 100
-"""Control periods whose noise is drawn at once."""
+"""Number of control periods whose noise is drawn together."""
 
 
 @dataclass(frozen=True, kw_only=True)

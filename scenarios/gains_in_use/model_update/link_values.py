@@ -13,9 +13,9 @@ from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import ScenarioError
 
 SAME = 1e-6
-"""Difference of frames, in metres or of unit vectors, that the digits of a file may make."""
+"""Largest difference of frames, in metres or of unit vectors, due to rounding in a file."""
 SAME_GAIN = 1e-6
-"""Relative difference of gains that the digits of a file may make."""
+"""Largest relative difference of gains due to rounding in a file."""
 FAR = 4.0
 """Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 COMMENT = (
@@ -47,17 +47,17 @@ class LinkValues:
 
 
 def link_values(bare: BareFile | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
-    """Links for a model file.
+    """Return links for a model file.
 
     Args:
-        bare: What was found from bare motions.
-        gains: That the model is to have.
-        arm: Of the file.
-        nominal: Its links as they are.
+        bare: Results of bare motions.
+        gains: The gains of the updated model.
+        arm: The arm of the file.
+        nominal: Links of the file.
 
     Raises:
-        ScenarioError: If there is no physically consistent set, one of other gains or of another model, or one that the
-            data contradict.
+        ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
+            contradict the data.
     """
     if bare is None:
         raise ScenarioError("--links: no identification of bare motions is given; add --arm A")

@@ -39,9 +39,9 @@ class JointPart(_Part):
     """A joint.
 
     Attributes:
-        gain: That base parameters in SI and links were found with, None where there was none.
-        predicted_rel_error: What the fit is off by where it has not seen its motions, relative to the currents.
-        fitted_rel_error: The same of the residual.
+        gain: Gain used for base parameters in SI and links, None if none was given.
+        predicted_rel_error: Error of the cross-validation, relative to the currents.
+        fitted_rel_error: Residual of the fit, relative to the currents.
     """
 
     joint: int

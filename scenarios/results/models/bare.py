@@ -34,11 +34,11 @@ class BareJoint(ResultModel):
         rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
         predicted_rel_std: Predicted relative standard deviation, also for a refused ratio.
         reason: Why there is no ratio, null if there is one.
-        gain: Its given gain [N m / drive unit], which base parameters in SI and links rest on; null if none is given.
-        off_std: Standard deviation of `off`, a share too, that of the given gains included.
-        predicted_rel_error: Norm of the error of its currents' prediction, each part of the motions from the others,
-            relative to that of the currents; null where it has no row.
-        fitted_rel_error: The same of the residual, relative too, where all parts are fitted to.
+        gain: Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given.
+        off_std: Standard deviation of `off`, including that of the given gains; relative.
+        predicted_rel_error: Norm of the prediction error of its currents, each part of the motions predicted from the
+            others, relative to that of the currents; null without rows.
+        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
         friction: Friction and offset of the joint.
     """
 
@@ -49,7 +49,7 @@ class BareJoint(ResultModel):
     predicted_rel_std: float
     reason: str | None
     gain: float | None = None
-    off: float | None = Field(description="relative difference of this ratio from that of the given gains")
+    off: float | None = Field(description="Relative difference between this ratio and that of the given gains")
     off_std: float | None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None

@@ -60,7 +60,7 @@ class DiagnosedResult(ResultModel):
 
     @property
     def found(self) -> diagnosis.Diagnosed:
-        """As it was said: joints from 0."""
+        """Return the original diagnoses, with joints from 0."""
         return diagnosis.Diagnosed(
             diagnoses=tuple(map(_diagnosis, self.diagnoses)),
             excluded=tuple(map(_exclusion, self.excluded)),

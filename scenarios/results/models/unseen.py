@@ -16,15 +16,15 @@ class UnseenJoint(ResultModel):
     Attributes:
         joint: Number of the joint, from 1.
         rel_error: Norm of the prediction's error relative to that of the currents.
-        explained: Share of the squared currents that is predicted, one less the square of `rel_error`.
-        other_rel_error: As `rel_error`, relative as well, with the other gains or the model as it is.
-        fitted_rel_error: Norm of the residual relative to that of the currents, of the motions that the arm was fitted
-            to; null of a model file.
-        largest_rel_error: Largest `rel_error` of a motion that is predicted: three times what the fit is off by where
-            it has not seen its own motions, with the deviations of arm, gain and payload, and 15 % at most.
-        gain_rel_error: Relative error of the gain as the payload weighs on this joint, positive if it is too large;
-            null of a bare motion, and where the arm is that of a model file.
-        gain_rel_std: Its standard deviation, relative as well.
+        explained: Share of the squared currents that is predicted, one minus the square of `rel_error`.
+        other_rel_error: As `rel_error`, relative, with the other gains or the unchanged model.
+        fitted_rel_error: Norm of the residual relative to that of the currents, of the fitted motions; null for a model
+            file.
+        largest_rel_error: Largest `rel_error` of a predicted motion: three times the cross-validation error of the fit
+            with the standard deviations of arm, gain and payload, at most 15 %; relative.
+        gain_rel_error: Relative error of the gain according to the payload on this motion, positive if it is too large;
+            null for a bare motion and for the arm of a model file.
+        gain_rel_std: Standard deviation of `gain_rel_error`, relative.
     """
 
     joint: int = Field(ge=1)
@@ -74,7 +74,7 @@ class ResultUnseen(DiagnosedResult):
 
     @property
     def passed(self) -> bool:
-        """Whether every joint's currents are predicted, its gain is not contradicted, what was to be beaten is."""
+        """Whether currents are predicted, better than by the others if any, and no payload contradicts a gain."""
         return self.verdict in (None, "better") and not any(each.exceeds or each.misjudged for each in self.joints)
 
     @property

@@ -1,8 +1,9 @@
 """The logarithms of the gains, by damped Newton steps on the squares that the shared parameters leave.
 
 At gains h the shared parameters follow by linear least squares from B = [h_1 A_1; h_2 A_2; ..; beliefs]. A point of the
-search needs no factorisation of B: in coordinates z in which the columns are orthonormal at the start (theta = R^-1 z),
-B'B = sum over joints of h_j^2 Z_j'Z_j is close to the identity, and its Cholesky factor is as accurate as one of B.
+search needs no factorisation of B: in coordinates z in which the columns are orthonormal at gains nearby
+(theta = R^-1 z), B'B = sum over joints of h_j^2 Z_j'Z_j is close to the identity, and its Cholesky factor is as
+accurate as one of B.
 """
 
 from collections.abc import Sequence
@@ -28,6 +29,9 @@ POOR, GOOD = 0.25, 0.75
 SLOWER, FASTER = 4.0, 1.0 / 6.0
 UNDAMPED, DAMPED = 1e-9, 1e-3
 """Damping to begin with and at least, so that a free scale is not singular, and after the first step that fails."""
+FAR = 3.0
+"""Largest difference of two joints' changes of log|h| up to which columns count as orthonormal: the condition number of
+B'B is then at most e^6, which costs three of sixteen digits."""
 RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show a shared parameter."""
 
@@ -84,6 +88,7 @@ class _Rows:
     """Rows of all joints that own columns do not touch, with orthonormal shared columns; joints are padded with zeros.
 
     Attributes:
+        h: Gains at which the columns are orthonormal, as 1/g, shape (n,).
         Z: Shared columns of each joint, shape (n, m, k).
         k: Known torque, shape (n, m).
         V: Currents, shape (n, m).
@@ -95,6 +100,7 @@ class _Rows:
         count: Number of shared parameters.
     """
 
+    h: Array
     Z: Array
     k: Array
     V: Array
@@ -104,6 +110,10 @@ class _Rows:
     columns: Indices
     R: Array
     count: int
+
+    def near(self, h: Array) -> bool:
+        """Whether the columns are close to orthonormal at other gains as well."""
+        return float(np.ptp(np.log(h / self.h))) < FAR
 
     def theta(self, z: Array) -> Array:
         """Shared parameters, zero for those that the rows do not show, shape (count,)."""
@@ -129,7 +139,7 @@ def _rows_of(joints: Sequence[ReducedJoint], h: Array, beliefs: Array) -> _Rows:
         V[j, : sizes[j]] = each.V[each.inner]
     Zb = found.Q[last:]
     return _Rows(
-        Z=Z, k=k, V=V, beliefs=Zb, gram=Z.swapaxes(1, 2) @ Z, gram_of_beliefs=Zb.T @ Zb,
+        h=h, Z=Z, k=k, V=V, beliefs=Zb, gram=Z.swapaxes(1, 2) @ Z, gram_of_beliefs=Zb.T @ Zb,
         columns=found.columns, R=found.R, count=B.shape[1],
     )  # fmt: skip
 
@@ -139,6 +149,7 @@ class _Point:
     """The model at some gains.
 
     Attributes:
+        rows: What it was evaluated on.
         h: 1/g, shape (n,).
         z: Shared parameters, as coordinates, shape (k,).
         T: What each joint's currents owe to its gain, shape (n, m).
@@ -147,6 +158,7 @@ class _Point:
         cost: Sum of squares of the residual and the beliefs.
     """
 
+    rows: _Rows
     h: Array
     z: Array
     T: Array
@@ -169,18 +181,19 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
     damping = UNDAMPED
-    rows = _rows_of(joints, start, prior.rows)
-    point = _point(rows, sign * np.exp(s), prior.off(s))
+    point = _point(_rows_of(joints, start, prior.rows), start, prior.off(s))
     for steps in range(MOST_STEPS):
-        normal = _curvature(rows, point, prior)
+        normal = _curvature(point, prior)
         gradient = np.sum(point.T * point.r, axis=1) - prior.off(s) / prior.std
         while True:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
             length = float(np.linalg.norm(step))
             step *= min(1.0, LONGEST_STEP / max(length, 1e-300))
             if length < SMALLEST_STEP:
-                return Found(h=point.h, theta=rows.theta(point.z), cost=point.cost, steps=steps)
-            tried = _point(rows, sign * np.exp(s + step), prior.off(s + step))
+                return Found(h=point.h, theta=point.rows.theta(point.z), cost=point.cost, steps=steps)
+            h: Array = sign * np.exp(s + step)
+            rows = point.rows if point.rows.near(h) else _rows_of(joints, h, prior.rows)
+            tried = _point(rows, h, prior.off(s + step))
             if tried.cost <= point.cost:
                 break
             damping = max(8.0 * damping, DAMPED)
@@ -190,7 +203,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
-def _curvature(rows: _Rows, point: _Point, prior: Prior) -> Array:
+def _curvature(point: _Point, prior: Prior) -> Array:
     """Second derivative of half the squares that the shared parameters and the prior leave by the logarithms, (n, n).
 
     With T the currents that each joint owes to its gain, R the residual likewise, and Q the basis of the shared
@@ -199,7 +212,7 @@ def _curvature(rows: _Rows, point: _Point, prior: Prior) -> Array:
     """
 
     def left(one: Array, other: Array) -> Array:
-        along = _lower_solved(point.factor, point.h * rows.onto(other).T)  # Q'(..), (k, n)
+        along = _lower_solved(point.factor, point.h * point.rows.onto(other).T)  # Q'(..), (k, n)
         return np.diag(np.sum(one * other, axis=1)) - along.T @ along + np.diag(prior.std**-2)
 
     exact = left(point.T, point.T - point.r)
@@ -218,7 +231,7 @@ def _point(rows: _Rows, h: Array, off: Array) -> _Point:
         r = r - h[:, None] * (rows.Z @ more)
         left = left - rows.beliefs @ more
     cost = float(np.sum(r**2) + left @ left + off @ off)
-    return _Point(h=h, z=z, T=rows.V - r, r=r, factor=factor, cost=cost)
+    return _Point(rows=rows, h=h, z=z, T=rows.V - r, r=r, factor=factor, cost=cost)
 
 
 def _lower_solved(L: Array, x: Array, trans: Literal[0, 1] = 0) -> Array:

@@ -38,7 +38,7 @@ LOG_FAULTS = {
     "q1 twice": (_csv(GOOD).replace("q2", "q1", 1), r"column q1 appears twice"),
     "no v": (_csv({k: GOOD[k] for k in ("t", "q1", "q2")}), r"columns v1, v2, \.\. are missing; found t, q1, q2"),
     "no v2": (_csv({k: GOOD[k] for k in ("t", "q1", "q2", "v1")}), r"joint 2 has only one of the columns q2 and v2"),
-    "no t": (_csv({k: GOOD[k] for k in ("q1", "v1")}), r"column t is missing; say which one .*; found q1, v1"),
+    "no t": (_csv({k: GOOD[k] for k in ("q1", "v1")}), r"column t is missing; declare it: .*; found q1, v1"),
     "other names": ("time,pos,cur\n1,2,3\n", r"names no column t, q1\.\. or v1\.\.; found time, pos, cur"),
     "many joints": (
         _csv({"t": T} | {f"{k}{j}": Q1 for k in "qv" for j in range(1, 66)}),

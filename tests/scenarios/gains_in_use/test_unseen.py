@@ -101,7 +101,7 @@ def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(wei
 def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_fails(weighed_cell, tmp_path, capsys):
     words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell)[:2], "--unseen-payload"]
     for factor, status, said in (
-        (1.12, 0, "WARNING: the payload on this motion says that gains are off by -1"),
+        (1.12, 0, "WARNING: according to the payload on this motion, gains are off by -1"),
         (1.25, 1, "By its payload the gains are off by -2"),
     ):
         assert main([*words, heavier(weighed_cell, factor, tmp_path)]) == status
@@ -109,7 +109,7 @@ def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_f
         assert said in out
         assert "rx90 verify" in out
     assert main([*words, light(weighed_cell)[3]]) == 0
-    assert "says that gains are off" not in " ".join(capsys.readouterr().out.split())
+    assert "according to the payload" not in " ".join(capsys.readouterr().out.split())
 
 
 def test_gains_as_good_as_those_found_fail_the_gate(weighed_cell, capsys):
@@ -404,7 +404,7 @@ def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
     for error, std, passed, said in (
         (-0.21, 0.03, False, "FAILED: prediction error 6 % of the currents of new.csv"),
         (-0.21, 0.08, True, "Prediction error 6 %"),  # within three deviations
-        (0.14, 0.02, True, "says that gains are off by +14 % (joint 3)"),
+        (0.14, 0.02, True, "on this motion, gains are off by +14 % (joint 3)"),
     ):
         found = result(error, std)
         assert found.passed is passed

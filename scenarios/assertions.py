@@ -52,7 +52,7 @@ def assert_scenario(
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
-        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; run more seeds")
+        raise ScenarioError(f"{loaded.name}: {seed} cannot reject a pass rate of {wanted:g}; run more seeds")
     schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]

@@ -187,9 +187,8 @@ def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Itera
         name="unexplained",
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
         sentence=(
-            f"the model leaves {two_digits(float(times[worst]))} times as much of joint "
-            f"{worst + 1}'s current unexplained as a fit of this joint alone; no known cause "
-            "explains it"
+            f"the residual is {two_digits(float(times[worst]))} times as large on joint {worst + 1} as in a fit of "
+            "this joint alone; no known cause explains the difference"
         ),
         advice="check that the model, the payload and all logs are of one robot",
         joints=tuple(range(len(times))) if beside_faults else (worst,),

@@ -39,7 +39,7 @@ FARTHEST = 0.1
 GROSS = {
     "sign": "opposite sign of q{joints}",
     "current sign": "opposite sign of v{joints} in one log",
-    "joint reversed": "q and v of joint {joints} negated in one log",
+    "joint reversed": "q{joints} and v{joints} both negated in one log",
     "order": "exchanged or reordered columns",
     "base": "a different orientation of the base",
     "unit": "a different unit of positions",

@@ -54,7 +54,7 @@ def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
             yield Diagnosis(
                 name="negative gain",
                 severity=Severity.WEAK,
-                sentence=f"joint {j + 1}: the gain is negative, v{j + 1} has the other sign than q{j + 1} in every log",
+                sentence=f"joint {j + 1}: the gain is negative; v{j + 1} and q{j + 1} have opposite signs in every log",
                 advice=f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}",
                 joints=(j,),
                 value=gain,
@@ -103,7 +103,7 @@ def _unexplained(estimate: GainEstimate) -> Iterator[Diagnosis]:
             yield Diagnosis(
                 name="residual",
                 severity=Severity.WEAK,
-                sentence=f"joint {j + 1}: the model leaves {100.0 * share:.0f} % of the current unexplained",
+                sentence=f"joint {j + 1}: {100.0 * share:.0f} % of the current is not explained by the model",
                 advice="check that the model is of this robot, with its couplings, friction and base",
                 joints=(j,),
                 value=100.0 * share,

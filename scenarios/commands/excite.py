@@ -173,7 +173,7 @@ def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) 
         return problem
     motion = setup_of(scenario).experiments[0].trajectory
     sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
-    complain(f"searching against noise and {', '.join(sourced.names)}")
+    complain(f"minimising the errors from noise and {', '.join(sourced.names)}")
     return replace(problem, added=sourced)
 
 

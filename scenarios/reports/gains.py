@@ -42,7 +42,7 @@ def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
 
 MEANING = (
     "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
-    "together. Errors of the model's geometry, friction law and elasticity are not included where its part is zero."
+    "together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not included."
 )
 
 

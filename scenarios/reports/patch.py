@@ -14,14 +14,14 @@ NOTES = (
 
 AS_GIVEN = "the model as it is"
 """What the copy is held against where no gains of a data sheet are given."""
-COPY = "The copy is predicted as it was written, with links, damping and friction and without offsets of the current."
+COPY = "Predictions use the copy as written: its links, damping and friction, but no offsets of the currents."
 AS_IT_IS = (
-    "To predict better than the model as it is, friction alone is enough: this comparison does not test the gains. "
-    "Give --nominal to hold them against gains of a data sheet."
+    "A copy with friction alone predicts better than the unchanged model, so this comparison does not test the gains. "
+    "Give --nominal to compare them with the gains of a data sheet."
 )
 DRAWN = (
-    "Links of the copy are those of MODEL, so gains are held against the link masses that it states; a motion with a "
-    "weighed payload and --links hold them against the payload."
+    "The copy has the links of MODEL, so the gains are tested against the link masses stated there. To test them "
+    "against a payload, give --links and a motion with a weighed payload."
 )
 
 

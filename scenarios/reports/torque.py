@@ -11,10 +11,10 @@ from scenarios.reports.gains import sentence
 
 INCLUDED = (
     "Torque of the drive, current times gain. It includes friction and the amplifier's offset, which currents "
-    "alone do not separate from the torque of the links. 2 sigma: of the gain; of the torque, at the peak."
+    "alone do not separate from the torque of the links. 2 sigma: of the gain, and of the torque at its peak."
 )
 
-OF_ROBOT = "The gains are of robot {}; that the log is of the same one is not checked, as logs do not name their robot."
+OF_ROBOT = "The gains are of robot {}. Logs do not name their robot: make sure that this log is of the same one."
 
 
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:

@@ -11,8 +11,8 @@ from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
 
 BARE = (
-    "The motion is taken as bare. A factor common to all gains cancels, as the arm is identified with the same gains; "
-    "a motion with a weighed payload (--unseen-payload) reveals it."
+    "The motion is assumed to be bare. A factor common to all gains cancels, because the arm is identified with the "
+    "same gains; a motion with a weighed payload (--unseen-payload) reveals it."
 )
 IDENTIFIED = (
     "The arm, with viscous and Coulomb friction, is identified from the bare motions, each time with the gains in "
@@ -20,10 +20,10 @@ IDENTIFIED = (
 )
 TOLD = (
     "Errors are norms, in % of the rms current of the joint; explained is the share of its squared currents. At most "
-    "expected: three times the error of the fit on parts of its own motions that were left out, with the standard "
-    "deviations of arm, gain and payload; no more than 15 %. Gain error by payload: by how much the gain is too large, "
-    "with 2 sigma, if the payload is as stated. Beyond 15 % and 3 sigma it fails; a smaller one may pass, and rx90 "
-    "verify tests it."
+    "expected: three times the cross-validation error of the fit, combined with the standard deviations of arm, gain "
+    "and payload; 15 % at most. Gain error by payload: error of the gain, with 2 sigma, if the payload is as stated; "
+    "positive if the gain is too large. The test fails if this error exceeds both 15 % and 3 sigma; rx90 verify tests "
+    "smaller errors."
 )
 DOUBTED = (
     "WARNING: according to the payload on this motion, gains are off by {}. Load-dependent friction and elastic "
@@ -54,8 +54,8 @@ def unseen_verdict(
         most = [each.largest_rel_error or 0.0 for each in beyond]
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
         why += (
-            f". {log} is not predicted on {listed}, where at most {less} % is expected: its payload, unit or sign is "
-            f"not as stated, or gains, arm model or friction are wrong for it"
+            f". The prediction of {log} fails on {listed}; at most {less} % is expected. Its payload, unit or sign is "
+            f"not as stated, or gains, arm model or friction are wrong"
         )
     wrong = [each for each in found.joints if each.misjudged]
     if wrong:

@@ -85,9 +85,9 @@ def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         Diagnosis(
             name="range",
             severity=Severity.WEAK if short else Severity.GOOD,
-            sentence=f"every joint moves by {ranges[j]:.3g} rad or m or more (q{j + 1} the least)"
+            sentence=f"every joint moves by at least {ranges[j]:.3g} rad or m (smallest range: q{j + 1})"
             if not short
-            else f"q{j + 1} moves by {ranges[j]:.3g} rad or m only",
+            else f"q{j + 1} moves by only {ranges[j]:.3g} rad or m",
             advice="move every joint further" if short else None,
             joints=(j,),
             logs=(recording.name,),

@@ -96,7 +96,7 @@ def _advice(predicted: float | None, allowed: float) -> str:
         return "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
     factor = predicted / allowed
     if factor <= 1.0:
-        return "the reason is not its standard deviation; see above"
+        return "its standard deviation is small enough; it was refused for the reason above"
     return (
         f"to identify it, use a payload with {_times(factor)} times the torque on it (farther from its "
         f"axis, or heavier; `rx90 payload` designs one), or record {_times(factor**2)} times as many rows "

@@ -145,7 +145,7 @@ def _worst(study: StoredStudy) -> list[Part]:
     seed = worst[0]["seed"]
     command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
-        f"Errors in claimed standard deviations; the largest of {many} normal ones would be about "
+        f"Errors in units of the claimed standard deviation; the largest of {many} normal errors is expected at about "
         f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
     return [Heading("Trials with the largest errors"), rows, Paragraph(said), Line(command)]

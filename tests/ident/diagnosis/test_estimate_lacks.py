@@ -121,7 +121,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
     assert times > 1.5
     np.testing.assert_allclose(said.value, times, rtol=1e-9)
-    assert f"leaves {two_digits(times)} times as much of joint 2's current" in said.sentence
+    assert f"the residual is {two_digits(times)} times as large on joint 2 as" in said.sentence
     (beside,) = _unexplained(base, free, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
     assert not list(lacks_of(base, (), ("a", "b"), stiff=None))

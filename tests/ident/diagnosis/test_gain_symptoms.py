@@ -19,7 +19,7 @@ def estimate(*gains: float | None) -> GainEstimate:
 def test_a_negative_gain_is_a_doubt_and_no_error():
     (found,) = negative({0: 13.2, 3: -7.1})
     assert (found.severity, found.joints, found.value, found.unit) == (Severity.WEAK, (3,), -7.1, "N m/unit")
-    assert found.sentence.startswith("joint 4: the gain is negative, v4 has the other sign than q4")
+    assert found.sentence.startswith("joint 4: the gain is negative; v4 and q4 have opposite signs")
 
 
 def test_a_gain_far_from_the_median_of_the_others_is_named_with_the_ratio():

@@ -53,9 +53,7 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
 def test_torques_say_whose_gains_they_were_made_with(weighed_cell, tmp_path, capsys):
     gains = ["--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "t.parquet")]
     assert main(["torque", str(weighed_cell / "run" / "light.parquet"), *gains]) == 0
-    assert "The gains are of robot rx90; that the log is of the same one is not checked" in " ".join(
-        capsys.readouterr().out.split()
-    )
+    assert "The gains are of robot rx90. Logs do not name their robot" in " ".join(capsys.readouterr().out.split())
 
 
 SIGNED = (13, 11, 7, -9, 12, 8)

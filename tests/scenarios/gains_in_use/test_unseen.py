@@ -95,7 +95,7 @@ def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(wei
     assert main([*words[:-1], *wrong]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, not used in any fit", out)
-    assert f"light.parquet is not predicted on joint {beyond[0]['joint']} (" in out
+    assert f"The prediction of light.parquet fails on joint {beyond[0]['joint']} (" in out
 
 
 def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_fails(weighed_cell, tmp_path, capsys):
@@ -217,8 +217,8 @@ def test_a_copy_that_beats_the_model_and_predicts_nothing_is_not_written(patchin
         assert (told["written"], told["unseen"]["verdict"]) == (False, "better")
     assert main([word for word in other if word != "--json"]) == 1
     out = " ".join(capsys.readouterr().out.split())
-    assert "light.parquet is not predicted on joint 3 (" in out
-    assert "where at most 15 % is expected" in out
+    assert "The prediction of light.parquet fails on joint 3 (" in out
+    assert "); at most 15 % is expected. Its payload" in out
     assert "NOT WRITTEN: it does not pass; --force writes it." in out
 
 
@@ -278,7 +278,7 @@ def test_a_copy_says_what_a_bare_motion_and_the_model_as_it_is_do_not_test(patch
         main(with_other(words, "--gains", gains))
         out = " ".join(capsys.readouterr().out.split())
         assert ("WARNING: with these gains the arm's masses are 2." in out) is doubted
-        assert "gains are held against the link masses that it states" in out
+        assert "the gains are tested against the link masses stated there" in out
         assert "this comparison does not test the gains. Give --nominal" in out
     main([*with_other(words, "--gains", sound), "--nominal", large])
     assert "does not test the gains" not in " ".join(capsys.readouterr().out.split())

@@ -81,10 +81,10 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     assert "3.5 times the torque" in said[0]
     assert "12 times as many rows" in said[0]
     assert "do not determine" in said[1]
-    assert "the reason is not its standard deviation" in said[2]
+    assert "its standard deviation is small enough" in said[2]
     assert "with 1.05 times the torque" in said[3]
     assert "or record 1.1 times as many rows" in said[3]
-    assert "the reason is not its standard deviation" in said[4]  # as large as is allowed
+    assert "its standard deviation is small enough" in said[4]  # as large as is allowed
     assert "with 10 times the torque" in said[5]
 
 

@@ -135,7 +135,7 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
 
 
 def test_too_few_seeds_to_fail_are_refused():
-    with pytest.raises(ScenarioError, match=r"1 seed cannot contradict a pass rate of 0\.95; run more seeds"):
+    with pytest.raises(ScenarioError, match=r"1 seed cannot reject a pass rate of 0\.95; run more seeds"):
         assert_scenario("nominal", seeds=[0])
     with pytest.raises(ScenarioError, match="give at least one seed"):
         assert_scenario("nominal", seeds=[])

@@ -132,7 +132,7 @@ def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_
         ["14", "2", "+1.500", "+1.50"],
     ]
     # As many are beyond it on average, on either side, as one.
-    assert f"the largest of 10 normal ones would be about {stats.norm.isf(1 / 20):.1f}" in said.text
+    assert f"the largest of 10 normal errors is expected at about {stats.norm.isf(1 / 20):.1f}" in said.text
     assert command.text == "rx90 run 'my own' --seed 12 --save seed-12"
 
 

@@ -127,7 +127,7 @@ def _verdict(found: Scoreboard) -> Paragraph:
     said = f"{len(ran)} of {len(found.entries)} recordings run"
     said += f", {unusable} not usable" if unusable else ""
     if compared:
-        said += f"; gains of disjoint pairs agree within 2 sigma on {within} of {compared} joints"
+        said += f"; gains of sets without a common recording agree within 2 sigma on {within} of {compared} joints"
     said += f"; {wrong} gains given that the data cannot determine."
     return Paragraph(said, Mood.BAD if wrong or unusable else Mood.PLAIN, strong=True)
 

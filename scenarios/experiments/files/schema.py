@@ -101,7 +101,7 @@ class ExperimentTable(_Table):
     warm_up: Seconds = Field(
         0.0, description="Duration of the warm-up before the first motion: the robot repeats it with a bare flange [s]"
     )
-    pause: Seconds = Field(0.0, description="Rest before every other motion, brakes on [s]")
+    pause: Seconds = Field(0.0, description="Rest before each motion but the first, brakes on [s]")
     step: Positive = Field(description="Step of the physics [s]")
     controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
     sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
@@ -152,7 +152,7 @@ class ToleranceTable(_Table):
 
 
 class CostTable(_Table):
-    """The effect of the controller's gains: results with these, with the identified gains, and true values."""
+    """The effect of `belief.controller_gain`: results with these, with the identified gains, and true values."""
 
     payload: str | BodyTable = Field(
         description=(
@@ -215,7 +215,7 @@ class ScenarioTable(_Table):
     tolerance: ToleranceTable = Field(description="Criteria for passing")
     cost: CostTable | None = Field(
         None,
-        description="If stated, single runs (not studies) also estimate the effect of the controller's gains",
+        description="If stated, single runs (not studies) also estimate the effect of belief.controller_gain",
     )
     random: dict[str, DrawTable] = Field(
         {}, description="Random values of every trial of a study, by names of your choice"

@@ -106,8 +106,8 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
     many = sum(len(each.t) for each in rows)
     accident = many * 2.0 * float(stats.norm.sf(FAR))
     said = (
-        f"{len(found)} of {many} rows are off by more than {FAR:g} standard deviations of their joint's residual; of "
-        f"normal ones {accident:.1f} would be."
+        f"{len(found)} of {many} rows have residuals above {FAR:g} standard deviations of their joint's residual; if "
+        f"residuals are normal, {accident:.1f} are expected."
     )
     found.sort(key=lambda each: -each[0])
     listed = table(

@@ -180,8 +180,8 @@ def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
     motion = np.repeat([0, 1], 50)
     stamp = np.r_[0.05 * np.arange(50), 1200.25 + 0.05 * np.arange(50)]  # the second log's clock is another
     said, table = outliers([rows_of(residual, motion=motion, stamp=stamp)], ("bare", "heavy"))
-    assert said.text.startswith("2 of 100 rows are off by more than 4 ")
-    assert f"{100 * 2 * stats.norm.sf(4):.1f} would be" in said.text
+    assert said.text.startswith("2 of 100 rows have residuals above 4 ")
+    assert f"{100 * 2 * stats.norm.sf(4):.1f} are expected" in said.text
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["3", "heavy", "1200.75", "+7.0", "+8.75 N m"],
         ["3", "bare", "0.35", "-4.5", "-5.62 N m"],

@@ -1,3 +1,5 @@
+import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +13,7 @@ from ident.payload.payload import standard_parameters
 from sim import effects as effects_package
 from sim import feedforward_currents as needed_module
 from sim.compile import lean_model
+from sim.controller import tuned
 from sim.effects import EFFECTS, ModelErrors
 from sim.errors import LooseTransmission, NoCurrent, SequenceError
 from sim.feedforward_currents import feedforward_currents as needed_in_turn
@@ -200,6 +203,27 @@ def test_a_payload_counts_where_it_is_mounted_and_only_there():
 
     np.testing.assert_array_equal(needed(False, 2.3), needed(False, 3.1))
     assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
+
+
+def test_a_model_file_that_has_changed_is_read_again(tmp_path):
+    model = tmp_path / "arm.xml"
+
+    def drawn(factor: float, stamp: int):
+        text = re.sub(r'\bmass="([^"]+)"', lambda each: f'mass="{factor * float(each[1])}"', rx90_mjcf.MJCF.read_text())
+        model.write_text(text)
+        os.utime(model, ns=(stamp, stamp))
+
+    drawn(1.0, 10**18)
+    plain = motion_of(loaded=False)
+    plant = replace(plain.plant, robot=replace(RX90, model=model))
+    motion = replace(plain, plant=plant, belief=replace(BELIEF, mjcf=model))
+    before, table = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
+    drawn(1.7, 10**18 + 3)
+    after, later = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
+    new = replace(motion, plant=replace(plant, robot=replace(RX90, model=model)))  # nothing is kept of this robot
+    np.testing.assert_array_equal(after, feedforward_currents(new, RATE))
+    assert np.abs(after - before).max() > 1.0
+    assert np.abs(later.reference - table.reference).max() > 1.0
 
 
 def driven(motions):

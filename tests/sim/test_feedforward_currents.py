@@ -15,7 +15,7 @@ from sim import feedforward_currents as needed_module
 from sim.compile import lean_model
 from sim.controller import tuned
 from sim.effects import EFFECTS, ModelErrors
-from sim.errors import LooseTransmission, NoCurrent, SequenceError
+from sim.errors import EffectError, LooseTransmission, NoCurrent, SequenceError
 from sim.feedforward_currents import feedforward_currents as needed_in_turn
 from sim.feedforward_currents import inertia_along, states_of
 from sim.plant import PayloadBody
@@ -303,6 +303,13 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
     for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
         assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
         np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
+
+
+def test_a_transmission_too_stiff_for_the_step_of_its_motion_is_refused_though_a_finer_step_took_it():
+    motion = motion_of(joint_compliance=COMPLIANCE)
+    feedforward_currents(motion, 50.0)
+    with pytest.raises(EffectError):
+        feedforward_currents(replace(motion, step=9e-3), 50.0)
 
 
 def test_play_that_a_motion_goes_through_is_refused():

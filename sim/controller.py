@@ -19,6 +19,7 @@ from ident.support.ranges import refuse_outside
 from sim.compile import bare_arm
 from sim.drives import LARGEST
 from sim.errors import ControllerError
+from sim.model_spec import file_stamp
 from sim.silenced_mujoco import silenced
 from sim.trajectory import FourierTrajectory
 
@@ -123,7 +124,6 @@ class Controller:
     period: float
 
 
-@lru_cache(maxsize=TABLES_KEPT)
 def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
     """Tune a controller on the inertia of its model of the bare arm along a reference motion.
 
@@ -137,6 +137,13 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
     Raises:
         ControllerError: If the model of the arm cannot be compiled or does not match.
     """
+    return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _tuned(
+    belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions, stamp: int
+) -> Controller:
     gain = np.array(belief.gain, dtype=np.float64)
     model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64), belief.flange)
     if trajectory.n != model.nv:

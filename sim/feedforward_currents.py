@@ -24,6 +24,7 @@ from sim.effects.temperature import warming
 from sim.errors import NoCurrent, Saturated, SimulationError
 from sim.experiment import Experiment
 from sim.faults import SATURATED_TOO_LONG, first_at_limit
+from sim.model_spec import file_stamp
 from sim.plant import PayloadBody, Plant
 from sim.rigid import Frictionless, frictionless, inertias, torque_along
 from sim.sequence import after_warm_up, starts_warm, warming_motion, warmth_before
@@ -209,11 +210,11 @@ def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
 def _rubbing_of(experiment: Experiment) -> _Rubbing:
     """Return the compiled plant of an experiment; a payload that is not mounted has no effect."""
     plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
-    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
+    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier, file_stamp(plant.robot.model))
 
 
 @lru_cache(maxsize=PLANTS_KEPT)
-def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int) -> _Rubbing:
+def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> _Rubbing:
     model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
     acts = acting(plant, model, step=step, earlier=earlier)
     return _Rubbing(frictionless(model), acts)

@@ -29,13 +29,18 @@ def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
         ValueError: If MuJoCo cannot read it.
         ModelFileError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
     """
-    spec, _ = _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)
+    spec, _ = _drawn(path, flange, file_stamp(path))
     return spec.copy()
 
 
 def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
     """Return the files of meshes that are missing or not solids; arguments and errors as `full_spec`."""
-    return _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)[1]
+    return _drawn(path, flange, file_stamp(path))[1]
+
+
+def file_stamp(path: Path) -> int:
+    """Time of the last change of a file, 0 if there is none: part of the key of whatever is cached of a model."""
+    return path.stat().st_mtime_ns if path.is_file() else 0
 
 
 @lru_cache(maxsize=8)

@@ -190,12 +190,28 @@ def test_more_friction_than_the_arm_has_is_not_taken_for_the_payload(structure, 
     )
 
 
+def test_inertia_of_rotors_is_the_arm_s_and_neither_a_free_friction_nor_a_weight_of_links(structure, motion, rng):
+    unseen, base = motion
+    rotor = np.array([name.startswith("Ia") for name in structure.base.names])
+    j = int(structure.base.names[np.flatnonzero(rotor)[0]].removeprefix("Ia")) - 1
+    before, after = (weighed(structure, unseen, each, 1.2)[j][0] for each in (base, base + 0.9 * rotor))
+    assert abs(after - before) > 1e-3  # a free rotor would leave the payload's torque as it is
+    chi = rng.uniform(0.5, 2.0, 84)
+    problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-3)
+    bare = UnseenMotion(log=LOG, parts=problem.motions, found=Diagnosed())
+    drawn = structure.base.regrouping @ chi
+    one, other = (
+        link_weights(bare, stated_gains(structure.arm, 1.7 * GAIN), each) for each in (drawn, drawn + 90.0 * rotor)
+    )
+    assert other == one
+
+
 def test_gains_that_the_payload_contradicts_fail_though_the_motion_is_predicted_as_the_fit_lets_expect(
     structure, motion
 ):
     unseen, base = motion
     loose = {j: replace(FIT[2], joint=j, share=0.3) for j in range(6)}  # a poor fit lets expect 15 % on every joint
-    for factor, passes in ((1.13, True), (1.22, False)):
+    for factor, passes in ((1.13, True), (1.22, False), (0.89, True), (0.82, False)):
         found = predicted(unseen, replace(model(structure, factor * base, factor * GAIN, (1, 2)), fits=loose))
         assert not any(each.exceeds for each in found.joints)
         assert [each.misjudged for each in found.joints[1:3]] == [not passes] * 2

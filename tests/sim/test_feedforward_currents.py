@@ -1,3 +1,5 @@
+import os
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +13,9 @@ from ident.payload.payload import standard_parameters
 from sim import effects as effects_package
 from sim import feedforward_currents as needed_module
 from sim.compile import lean_model
+from sim.controller import tuned
 from sim.effects import EFFECTS, ModelErrors
-from sim.errors import LooseTransmission, NoCurrent, SequenceError
+from sim.errors import EffectError, LooseTransmission, NoCurrent, SequenceError
 from sim.feedforward_currents import feedforward_currents as needed_in_turn
 from sim.feedforward_currents import inertia_along, states_of
 from sim.plant import PayloadBody
@@ -202,6 +205,27 @@ def test_a_payload_counts_where_it_is_mounted_and_only_there():
     assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
 
 
+def test_a_model_file_that_has_changed_is_read_again(tmp_path):
+    model = tmp_path / "arm.xml"
+
+    def drawn(factor: float, stamp: int):
+        text = re.sub(r'\bmass="([^"]+)"', lambda each: f'mass="{factor * float(each[1])}"', rx90_mjcf.MJCF.read_text())
+        model.write_text(text)
+        os.utime(model, ns=(stamp, stamp))
+
+    drawn(1.0, 10**18)
+    plain = motion_of(loaded=False)
+    plant = replace(plain.plant, robot=replace(RX90, model=model))
+    motion = replace(plain, plant=plant, belief=replace(BELIEF, mjcf=model))
+    before, table = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
+    drawn(1.7, 10**18 + 3)
+    after, later = feedforward_currents(motion, RATE), tuned(motion.belief, motion.trajectory, motion.controller)
+    new = replace(motion, plant=replace(plant, robot=replace(RX90, model=model)))  # nothing is kept of this robot
+    np.testing.assert_array_equal(after, feedforward_currents(new, RATE))
+    assert np.abs(after - before).max() > 1.0
+    assert np.abs(later.reference - table.reference).max() > 1.0
+
+
 def driven(motions):
     """What is logged of motions under a controller that knows the drives: as good as perfect."""
     believed = replace(BELIEF, gain=tuple(GAIN.tolist()))
@@ -279,6 +303,13 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
     for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
         assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
         np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
+
+
+def test_a_transmission_too_stiff_for_the_step_of_its_motion_is_refused_though_a_finer_step_took_it():
+    motion = motion_of(joint_compliance=COMPLIANCE)
+    feedforward_currents(motion, 50.0)
+    with pytest.raises(EffectError):
+        feedforward_currents(replace(motion, step=9e-3), 50.0)
 
 
 def test_play_that_a_motion_goes_through_is_refused():

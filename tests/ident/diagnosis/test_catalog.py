@@ -8,6 +8,7 @@ from consistency_logs import doubted, logs_of, problem_of
 from log_faults import at, changed, exchanged
 from real_friction import Truth
 
+from ident.diagnosis import engine
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
 from ident.diagnosis.candidates import Compared, Small
@@ -26,6 +27,7 @@ from ident.diagnosis.catalog import (
 )
 from ident.diagnosis.engine import directions
 from ident.diagnosis.fitted_currents import across, reference
+from ident.diagnosis.screening import Screened
 
 
 def by_words(found, words: str):
@@ -123,6 +125,20 @@ def test_only_a_power_of_ten_is_a_natural_scale_and_not_one_chosen_from_the_grid
     assert {*natural} == {True, False}
     assert [each.searched for each in found] == [not each for each in natural]
     assert all(each.searched for each in units.gears(doubted(axes, [bare, loaded]), 1))
+
+
+def test_a_scale_from_the_grid_takes_smaller_steps_than_a_natural_one(axes, monkeypatch):
+    bare, loaded = logs_of(Truth())
+    logs, asked = doubted(axes, [bare, loaded]), dict[float, float]()
+    gross = tuple(
+        Screened(replace(current_scales.scaled(logs, (1,), (joint,), scale), searched=searched), np.full(3, 37.0))
+        for joint, scale, searched in ((0, 4.7, True), (1, -1.0, False))
+    )
+    monkeypatch.setattr(
+        engine, "_refined", lambda logs, alternative, least: asked.update({alternative.value: least}) or None
+    )
+    assert not engine._in_full(engine.Survey(logs, None, (), (), gross))
+    assert asked == {4.7: engine.SETTLED, -1.0: engine.SHOWN}
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):

@@ -6,7 +6,7 @@ import pytest
 from pinocchio_arms import random_arm, standard_parameters_of
 
 from ident.model.arm import arm_from_pinocchio
-from ident.model.inverse_dynamics import BLOCK, inverse_dynamics
+from ident.model.inverse_dynamics import BLOCK, LinkMotions, inverse_dynamics
 from ident.model.parameters import labels
 from ident.model.regressor import regressor
 
@@ -29,6 +29,11 @@ def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, 
     chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
     q, dq, ddq = rng.uniform(-2, 2, (3, BLOCK + 17, 6))
     expected = regressor(coupled, q, dq, ddq) @ chi
-    torque = inverse_dynamics(coupled, chi, q, dq, ddq)
-    # Relative to the largest torque: a few hundred roundings.
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+    motions = LinkMotions.of(coupled, q, dq, ddq)
+    for torque in (
+        inverse_dynamics(coupled, chi, q, dq, ddq),
+        motions.torques(chi),
+        -0.5 * motions.torques(-2.0 * chi),
+    ):
+        # Relative to the largest torque: a few hundred roundings.
+        np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13 * np.abs(expected).max())

@@ -230,7 +230,7 @@ def test_a_set_that_data_contradict_or_that_is_none_is_refused(cell, capsys, mor
 def test_links_that_were_found_with_other_gains_are_refused(cell, capsys):
     told(cell, "arm.urdf")
     document = json.loads((cell / "bare.json").read_text())
-    for gain, status in ((9.5, 0), (9.5 * (1.0 + 1e-9), 0), (11.4, 2)):
+    for gain, status in ((9.5, 0), (9.5 * (1.0 + 1e-9), 0), (8.3, 2), (11.4, 2)):
         document["joints"][2]["gain"] = gain
         (cell / "bare.json").write_text(json.dumps(document))
         assert main(patched(cell, "arm.urdf")) == status

@@ -258,6 +258,13 @@ def test_a_copy_with_links_of_bare_motions_is_to_predict_as_these_predict_each_o
     assert [each["fitted_rel_error"] for each in joints] == [None, None, 0.022, None, None, None]
     # The deviations of gain and payload add a little to three times 3.1 %.
     assert [joints[1]["largest_rel_error"], joints[2]["largest_rel_error"]] == [0.15, pytest.approx(0.093, rel=0.05)]
+    heavier = [replace(each, value=1.3 * each.value) for each in shown]
+    found = nearest_links(structure.base, heavier, 1e-4 * np.eye(len(shown)), nominal)
+    bare["consistent"] = links_document(found, nominal, structure.arm).model_dump(mode="json")
+    (tmp_path / "links.json").write_text(json.dumps(bare))
+    main([*words, "--links", "--nominal", words[words.index("--gains") + 1]])
+    joints = printed(capsys, "patch")["unseen"]["joints"]  # of equal gains the rival has the same links
+    assert [each["rel_error"] for each in joints] == [each["other_rel_error"] for each in joints]
 
 
 def elsewhere(cell: Path, factor: float, path: Path) -> str:

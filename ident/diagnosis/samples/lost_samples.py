@@ -144,7 +144,7 @@ def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[
                 name="held currents",
                 severity=Severity.WEAK,
                 sentence=(
-                    f"all currents repeat those of the preceding row on {held:.3g} % of the "
+                    f"all currents equal those of the row before on {held:.3g} % of the "
                     "rows: v is logged at a lower rate than q"
                 ),
                 advice="log them at the rate of positions",

@@ -279,14 +279,21 @@ def provenance(studies: list[Covered], repeated: Paragraph) -> list[Part]:
 
 def overlaps(studies: list[Covered]) -> list[str]:
     """Sentences that name the studies with trials of the same seeds, which have the same noise."""
-    seeds = [set(range(study.record["seed"], study.record["seed"] + study.trials)) for study in studies]
-    if len(studies) > 1 and all(each == seeds[0] for each in seeds):
-        return [f"All studies have the same {len(seeds[0])} seeds, hence the same noise in its own size."]
-    return [
-        f"{studies[k].name} and {studies[m].name} share seeds of {len(seeds[k] & seeds[m])} trials, hence their noise."
-        for k, m in combinations(range(len(studies)), 2)
-        if seeds[k] & seeds[m]
+    alike = dict[range, list[str]]()
+    for study in studies:
+        first = study.record["seed"]
+        alike.setdefault(range(first, first + study.trials), []).append(study.name)
+    if len(studies) > 1 and len(alike) == 1:
+        return [f"All studies have the same {len(next(iter(alike)))} seeds, hence the same noise in its own size."]
+    found = [
+        f"{', '.join(names)}: the same {len(seeds)} seeds, hence the same noise in its own size."
+        for seeds, names in alike.items()
+        if len(names) > 1
     ]
+    for (one, first), (other, second) in combinations(alike.items(), 2):
+        if both := len(set(one) & set(other)):
+            found.append(f"{', '.join(first)} and {', '.join(second)} share seeds of {both} trials, hence their noise.")
+    return found
 
 
 def repetition(studies: list[Covered]) -> Paragraph:

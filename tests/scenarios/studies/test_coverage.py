@@ -300,6 +300,10 @@ def test_studies_with_the_same_seeds_are_said_to_share_their_noise(tmp_path, wri
     assert write_page["overlaps"]([first, first]) == [
         "All studies have the same 5 seeds, hence the same noise in its own size."
     ]
+    assert write_page["overlaps"]([before, first, before]) == [
+        "fleet, fleet: the same 5 seeds, hence the same noise in its own size.",
+        "fleet, fleet and fleet share seeds of 1 trials, hence their noise.",
+    ]
     assert write_page["overlaps"]([first]) == []
     assert write_page["overlaps"]([first, after]) == write_page["overlaps"]([before, after]) == []
 

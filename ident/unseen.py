@@ -21,7 +21,7 @@ from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
-from ident.estimation.known_gains import KnownGains, check_signs, estimated_gains
+from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import Identification
 from ident.model.base import independent_columns
@@ -39,9 +39,6 @@ from ident.support.errors import Contradiction, GainsError, IdentificationError,
 BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
 
 
-OTHER_UNIT = 15.0
-"""Ratio of two gains of one drive beyond which their units differ: midway, by factors, from 4, which published gains of
-one drive differ by, to the smallest factor of a unit, 57.3 of degrees."""
 ROTOR = ("Ia", "Iam")
 """Inertia that an arm has beside its links."""
 
@@ -179,37 +176,6 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
     return predicted(unseen, *models)
 
 
-def check_comparable(gains: KnownGains, other: KnownGains) -> None:
-    """Check that others may be gains of the same drives: of the same sign, which currents tell, and in the same unit.
-
-    Raises:
-        GainsError: Naming the joint.
-    """
-    check_signs(gains, other)
-    check_unit(gains, other, "gains to compare with")
-
-
-def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
-    """Check that gains of the same drives are in the same unit.
-
-    Args:
-        gains: Those found.
-        other: Others.
-        which: What these are.
-
-    Raises:
-        GainsError: Naming the joint.
-    """
-    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
-    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
-        ratio = abs(stated.get(joint, value) / value)
-        if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
-            raise GainsError(
-                f"{which}: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of {value:.4g}; check "
-                "the unit, N m or N per unit of the logged current"
-            )
-
-
 def used_model(found: ArmInUse, problem: Problem) -> UsedModel:
     """Return the arm identified from the bare motions of a problem with given gains."""
     return UsedModel(
@@ -342,12 +308,12 @@ def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> di
 
 
 def link_weights(unseen: UnseenMotion, gains: KnownGains, base: Array) -> tuple[LinkWeight, ...]:
-    """How many times the torque of the links as drawn each joint's currents are by its gain.
+    """Return the ratio of each joint's measured torque, by its gain, to that of the links in a model file.
 
     Args:
         unseen: A bare motion.
-        gains: That are held against the masses of a model file.
-        base: Base parameters of the arm as that file draws it, shape (b,).
+        gains: The gains to test.
+        base: Base parameters of the arm in the model file, shape (b,).
     """
     system, found = pooled_system(unseen.parts), list[LinkWeight]()
     links = _named(unseen, INERTIAL)
@@ -363,25 +329,25 @@ def link_weights(unseen: UnseenMotion, gains: KnownGains, base: Array) -> tuple[
 
 
 def _named(unseen: UnseenMotion, names: Sequence[str]) -> Mask:
-    """Which base parameters have one of these names, without the joint's number, shape (b,)."""
+    """Return a mask of the base parameters with one of these names, joint numbers ignored, shape (b,)."""
     own = unseen.parts[0].observation.structure.base.names
     return np.array([name.rstrip("0123456789") in names for name in own])
 
 
 def _beside(W: Array, links: Mask) -> Array:
-    """Columns of a joint's rows (r, b) beside those of links, as of friction and offset: those that are its own."""
+    """Return the nonzero columns of a joint's rows (r, b) other than those of links: friction and offset."""
     return W[:, ~links & W.any(axis=0)]
 
 
 def _gain_errors(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, tuple[float, float]]:
-    """By which share each gain is too large as the payload says, with its standard deviation, by joint from 0.
+    """Return the relative error of each gain according to the payload, and its standard deviation, by joint from 0.
 
-    An arm found with a gain is as much too large as the gain, but the payload is not: b of
+    Parameters of an arm that was identified with a gain scale with this gain, those of the payload do not. Hence b of
 
         g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
 
-    is the gain over the right one, whatever friction the motion has. Its deviation is that of time blocks that are left
-    out, with those of arm, payload and gain.
+    is the ratio of the gain to the correct one, with any viscous and Coulomb friction. Its standard deviation combines
+    a jackknife over time blocks with those of arm, payload and gain.
     """
     found = dict[int, tuple[float, float]]()
     if unseen.log.payload is None:

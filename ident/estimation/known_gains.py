@@ -12,6 +12,9 @@ from ident.support.errors import GainsError
 
 ROUNDING = 1e-6
 """Asymmetry and negative eigenvalue of a covariance, with unit diagonal, that rounding explains."""
+OTHER_UNIT = 15.0
+"""Ratio of two gains of one drive beyond which their units differ: midway, by factors, from 4, which published gains of
+one drive differ by, to the smallest factor of a unit, 57.3 of degrees."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,6 +101,37 @@ def check_signs(gains: KnownGains, other: KnownGains) -> None:
             raise GainsError(
                 f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
                 "one sign, that of torque over current"
+            )
+
+
+def check_comparable(gains: KnownGains, other: KnownGains) -> None:
+    """Check that others may be gains of the same drives: of the same sign, which currents tell, and in the same unit.
+
+    Raises:
+        GainsError: Naming the joint.
+    """
+    check_signs(gains, other)
+    check_unit(gains, other, "gains to compare with")
+
+
+def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
+    """Check that gains of the same drives are in the same unit.
+
+    Args:
+        gains: Those found.
+        other: Others.
+        which: What these are.
+
+    Raises:
+        GainsError: Naming the joint.
+    """
+    stated = dict(zip(other.joints.tolist(), other.value.tolist(), strict=True))
+    for joint, value in zip(gains.joints.tolist(), gains.value.tolist(), strict=True):
+        ratio = abs(stated.get(joint, value) / value)
+        if not 1.0 / OTHER_UNIT < ratio < OTHER_UNIT:
+            raise GainsError(
+                f"{which}: joint {joint + 1}: {stated[joint]:g} is {ratio:.2g} times its gain of {value:.4g}; check "
+                "the unit, N m or N per unit of the logged current"
             )
 
 

@@ -57,10 +57,10 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, report."""
     from threadpoolctl import threadpool_limits
 
-    from ident.estimation.known_gains import estimated_gains
+    from ident.estimation.known_gains import check_comparable, estimated_gains
     from ident.payload_identification.gains_outcome import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
-    from ident.unseen import check_comparable, predict_unseen
+    from ident.unseen import predict_unseen
     from scenarios.experiments.nominal_links import model_links
     from scenarios.reports.identify import estimate_report
 

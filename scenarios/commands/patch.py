@@ -60,8 +60,8 @@ def main(options: argparse.Namespace) -> Status:
     written = [path for path in (options.out, options.ros_params) if path is not None]
     _check_files(options.model, written)
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
+    from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
-    from ident.unseen import check_unit
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.nominal_links import nominal_links
     from scenarios.experiments.robot_models import read_arm

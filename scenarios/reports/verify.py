@@ -7,12 +7,13 @@ import numpy as np
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
+from ident.estimation.known_gains import OTHER_UNIT
 from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.payload_body import Quantity
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
-from ident.unseen import OTHER_UNIT, Unseen
+from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import (
     NONE,

@@ -17,6 +17,7 @@ free parameters.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import linalg
@@ -29,9 +30,9 @@ RIDGE = 1e-9
 """Prior precision of the coefficients of unit columns, in units of the residual: makes dependent columns harmless."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FreeFit:
-    """One joint's currents explained by columns of its own, whatever other joints say.
+    """One joint's currents explained by columns of its own, whatever other joints say, or those of all joints at once.
 
     Attributes:
         V: Currents [drive units], shape (r,).
@@ -39,6 +40,7 @@ class FreeFit:
         Q: Orthonormal columns that span the model's (of a weak prior, their part on the rows), shape (r, p).
         block: Block of time of each row, numbered through all logs, shape (r,).
         blocks: Number of blocks of all logs.
+        runs: Slices of rows, one after the other, that Q may have zero columns on.
     """
 
     V: Array
@@ -46,6 +48,7 @@ class FreeFit:
     Q: Array
     block: Indices
     blocks: int
+    runs: tuple[slice, ...] = (slice(None),)
 
     @property
     def freedom(self) -> int:
@@ -54,7 +57,18 @@ class FreeFit:
 
     def without(self, columns: Array) -> Array:
         """What the model leaves of columns, (r, k) or (r,)."""
-        return columns - self.Q @ (self.Q.T @ columns)
+        inside, left = np.zeros((self.Q.shape[1], *columns.shape[1:])), np.empty_like(columns)
+        for rows, Q, felt in self._parts:
+            inside[felt] += Q.T @ columns[rows]
+        for rows, Q, felt in self._parts:
+            left[rows] = columns[rows] - Q @ inside[felt]
+        return left
+
+    @cached_property
+    def _parts(self) -> list[tuple[slice, Array, Indices]]:
+        """Runs of rows, the part of Q on them that is not zero, and which of its columns these are."""
+        parts = ((rows, np.flatnonzero(self.Q[rows].any(axis=0))) for rows in self.runs)
+        return [(rows, np.ascontiguousarray(self.Q[rows, felt]), felt) for rows, felt in parts]
 
 
 def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:

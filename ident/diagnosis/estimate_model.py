@@ -151,7 +151,7 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
     block = numbered_blocks(rows.motion, rows.position, lengths)
     fit = FreeFit(
         V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
-        blocks=BLOCKS * len(lengths),
+        blocks=BLOCKS * len(lengths), runs=tuple(rows.runs()),
     )  # fmt: skip
     return Stated(problem, estimate, solution, fits_of([held_out(fit)]))
 

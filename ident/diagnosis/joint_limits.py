@@ -31,7 +31,7 @@ def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
     return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _ends(log: Recording) -> Array:
     """Lowest and highest position of each joint, shape (2, n); some 60 readings of a log ask for them."""
     return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))

@@ -5,7 +5,7 @@ friction steps, so that a small fault may be imitated. What is found here is com
 (`ident.diagnosis.comparison`) before anything is said of it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -164,31 +164,45 @@ def _solved(
     Returns:
         Squares left in each log and its instants, each of shape (u, logs), and degrees of freedom, shape (u, 1).
     """
-    size = columns[0].count
-    gram, b, parts = np.zeros((len(number), size, size)), np.zeros((len(number), size)), list[tuple[Array, Array]]()
-    for k, (own, each) in enumerate(zip(normals, columns, strict=True)):
-        mine = own.gram[j][number[:, k]]
-        rhs = own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None]
-        for here, rows in each.runs:
-            for there, across in each.runs:
+    size, runs = columns[0].count, [each.runs for each in columns]
+    b, products = np.zeros((len(number), size)), list[Array]()
+    for k, (own, each) in enumerate(zip(normals, runs, strict=True)):
+        products.append(own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None])
+        for here, rows in each:
+            b[:, rows] += products[-1][:, here]
+    positions, which = np.unique(number, axis=0, return_inverse=True)  # other currents leave the matrix as it is
+    gram = np.zeros((len(positions), size, size))
+    for k, (own, each) in enumerate(zip(normals, runs, strict=True)):
+        mine = own.gram[j][positions[:, k]]
+        for here, rows in each:
+            for there, across in each:
                 gram[:, rows, across] += mine[:, here, there]
-            b[:, rows] += rhs[:, here]
-        parts.append((mine, rhs))
     scale = np.sqrt(np.einsum("kpp->kp", gram))
     felt = scale > 0.0
     scale[~felt] = 1.0
     gram /= scale[:, :, None]
     gram /= scale[:, None, :]
     gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
-    x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
+    x = _of_each(np.linalg.solve, gram, b / scale[which], which) / scale[which]
     square = np.column_stack([own.square[number[:, k], j, current[:, k]] for k, own in enumerate(normals)]) * unit**2
     fitted = list[Array]()
-    for each, (mine, rhs) in zip(columns, parts, strict=True):
-        y = np.hstack([x[:, rows] for _, rows in each.runs])
-        fitted.append(np.sum(y * ((mine @ y[..., None])[..., 0] - 2.0 * rhs), axis=1))
+    for k, (own, each, rhs) in enumerate(zip(normals, runs, products, strict=True)):
+        y = np.hstack([x[:, rows] for _, rows in each])
+        fitted.append(np.sum(y * (_of_each(np.matmul, own.gram[j], y, number[:, k]) - 2.0 * rhs), axis=1))
     rows = np.column_stack([own.rows[number[:, k], j] for k, own in enumerate(normals)])
-    free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1, keepdims=True)
+    free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1)[which, None]
     return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
+
+
+def _of_each(act: Callable[[Array, Array], Array], matrices: Array, x: Array, which: Indices) -> Array:
+    """A matrix each, and a product or a solution with it, of many vectors (u, p) that mostly share one of them."""
+    found, times = np.empty_like(x), np.bincount(which, minlength=len(matrices))
+    alone = np.flatnonzero(times[which] == 1)
+    found[alone] = act(matrices[which[alone]], x[alone][..., None])[..., 0]
+    for k in np.flatnonzero(times > 1):
+        own = which == k
+        found[own] = act(matrices[k], x[own].T).T
+    return found
 
 
 def _state(k: int, hypothesis: Hypothesis) -> State:

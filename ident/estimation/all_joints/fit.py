@@ -45,7 +45,10 @@ class AllJointsFit:
     def rows(self) -> Rows:
         """Rows of all joints with their residuals."""
         lengths, explained = [len(each.V) for each in self.columns], self._linear[1]
-        hat = [each.on_rows(explained[part]) for each, part in zip(self.joints, self._parts, strict=True)]
+        hat = [np.zeros((length, explained.shape[1])) for length in lengths]
+        for own, each, part in zip(hat, self.joints, self._parts, strict=True):
+            felt = explained[part].any(axis=0)
+            own[:, felt] = each.on_rows(explained[part, felt])
         return Rows(
             V=np.concatenate([each.V for each in self.columns]),
             residual=np.concatenate(
@@ -106,20 +109,33 @@ class AllJointsFit:
 
     @cached_property
     def _linear(self) -> tuple[Array, Array]:
-        """Pseudo-inverse of the Jacobian in reduced rows and beliefs, and the orthonormal basis of its columns."""
-        parts, (logs, shared, *own) = self._parts, self._places
-        n, last = len(parts), parts[-1].stop
-        J = np.zeros((last + n + len(self.prior.rows), own[-1].stop))
-        for j, (each, rows, phi) in enumerate(zip(self.joints, parts, own, strict=True)):
+        """Pseudo-inverse of the Jacobian in reduced rows and beliefs, and an orthonormal basis of its columns.
+
+        Own columns are triangular in the first rows of their joint and zero in all others: these rows give phi, and
+        what gains and shared parameters explain is found from the rest.
+        """
+        parts, (_, _, *own) = self._parts, self._places
+        n, first, last = len(parts), own[0].start, parts[-1].stop
+        J, inner = np.zeros((last + n + len(self.prior.rows), first)), np.ones(len(self.prior.rows) + n + last, np.bool_)
+        for j, (each, rows, phi) in enumerate(zip(self.joints, parts, self.phi, strict=True)):
             h = self.found.h[j]
             J[rows, j] = h * (each.A @ self.found.theta + each.k)
-            J[rows, shared] = h * each.A
-            J[rows, phi] = each.F
-        J[last + np.arange(n), logs] = np.diag(1.0 / self.prior.std)
-        J[last + n :, shared] = self.prior.rows
-        solved, pseudo = factors(J, rank_tol=RANK_TOL), np.zeros((J.shape[1], J.shape[0]))
-        pseudo[solved.columns] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
-        return pseudo, solved.Q
+            J[rows, n:] = h * each.A
+            inner[rows.start : rows.start + len(phi)] = False
+        J[last + np.arange(n), np.arange(n)] = 1.0 / self.prior.std
+        J[last + n :, n:] = self.prior.rows
+        solved = factors(J[inner], rank_tol=RANK_TOL)
+        pseudo, Q = np.zeros((own[-1].stop, len(J))), np.zeros((len(J), own[-1].stop - first + solved.Q.shape[1]))
+        pseudo[np.ix_(solved.columns, inner)] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
+        for each, rows, phi in zip(self.joints, parts, own, strict=True):
+            f = phi.stop - phi.start
+            top = slice(rows.start, rows.start + f)
+            given = -J[top] @ pseudo[:first]
+            given[:, top] += np.eye(f)
+            pseudo[phi] = linalg.solve_triangular(each.F[:f], given, check_finite=False)
+            Q[top, phi.start - first : phi.stop - first] = np.eye(f)
+        Q[inner, own[-1].stop - first :] = solved.Q
+        return pseudo, Q
 
     def _by_rows(self, unknowns: slice) -> Array:
         spread = self._linear[0][unknowns]

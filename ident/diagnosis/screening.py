@@ -19,7 +19,7 @@ from ident.model.base import independent_columns
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks
 from ident.model.structure import Structure, structure_of
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array, Indices, Mask
 
 MOST_STATES = 90
 """Instants of each log."""
@@ -49,34 +49,37 @@ class Screened:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Normal:
-    """Normal equations of one log under S readings of its positions.
+    """Normal equations of one log under S readings of its positions, once the columns of that log alone are eliminated.
 
     Attributes:
-        gram: Of the columns that the log has, n arrays (S, p_k, p_k).
-        rhs: Columns times all currents, n arrays (S, p_k, n).
-        square: Sum of squares of each current on each joint's instants, joint first, shape (S, n, n).
+        gram: Of the columns that all logs share, n arrays (S, p, p).
+        rhs: These columns times all currents, n arrays (S, p, n).
+        size: Sums of squares of the shared columns, the log's own not eliminated, n arrays (S, p).
+        square: Sum of squares of each current that the log's own columns leave on each joint's instants, joint first,
+            shape (S, n, n).
         rows: Instants of each joint, shape (S, n).
+        felt: Own columns of each joint that are not zero, shape (S, n).
     """
 
     gram: list[Array]
     rhs: list[Array]
+    size: list[Array]
     square: Array
     rows: Array
+    felt: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class _Columns:
-    """Where the columns of one log stand among those of all logs, for one joint.
+    """Columns of one joint in one log, out of the standard regressor.
 
     Attributes:
-        chosen: Of the standard regressor, shape (p_k,).
-        runs: Which of them stand together, and where among the columns of all logs.
-        count: Columns of all logs.
+        shared: Those that all logs have in common, shape (p,).
+        own: Those of the log alone, shape (o,).
     """
 
-    chosen: Indices
-    runs: tuple[tuple[slice, slice], ...]
-    count: int
+    shared: Indices
+    own: Indices
 
 
 State = tuple[int, bytes, bytes]
@@ -127,7 +130,7 @@ def _left(
 ) -> tuple[Array, Array]:
     """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
     n, count = logs.structure.arm.n, len(at)
-    columns = _placed(logs, upright=upright)
+    columns = _columns_of(logs, upright=upright)
     number, normals = _normals(logs.structure.arm, at, hypotheses, columns)
     order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
     unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
@@ -136,8 +139,7 @@ def _left(
     for j in range(n):
         equations = np.column_stack((number, order[..., j], unit[..., j]))
         _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
-        own = [each[j] for each in columns]
-        lost, rows, free = _solved(normals, own, j, number[once], order[once, :, j], unit[once, :, j])
+        lost, rows, free = _solved(normals, j, number[once], order[once, :, j], unit[once, :, j])
         total = rows.sum(axis=1, keepdims=True)
         enough = free >= 1.0
         share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows, 1.0), np.inf)
@@ -149,13 +151,12 @@ def _left(
 
 
 def _solved(
-    normals: Sequence[_Normal], columns: Sequence[_Columns], j: int, number: Indices, current: Indices, unit: Array
+    normals: Sequence[_Normal], j: int, number: Indices, current: Indices, unit: Array
 ) -> tuple[Array, Array, Array]:
     """Fit one joint's currents to the columns of all logs, by each of u combinations of readings.
 
     Args:
         normals: Of each log.
-        columns: Likewise.
         j: The joint.
         number: Reading of the positions of each log, shape (u, logs).
         current: Column of the joint's currents in each log, shape (u, logs).
@@ -164,34 +165,26 @@ def _solved(
     Returns:
         Squares left in each log and its instants, each of shape (u, logs), and degrees of freedom, shape (u, 1).
     """
-    size, runs = columns[0].count, [each.runs for each in columns]
-    b, products = np.zeros((len(number), size)), list[Array]()
-    for k, (own, each) in enumerate(zip(normals, runs, strict=True)):
-        products.append(own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None])
-        for here, rows in each:
-            b[:, rows] += products[-1][:, here]
     positions, which = np.unique(number, axis=0, return_inverse=True)  # other currents leave the matrix as it is
-    gram = np.zeros((len(positions), size, size))
-    for k, (own, each) in enumerate(zip(normals, runs, strict=True)):
-        mine = own.gram[j][positions[:, k]]
-        for here, rows in each:
-            for there, across in each:
-                gram[:, rows, across] += mine[:, here, there]
-    scale = np.sqrt(np.einsum("kpp->kp", gram))
+    gram = np.sum([own.gram[j][positions[:, k]] for k, own in enumerate(normals)], axis=0)
+    scale = np.sqrt(np.sum([own.size[j][positions[:, k]] for k, own in enumerate(normals)], axis=0))
     felt = scale > 0.0
     scale[~felt] = 1.0
-    gram /= scale[:, :, None]
-    gram /= scale[:, None, :]
-    gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
-    x = _of_each(np.linalg.solve, gram, b / scale[which], which) / scale[which]
-    square = np.column_stack([own.square[number[:, k], j, current[:, k]] for k, own in enumerate(normals)]) * unit**2
-    fitted = list[Array]()
-    for k, (own, each, rhs) in enumerate(zip(normals, runs, products, strict=True)):
-        y = np.hstack([x[:, rows] for _, rows in each])
-        fitted.append(np.sum(y * (_of_each(np.matmul, own.gram[j], y, number[:, k]) - 2.0 * rhs), axis=1))
-    rows = np.column_stack([own.rows[number[:, k], j] for k, own in enumerate(normals)])
-    free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1)[which, None]
-    return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
+    gram = _with_ridge(gram / (scale[:, :, None] * scale[:, None, :]), felt)
+    rhs = [own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None] for k, own in enumerate(normals)]
+    x = (
+        _of_each(
+            lambda A, b: np.asarray(np.linalg.solve(A, b), np.float64), gram, np.sum(rhs, axis=0) / scale[which], which
+        )
+        / scale[which]
+    )
+    left, rows, free = (np.empty(number.shape) for _ in range(3))
+    for k, (own, products) in enumerate(zip(normals, rhs, strict=True)):
+        explained = np.sum(x * (2.0 * products - _of_each(np.matmul, own.gram[j], x, number[:, k])), axis=1)
+        left[:, k] = own.square[number[:, k], j, current[:, k]] * unit[:, k] ** 2 - explained
+        rows[:, k] = own.rows[number[:, k], j]
+        free[:, k] = rows[:, k] - own.felt[number[:, k], j]
+    return np.maximum(left, 0.0), rows, free.sum(axis=1, keepdims=True) - felt.sum(axis=1)[which, None]
 
 
 def _of_each(act: Callable[[Array, Array], Array], matrices: Array, x: Array, which: Indices) -> Array:
@@ -280,12 +273,33 @@ def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array
 
 def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
     """Equations of a log, (N, n) currents, under S readings: columns (n, p, S N), instants that move (S, N, n)."""
-    gram, rhs = list[Array](), list[Array]()
+    readings, n = len(moving), v.shape[1]
+    found = _Normal([], [], [], moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1), np.zeros((readings, n)))
     for j, each in enumerate(columns):
-        X = W[j, each.chosen].reshape(len(each.chosen), *moving.shape[:2]).swapaxes(0, 1)  # (S, p_k, N)
-        gram.append(X @ X.swapaxes(1, 2))
-        rhs.append(X @ v)  # of instants that do not move X is zero
-    return _Normal(gram, rhs, moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1))
+        X, own = (
+            W[j, which].reshape(len(which), readings, len(v)).swapaxes(0, 1) for which in (each.shared, each.own)
+        )  # (S, p, N) and (S, o, N), zero where the joint does not move
+        gram, rhs = X @ X.swapaxes(1, 2), X @ v
+        found.size.append(np.einsum("spp->sp", gram).copy())
+        if len(each.own):
+            scale = np.linalg.norm(own, axis=2)
+            felt = scale > 0.0
+            own = own / np.where(felt, scale, 1.0)[..., None]
+            beside = np.concatenate((own @ X.swapaxes(1, 2), own @ v), axis=2)  # (S, o, p + n)
+            explained = np.linalg.solve(_with_ridge(own @ own.swapaxes(1, 2), felt), beside)
+            p = len(each.shared)
+            gram -= beside[..., :p].swapaxes(1, 2) @ explained[..., :p]
+            rhs -= beside[..., :p].swapaxes(1, 2) @ explained[..., p:]
+            found.square[:, j] -= np.sum(beside[..., p:] * explained[..., p:], axis=1)
+            found.felt[:, j] = felt.sum(axis=1)
+        found.gram.append(gram)
+        found.rhs.append(rhs)
+    return found
+
+
+def _with_ridge(gram: Array, felt: Mask) -> Array:
+    """Equations of unit columns, (..., p, p), that have a solution whatever columns are dependent or not felt."""
+    return gram + np.where(felt, RIDGE, 1.0)[..., None] * np.eye(gram.shape[-1])
 
 
 def _joined(parts: Sequence[_Normal]) -> _Normal:
@@ -293,32 +307,25 @@ def _joined(parts: Sequence[_Normal]) -> _Normal:
     return _Normal(
         gram=[np.concatenate(each) for each in zip(*(part.gram for part in parts), strict=True)],
         rhs=[np.concatenate(each) for each in zip(*(part.rhs for part in parts), strict=True)],
+        size=[np.concatenate(each) for each in zip(*(part.size for part in parts), strict=True)],
         square=np.concatenate([part.square for part in parts]),
         rows=np.concatenate([part.rows for part in parts]),
+        felt=np.concatenate([part.felt for part in parts]),
     )
 
 
-def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
+def _columns_of(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
     """Columns of each log and joint: the arm's own are common, friction and payload are a later log's own."""
     of_arm, of_payload = _unknowns(logs.structure, upright=upright)
-    motions = logs.problem.motions
-    found = list[list[_Columns]]()
-    ends = [len(each) for each in of_arm]
-    for k, motion in enumerate(motions):
-        own = list[_Columns]()
-        for j, arm in enumerate(of_arm):
-            more = [np.zeros(0, dtype=np.intp)]
-            if k > 0:
-                more.append(len(STANDARD) * j + DRIFTING)
-                if motion.payload is not motions[0].payload:
-                    more.append(of_payload[j])
-            again = np.concatenate(more)
-            first, last = slice(0, len(arm)), slice(len(arm), len(arm) + len(again))
-            runs = ((first, first), (last, slice(ends[j], ends[j] + len(again))))
-            own.append(_Columns(np.concatenate((arm, again)), runs, 0))
-            ends[j] += len(again)
-        found.append(own)
-    return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]
+    motions, found = logs.problem.motions, list[list[_Columns]]()
+    for motion in motions:
+        own = [np.zeros(0, dtype=np.intp) for _ in of_arm]
+        if motion is not motions[0]:
+            own = [len(STANDARD) * j + DRIFTING for j in range(len(of_arm))]
+        if motion.payload is not motions[0].payload:
+            own = [np.concatenate(each) for each in zip(own, of_payload, strict=True)]
+        found.append([_Columns(*each) for each in zip(of_arm, own, strict=True)])
+    return found
 
 
 @lru_cache(maxsize=8)

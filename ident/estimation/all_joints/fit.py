@@ -116,7 +116,8 @@ class AllJointsFit:
         """
         parts, (_, _, *own) = self._parts, self._places
         n, first, last = len(parts), own[0].start, parts[-1].stop
-        J, inner = np.zeros((last + n + len(self.prior.rows), first)), np.ones(len(self.prior.rows) + n + last, np.bool_)
+        J = np.zeros((last + n + len(self.prior.rows), first))
+        inner = np.ones(len(J), np.bool_)
         for j, (each, rows, phi) in enumerate(zip(self.joints, parts, self.phi, strict=True)):
             h = self.found.h[j]
             J[rows, j] = h * (each.A @ self.found.theta + each.k)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import get_args
 
@@ -22,6 +22,7 @@ from ident.identification import identify
 from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
+from ident.recordings.motion import Motion
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import simulate
@@ -41,11 +42,11 @@ def seconds(action: Callable[[], object]) -> float:
     return time.perf_counter() - started
 
 
-def medians(*actions: Callable[[], object]) -> list[list[float]]:
+def medians(*actions: Callable[[], object], runs: int = RUNS) -> list[list[float]]:
     """Times of each action, taken in turn after one warm-up."""
     for action in actions:
         action()
-    return [list(times) for times in zip(*[[seconds(action) for action in actions] for _ in range(RUNS)], strict=True)]
+    return [list(times) for times in zip(*[[seconds(action) for action in actions] for _ in range(runs)], strict=True)]
 
 
 def regressor_speed() -> None:
@@ -96,6 +97,33 @@ def identification_speed() -> None:
     print(f"the same with every doubt about the logs: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
 
 
+LONG, MANY = 16, 6
+
+
+def growth() -> None:
+    """Identification of longer logs, and of more of them, over that of the nominal pair; with every doubt."""
+    setup = setup_of(load_scenario("nominal"))
+    chosen = setup.scenario.table.identification
+    pairs = [simulate(setup, seed).logs for seed in range(MANY)]
+    _, loaded = pairs[0]
+    many = [replace(each, payload=each.payload and loaded.payload) for pair in pairs for each in pair]
+    stretched = [
+        replace(m, trajectory=replace(m.trajectory, duration=LONG * m.trajectory.duration)) for m in setup.experiments
+    ]
+    long = simulate(replace(setup, experiments=tuple(stretched)), 0).logs
+
+    def action(logs: Sequence[Motion], method: str = chosen.method) -> Callable[[], object]:
+        return lambda: identify(
+            setup.structure, logs, method=method, observing=chosen.observe, gains=chosen.gains, policy=DOUBTED
+        )
+
+    for what, logs in ((f"logs {LONG} times as long", long), (f"{MANY} times as many logs", many)):
+        for method in (chosen.method, "ls-2011"):
+            before, after = medians(action(pairs[0], method), action(logs, method), runs=2)
+            ratio = statistics.median(y / x for x, y in zip(before, after, strict=True))
+            print(f"{what}, {method}: {ratio:.1f} times the time of the pair ({statistics.median(before):.2f} s)")
+
+
 def closed_loop_ratio(simulations: int, law: Law) -> None:
     """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
     setup = setup_of(load_scenario("nominal"))
@@ -140,6 +168,7 @@ if __name__ == "__main__":
     with threadpool_limits(1):
         regressor_speed()
         identification_speed()
+        growth()
         for law in get_args(Law):
             for count in (1, 2, 32, 128):
                 closed_loop_ratio(count, law)

@@ -9,7 +9,7 @@ from scenarios.command_line import gains_file_arguments
 from scenarios.command_line.arguments import AUTO
 from scenarios.command_line.log_arguments import log_description, read_unrepaired
 from scenarios.command_line.options import add_current_delay, policy_of
-from scenarios.command_line.robot_arguments import named_structure
+from scenarios.command_line.robot_arguments import robot_of
 
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import Diagnosed
@@ -65,7 +65,7 @@ def weigh(
     )
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        arm = named_structure(options)
+        arm = robot_of(options, options.model).structure
         known, said = file.of(arm.arm), log_description(options, arm.arm.joint_names)
         bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import scenarios.command_line.arguments as arguments
 
 if TYPE_CHECKING:
-    from ident.model.structure import Structure
+    from scenarios.experiments.named_robots import NamedRobot
 
 
 def add_model_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the robot's model."""
-    parser.add_argument("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
+    said = "MJCF or URDF file, robot.toml, or the name of a built-in robot"
+    parser.add_argument("--model", required=True, metavar="ROBOT", help=said)
     add_reading_arguments(parser)
 
 
@@ -23,14 +24,9 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     add("--coupling", type=arguments.count, nargs=2, action="append", default=[], metavar=("I", "J"), help=said)
 
 
-def named_structure(options: argparse.Namespace) -> "Structure":
-    """Return the structure of the arm of the command line.
-
-    Raises:
-        RobotModelError: If the file is not an arm.
-    """
-    from ident.model.structure import structure_of
-    from scenarios.experiments.robot_models import read_arm
+def robot_of(options: argparse.Namespace, word: str) -> "NamedRobot":
+    """Return the robot of the command line, read as its arguments say; raises as `named_robot`."""
+    from scenarios.experiments.named_robots import named_robot
 
     couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
-    return structure_of(read_arm(options.model, couplings, flange=options.flange))
+    return named_robot(word, couplings, flange=options.flange)

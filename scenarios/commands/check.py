@@ -7,7 +7,7 @@ from ident.observation.observation import ObserveOptions
 from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
 from scenarios.command_line.options import add_options, chosen, policy_of
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.robot_arguments import add_reading_arguments
+from scenarios.command_line.robot_arguments import add_reading_arguments, robot_of
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import add_save_argument, claimed_folder
 
@@ -42,7 +42,6 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
     from scenarios.experiments.nominal_links import model_links
-    from scenarios.experiments.robots import named_robot
     from scenarios.reports.check import check_report
     from scenarios.results.log_folder import save_logs
     from scenarios.support.errors import ScenarioError
@@ -52,8 +51,7 @@ def main(options: argparse.Namespace) -> Status:
     saving = claimed_folder(options, len(options.log) + len(options.loaded), "rx90 check --save")
     limits = GainOptions()
     with under_way(options, "checking"), threadpool_limits(1):  # threads of a BLAS do not speed up small matrices
-        couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
-        robot = named_robot(options.robot, couplings, flange=options.flange)
+        robot = robot_of(options, options.robot)
         said = log_description(options, robot.structure.arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
         paths = (*options.log, *options.loaded)
@@ -85,9 +83,7 @@ def main(options: argparse.Namespace) -> Status:
                 kind="check",
                 title=f"Logs of {robot.structure.arm.name}",
                 command=options.command_line,
-                model=robot.model,
-                flange=robot.flange,
-                couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
+                robot=robot,
                 motions=list(map(Motion, recordings, carried)),
                 observing=checked.observing,
                 gains=limits,

@@ -24,7 +24,7 @@ from scenarios.command_line.motion_arguments import (
 from scenarios.command_line.options import add_options, chosen, policy_of
 from scenarios.command_line.output import add_form_arguments, form, show, under_way
 from scenarios.command_line.parser import complain
-from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
+from scenarios.command_line.robot_arguments import add_model_arguments, robot_of
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import add_save_argument, claimed_folder
 from scenarios.commands import identify_bare
@@ -69,13 +69,14 @@ def main(options: argparse.Namespace) -> Status:
     held = gains_file_arguments.claimed(options, "rx90 identify")
     saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
     with under_way(options, "reading"), threadpool_limits(1):
-        structure = named_structure(options)
+        robot = robot_of(options, options.model)
+        structure = robot.structure
         said = log_description(options, structure.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
         log = unseen_log(options, said)
     if alone:
         with under_way(options, "identifying"), threadpool_limits(1):
-            report = identify_bare.found(options, structure, motions, saving)
+            report = identify_bare.found(options, robot, motions, saving)
         show(report, options)
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
@@ -93,7 +94,7 @@ def main(options: argparse.Namespace) -> Status:
             observing=observing,
             gains=limits,
             policy=policy_of(options),
-            links=model_links(options.model, options.flange),
+            links=model_links(robot.model, robot.flange),
         )
         identify_s = time.perf_counter() - started
         assert found.prepared is not None, "an identification has what it was found from"
@@ -104,7 +105,7 @@ def main(options: argparse.Namespace) -> Status:
     if held is not None:
         from scenarios.results.gains_file import Origin, gains_file
 
-        origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
+        origin = Origin(model=robot.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
         gains_file_arguments.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
@@ -120,9 +121,7 @@ def main(options: argparse.Namespace) -> Status:
                 kind="identification",
                 title=f"Drive gains of {structure.arm.name} by {options.method}",
                 command=options.command_line,
-                model=options.model,
-                flange=options.flange,
-                couplings=options.coupling,
+                robot=robot,
                 motions=motions,
                 observing=found.observing,
                 gains=limits,

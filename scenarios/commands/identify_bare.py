@@ -3,8 +3,8 @@
 import argparse
 from collections.abc import Sequence
 
-from ident.model.structure import Structure
 from ident.recordings.motion import Motion
+from scenarios.experiments.named_robots import NamedRobot
 from scenarios.reports.content import Report
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
@@ -37,7 +37,7 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     return bare
 
 
-def found(options: argparse.Namespace, structure: Structure, motions: Sequence[Motion], saving: Claim | None) -> Report:
+def found(options: argparse.Namespace, robot: NamedRobot, motions: Sequence[Motion], saving: Claim | None) -> Report:
     """Identify ratios, base parameters and friction, and save them on request.
 
     Raises:
@@ -64,16 +64,17 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     own = options_from_words(AllJointsOptions, options.option)
     answer = bare_answer(
         motions,
-        structure,
+        robot.structure,
         observing=observing,
         gains=limits,
         options=own,
-        known=None if options.gains is None else known_gains(options.gains, structure.arm),
+        known=None if options.gains is None else known_gains(options.gains, robot.structure.arm),
         payload=payload,
         policy=policy_of(options),
     )
-    links = known_links(answer.in_si, structure, options.model, options.flange)
-    report = bare_report(bare_result(answer, links, structure.arm), structure.arm.revolute)
+    links = known_links(answer.in_si, robot.structure, robot.model, robot.flange)
+    arm = robot.structure.arm
+    report = bare_report(bare_result(answer, links, arm), arm.revolute)
     if saving is not None:
         from scenarios.results.log_folder import save_logs
 
@@ -81,11 +82,9 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
             save_logs(
                 saving.folder,
                 kind="bare",
-                title=f"Bare motions of {structure.arm.name}",
+                title=f"Bare motions of {arm.name}",
                 command=options.command_line,
-                model=options.model,
-                flange=options.flange,
-                couplings=options.coupling,
+                robot=robot,
                 motions=motions,
                 observing=answer.observing,
                 gains=limits,

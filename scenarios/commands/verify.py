@@ -16,7 +16,7 @@ from scenarios.command_line.motion_arguments import (
 )
 from scenarios.command_line.options import policy_of
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
+from scenarios.command_line.robot_arguments import add_model_arguments, robot_of
 from scenarios.command_line.status import Status
 from scenarios.support.errors import ScenarioError
 
@@ -107,7 +107,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     own = options_from_words(AllJointsOptions, options.option)
     observing = options_from_words(ObserveOptions, observe_words(options))
     with under_way(options, "identifying") as stages, threadpool_limits(1):
-        arm = named_structure(options)
+        arm = robot_of(options, options.model).structure
         said = log_description(options, arm.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
         identified = identify(arm, motions, options=own, observing=observing, policy=policy_of(options))

@@ -1,16 +1,13 @@
 """Access to robots by a built-in name, a `robot.toml` or, on a command line, a model file."""
 
 import hashlib
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 import rx90_mjcf
-from ident.model.files import MODEL_FILES
 from ident.model.structure import Structure, structure_of
-from ident.support.arrays import Array
 from ident.support.file_access import check_file
 from ident.support.naming import nearest, shown
 from ident.support.toml_files import LARGEST
@@ -109,43 +106,6 @@ def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -
     found = read_arm(arm.model, couplings, flange=arm.flange)
     check_same_payload(found, arm)
     return structure_of(found)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedRobot:
-    """A robot and its known properties.
-
-    Attributes:
-        structure: Identifiable structure of the arm.
-        gain: Nominal drive gains [N m / drive unit], None if not stated.
-        model: Path of the model file.
-        flange: Last body of the arm, None if all joints belong to the arm.
-    """
-
-    structure: Structure
-    gain: Array | None
-    model: Path
-    flange: str | None
-
-
-def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
-    """Return the robot of a command-line argument.
-
-    Args:
-        word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
-        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
-        flange: Last body of the arm in a model file; None if all joints belong to the arm.
-
-    Raises:
-        UnknownName: If it is none of these.
-        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
-        RobotError: If the robot's file cannot be read.
-    """
-    if Path(word).suffix.lower() in MODEL_FILES:
-        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
-    named = robot(word)
-    own = tuple((each.turns_with, each.motor) for each in named.couplings)
-    return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)
 
 
 def robot_of(scenario: Scenario) -> Robot:

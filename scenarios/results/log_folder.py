@@ -11,6 +11,7 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.files import write_payload
 from ident.payload.payload import Payload
 from ident.recordings.motion import Motion
+from scenarios.experiments.named_robots import NamedRobot
 from scenarios.results.fit_rows import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions
 from scenarios.results.record import RECORD, RESULT, Kind, RecordFile, digests_of, now, write_record
@@ -34,9 +35,7 @@ def save_logs(
     kind: Kind,
     title: str,
     command: str,
-    model: Path,
-    flange: str | None,
-    couplings: Sequence[tuple[int, int]],
+    robot: NamedRobot,
     motions: Sequence[Motion],
     observing: ObserveOptions,
     gains: GainOptions,
@@ -55,9 +54,7 @@ def save_logs(
         kind: Kind of the result.
         title: Title of its report.
         command: The command.
-        model: Model file of the robot.
-        flange: Last body of its arm, if the file has more bodies.
-        couplings: Pairs of joints, from 1.
+        robot: The robot.
         motions: Recordings and payloads, in order.
         observing: Filters and thresholds.
         gains: Limits for accepting a gain.
@@ -72,7 +69,7 @@ def save_logs(
     Raises:
         OSError: If the folder cannot be written.
     """
-    tables, arm = write_motions(motions, folder), write_model(model, flange, folder)
+    tables, arm = write_motions(motions, folder), write_model(robot.model, robot.flange, folder)
     (folder / RESULT).write_text(to_json(document) + "\n", encoding="utf-8")
     named = [name for each in tables for name in (each.recording, each.payload) if name is not None]
     named += [arm, RESULT]
@@ -93,7 +90,7 @@ def save_logs(
         command=command,
         created=now(),
         sources=tuple(each.recording.name for each in motions),
-        robot=RobotTable(model=arm, couplings=tuple(couplings)),
+        robot=RobotTable(model=arm, couplings=tuple((i + 1, j + 1) for i, j in robot.structure.arm.couplings)),
         motions=tables,
         observe=asdict(observing),
         gains=asdict(gains),

@@ -22,9 +22,11 @@ from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.files.toml_text import ENDING, FOLDER
-from scenarios.experiments.robots import ROBOTS, named_robot
+from scenarios.experiments.named_robots import named_robot
+from scenarios.experiments.robots import ROBOTS
 from scenarios.reports.check import check_report
 from scenarios.reports.diagnoses import words_of
+from scenarios.support.errors import ScenarioError, UnknownName
 
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
 LINK = (
@@ -220,6 +222,24 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
     assert named_robot("tx40").structure.arm.couplings == ((4, 5),)
     assert named_robot("rx90", ((1, 2),)).structure.arm.couplings == ((1, 2),)
     assert model.structure.arm.couplings == ()
+    with pytest.raises(ScenarioError, match=r"--flange: for model files only; 'rx90' states its own last body"):
+        named_robot("rx90", flange="link5")
+    with pytest.raises(UnknownName, match="not an empty word"):
+        named_robot("")
+
+
+@pytest.mark.parametrize("command", ["identify", "verify", "payload-of"])
+def test_commands_on_logs_take_a_built_in_robot_by_name(command, tmp_path, monkeypatch, capsys):
+    (tmp_path / "short.csv").write_text("t,q1\n0.7,0.3\n")
+    (tmp_path / "p.toml").write_text('mass = 2.3\nknown = "mass"\n')
+    monkeypatch.chdir(tmp_path)
+    logs = ["short.csv"] if command == "payload-of" else ["--loaded", "short.csv", "--payload", "p.toml"]
+    gains = [] if command == "identify" else ["--gains", "g.toml"]
+    (tmp_path / "g.toml").write_text(
+        "".join(f"[[gains]]\njoint = {j}\nestimate = {j}.7\nstd = 0.1\n" for j in range(1, 7))
+    )
+    assert main([command, *logs, "--unloaded", "short.csv", "--model", "tx40", *gains]) == 2
+    assert "short.csv" in capsys.readouterr().err  # the robot is found, the log is read
 
 
 def test_a_coupling_of_a_robot_s_file_whose_motor_is_nearer_to_the_base_is_refused(tmp_path):

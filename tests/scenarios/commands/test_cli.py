@@ -13,7 +13,7 @@ from printed import fits, printed
 
 import scenarios.commands.list
 import scenarios.design.search as searching
-import scenarios.experiments.robot_models
+import scenarios.experiments.named_robots
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import RobotModelError
@@ -246,7 +246,7 @@ def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys,
         asked.append(couplings)
         raise RobotModelError("seen")
 
-    monkeypatch.setattr(scenarios.experiments.robot_models, "read_arm", read)
+    monkeypatch.setattr(scenarios.experiments.named_robots, "read_arm", read)
     for name in ("arm.xml", "a.csv", "b.csv", "p.toml"):
         (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)

@@ -44,7 +44,7 @@ def _curve(axis: Axes, of: Calibration) -> None:
     axis.plot(GRID, of.difference, color="C0", linewidth=1.2, label="empirical minus uniform distribution of ranks")
     axis.plot(GRID[of.outside], of.difference[of.outside], ".", color="C3", markersize=4, label="outside of it")
     axis.set_xlim(0.0, 1.0)
-    axis.set_xlabel("rank of z = error / claimed sigma")
+    axis.set_xlabel("rank of z = error / estimated sigma")
     axis.set_ylabel("share less rank")
 
 

@@ -137,7 +137,7 @@ wrong kinematics at once, and payloads as weighed.
 
 ![True error of each gain against the mass estimated from its joint](verify.png)
 
-| scenario | correlation of both errors | rms difference | its size in stated deviations | false alarms |
+| scenario | correlation of both errors | rms difference | its size in estimated standard deviations | false alarms |
 |---|---|---|---|---|
 {summary}
 

@@ -21,7 +21,7 @@ from ident.support.errors import IdentificationError
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
-ANOTHER = "the payload is not as stated: its centre of mass, its inertia or its mounting differs"
+ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
 
 
 def lacks_of(

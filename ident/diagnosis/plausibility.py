@@ -143,7 +143,7 @@ def check_swapped(estimate: GainEstimate) -> None:
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
     if seen.any() and not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
-            "every joint gives a negative payload mass; the unloaded and loaded files are probably swapped"
+            "every joint gives a negative payload mass; bare and loaded recordings are probably swapped"
         )
 
 

@@ -122,7 +122,7 @@ def negative_mass(mass: Quantity) -> NegativeMass | None:
     if mass.value >= -SURE * mass.std:
         return None
     return NegativeMass(
-        f"the mass found is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
+        f"the estimated mass is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
         "loaded recordings are probably swapped, or the signs of gains and currents differ"
     )
 

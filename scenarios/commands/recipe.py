@@ -54,7 +54,7 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing():
         write_markdown(report, options.out)
     written, other = _write_payloads(payloads, held)
-    parts = [Paragraph(printable(f"{name}: the payload as stated in the scenario")) for name in written]
+    parts = [Paragraph(printable(f"{name}: the payload as specified in the scenario")) for name in written]
     parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
     result = Written.model_validate({"out": str(options.out), "payloads": written})
     title = printable(f"{options.out}: {report.title}")

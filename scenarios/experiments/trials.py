@@ -46,7 +46,7 @@ CONTRACT = pa.schema(
 """Columns of every study.
 
 `residual_std`, `payload_std` and `model_std` [N m / drive unit] are the contributions to `std`: from the residual, from
-the payload's stated uncertainty, and from the model's assumptions. `failure` is the kind of error of a trial without
+the payload's specified uncertainty, and from the model's assumptions. `failure` is the kind of error of a trial without
 any estimate, null if there was none.
 """
 

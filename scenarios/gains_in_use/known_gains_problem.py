@@ -123,7 +123,7 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         if seen is not None:
             raise ScenarioError(
                 f"{one_line(recording.name)}: the gains were identified from this recording or a part of it "
-                f"({seen.name}), so they reproduce the payload that was stated then; use a recording with another "
+                f"({seen.name}), so they reproduce the payload that was specified then; use a recording with another "
                 "payload"
             )
 

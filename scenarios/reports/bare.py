@@ -28,7 +28,7 @@ from scenarios.results.models.links import Links
 
 PARAMETERS = (
     Column(title="Parameter", words=True),
-    Column(title="Found"),
+    Column(title="Estimate"),
     Column(title="2 sigma"),
     Column(title="Unit", words=True),
 )
@@ -115,7 +115,7 @@ def _verdict(result: BareResult, mood: Mood) -> Paragraph:
 
 def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
     def verdict(each: BareJoint) -> str:
-        return "reference" if each.joint == reference else "refused" if each.ratio is None else "found"
+        return "reference" if each.joint == reference else "refused" if each.ratio is None else "identified"
 
     return table(
         joints,
@@ -123,7 +123,7 @@ def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
         column("Name", lambda each: each.name, words=True),
         column("Gain ratio", lambda each: number(each.ratio, ".4f")),
         column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
-        column("Predicted within [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+        column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
         column("Verdict", verdict, words=True),
     )
 

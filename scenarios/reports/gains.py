@@ -41,8 +41,9 @@ def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
 
 
 MEANING = (
-    "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
-    "together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not included."
+    "2 sigma: two standard deviations of the gain, from the residual, the payload's specified uncertainty and the "
+    "model together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not "
+    "included."
 )
 
 
@@ -120,7 +121,7 @@ def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:
     rows = tuple(quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in found)
     columns = (
         Column(title="Payload", words=True),
-        Column(title="Found"),
+        Column(title="Estimate"),
         Column(title="2 sigma"),
         Column(title="Unit", words=True),
     )

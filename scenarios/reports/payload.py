@@ -28,7 +28,7 @@ def payload_report(design: PayloadDesign) -> Report:
     ]
     flange, most = design.carrying.flange, design.carrying.most
     where = flange.name or "last joint's axis, as the robot has no flange"
-    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load stated"
+    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load specified"
     parts.append(
         Paragraph(
             f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'payload as made' "

@@ -117,7 +117,7 @@ def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
 
 def test_swapped_files_are_named(axes):
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
 
 
@@ -127,7 +127,7 @@ def test_swapped_files_are_named_where_the_method_does_not_converge(axes, monkey
 
     monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
     with pytest.raises(NotConverged, match="the gains do not converge"):
         identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)

@@ -35,7 +35,7 @@ class Resolved:
 
     @property
     def divided(self) -> bool:
-        """Whether v was a torque from current, converted to current with the stated constants."""
+        """Whether v was a torque from current, converted to current with the specified constants."""
         return self.description.signal == TORQUE_FROM_CURRENT and bool(self.description.v.constant)
 
     @property
@@ -236,7 +236,7 @@ def signal_of(read: Resolved) -> str:
     if description.signal is None:
         return "as logged [drive units]"
     if read.divided:
-        return "current, from torque by the constants stated [A]"
+        return "current, from torque by the specified constants [A]"
     return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
 
 
@@ -247,5 +247,5 @@ def signal_after(read: Resolved) -> str | None:
 
 def _meaning_note(read: Resolved) -> str:
     if read.divided:
-        return "v is the current: torque divided by the stated constants"
+        return "v is the current: torque divided by the specified constants"
     return "" if read.description.signal is None else MEANINGS[read.description.signal].note

@@ -18,7 +18,7 @@ class AnswerGain(BaseModel):
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
     std: float | None = Field(
-        description="Standard deviation of the gain [N m / drive unit], null if refused or not stated"
+        description="Standard deviation of the gain [N m / drive unit], null if refused or not estimated"
     )
     identifiable: bool = Field(description="Whether there is a gain")
     reason: str | None = Field(None, description="Why there is no gain")

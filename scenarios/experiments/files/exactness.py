@@ -29,7 +29,7 @@ def check_exact(table: Mapping[str, object], path: Path) -> None:
         if _taken_as_exact(belief.get("exact"), name):
             place = "payload" if name == LOADED else f"payloads.{name}"
             raise WrongValue(
-                f"{path}: belief.{place}: {key} is stated, but belief.exact sets it to zero; remove one of them"
+                f"{path}: belief.{place}: {key} is specified, but belief.exact sets it to zero; remove one of them"
             )
 
 

@@ -48,7 +48,7 @@ class GainEntry(_Table):
     std: Deviation | None = Field(None, description="Total standard deviation, in `unit`; 0 for a gain taken as exact")
     residual_std: Deviation | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")
     payload_std: Deviation | None = Field(
-        None, description="Contribution of the payloads' stated uncertainty, in `unit`"
+        None, description="Contribution of the payloads' specified uncertainty, in `unit`"
     )
     model_std: Deviation | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     reason: str | None = Field(None, description="Why the joint is refused")

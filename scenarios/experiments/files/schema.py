@@ -215,7 +215,7 @@ class ScenarioTable(_Table):
     tolerance: ToleranceTable = Field(description="Criteria for passing")
     cost: CostTable | None = Field(
         None,
-        description="If stated, single runs (not studies) also estimate the effect of belief.controller_gain",
+        description="If specified, single runs (not studies) also estimate the effect of belief.controller_gain",
     )
     random: dict[str, DrawTable] = Field(
         {}, description="Random values of every trial of a study, by names of your choice"

@@ -31,7 +31,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
-    """Return the plot of gains with intervals in percent, relative to nominal gains if there are any."""
+    """Return the plot of gains with intervals in percent, relative to a-priori gains if there are any."""
     found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     if nominal:
         found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]

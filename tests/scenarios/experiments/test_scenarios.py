@@ -305,7 +305,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
     cases = {
         "swapped": (
             {"unloaded": folder / "loaded.parquet", "loaded": folder / "unloaded.parquet"},
-            "the unloaded and loaded files are probably swapped",
+            "bare and loaded recordings are probably swapped",
         ),
         "twice": ({"loaded": folder / "unloaded.parquet"}, "contain the same motion"),
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),

@@ -285,7 +285,7 @@ def test_a_copy_says_what_a_bare_motion_and_the_model_as_it_is_do_not_test(patch
         main(with_other(words, "--gains", gains))
         out = " ".join(capsys.readouterr().out.split())
         assert ("WARNING: with these gains the arm's masses are 2." in out) is doubted
-        assert "the gains are tested against the link masses stated there" in out
+        assert "the gains are tested against the link masses in that file" in out
         assert "this comparison does not test the gains. Give --nominal" in out
     main([*with_other(words, "--gains", sound), "--nominal", large])
     assert "does not test the gains" not in " ".join(capsys.readouterr().out.split())

@@ -42,17 +42,17 @@ def gain_sensitivity(belief: Array, gains: KnownGains) -> Array:
 
     Args:
         belief: Their change per standard deviation of each prior, those of the n gains last, shape (p, beliefs).
-        gains: Those that are held, k of n.
+        gains: The fixed gains, k of n.
     """
     return -belief[:, -len(gains.names) :][:, gains.joints] / GIVEN_STD  # log h = -log g
 
 
 def own_beliefs(belief: Array, gains: KnownGains) -> Array:
-    """Change of parameters per deviation of every belief but those in gains that are held, shape (p, beliefs - k).
+    """Change of parameters per standard deviation of each prior except those of fixed gains, shape (p, beliefs - k).
 
     Args:
         belief: As for `gain_sensitivity`.
-        gains: Those that are held, k of n.
+        gains: The fixed gains, k of n.
     """
     of_gains = np.zeros(belief.shape[1], dtype=bool)
     of_gains[belief.shape[1] - len(gains.names) + gains.joints] = True
@@ -60,11 +60,11 @@ def own_beliefs(belief: Array, gains: KnownGains) -> Array:
 
 
 def gain_covariance(belief: Array, gains: KnownGains) -> Array:
-    """Covariance of parameters from that of the gains that are held, shape (p, p).
+    """Contribution of the fixed gains' covariance to that of parameters, shape (p, p).
 
     Args:
         belief: As for `gain_sensitivity`.
-        gains: Those that are held.
+        gains: The fixed gains.
     """
     by_gain = gain_sensitivity(belief, gains)
     return by_gain @ gains.log_covariance @ by_gain.T

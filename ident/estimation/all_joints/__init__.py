@@ -1,4 +1,4 @@
-"""All joints at once, in current units: shared links, own friction, logarithms of the gains as unknowns.
+"""All joints at once, in current units: common link parameters, friction of each joint, logarithmic gains.
 
 V_j = h_j (A_j theta + k_j) + F_j phi_j + e_j        h_j = 1 / g_j
 

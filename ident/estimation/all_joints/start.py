@@ -53,7 +53,7 @@ def start_of(
 
 
 def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
-    """Coulomb or viscous friction over its standard deviation, the more significant one; its sign is that of the
+    """The more significant of Coulomb and viscous friction over its standard deviation; the sign is that of the
     gain."""
     W = np.column_stack((joint.F, joint.A, joint.k))
     norms = np.linalg.norm(W, axis=0)

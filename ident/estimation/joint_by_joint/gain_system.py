@@ -30,7 +30,7 @@ class JointRows:
         W: Columns of these, shape (r, b).
         W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
         V: Currents [drive units], shape (r,).
-        weight: Value of a constant signal of 1 in each row, after the filter, shape (r,).
+        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
         motion: Motion of each row, shape (r,).
         position: Number of each row in its motion, including omitted rows, shape (r,).
         loaded: Mask of the rows with a payload, shape (r,).

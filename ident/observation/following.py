@@ -59,14 +59,14 @@ def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
     window = np.hanning(len(q))[:, None]
     f = np.fft.rfftfreq(len(q), period)
     power = np.abs(np.fft.rfft(window * (q - q.mean(axis=0)), axis=0)) ** 2
-    steps = np.array([quantum(column) or 0.0 for column in q.T])  # encoder steps of a slow joint are not motion
+    steps = np.array([quantum(column) or 0.0 for column in q.T])  # quantisation, not motion
     density = np.maximum(noise_density(q, period), 2.0 * period * steps**2 / 12.0)
     noise = density * np.sum(window**2) / (2.0 * period)
     square = (2.0 * np.pi * f[:, None]) ** 2
     speeds = square * np.where(power > 10.0 * noise, power, 0.0)
     taken = 1.0 - 1.0 / (1.0 + (f[:, None] / cutoff_hz) ** (2 * FILTER_ORDER))  # forward and backward
     whole, lost = speeds.sum(axis=0), (taken**2 * speeds).sum(axis=0)
-    lost = np.where(lost > 2.0 * (taken**2 * square * noise).sum(axis=0), lost, 0.0)  # single spectral lines are not motion
+    lost = np.where(lost > 2.0 * (taken**2 * square * noise).sum(axis=0), lost, 0.0)  # not motion
     bent = np.sqrt(lost / np.where(whole > 0.0, whole, 1.0))
     j = int(np.argmax(bent))
     if bent[j] > MOST_BENT:

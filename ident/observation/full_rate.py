@@ -87,8 +87,7 @@ class FullRate:
         return group_means(x[self.edge : max(self.edge, len(x) - self.edge)], self.group)
 
     def spread(self, row_weights: Array, joint: int, samples: int) -> Array:
-        """Weights of a recording's samples in a weighted sum of a joint's rows: transpose of `decimated` after
-        `sampled`.
+        """Weights of a recording's samples in a weighted sum of a joint's rows: `decimated` of `sampled`, transposed.
 
         Args:
             row_weights: Shape (rows,).

@@ -70,8 +70,7 @@ def reference(behind: FullRate) -> Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """A spline of all joints' positions, the number of coefficients per joint, and its mean squared residuals, shape
-    (n,)."""
+    """A spline of all joints' positions, its number of coefficients per joint, and its mean squares of residuals."""
 
     spline: "scipy.interpolate.BSpline"
     size: int

@@ -53,8 +53,7 @@ def start_of(
 
 
 def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
-    """The more significant of Coulomb and viscous friction over its standard deviation; the sign is that of the
-    gain."""
+    """The more significant of Coulomb and viscous friction over its standard deviation, signed as the gain."""
     W = np.column_stack((joint.F, joint.A, joint.k))
     norms = np.linalg.norm(W, axis=0)
     unit = W / np.where(norms > 0.0, norms, 1.0)

@@ -1,7 +1,8 @@
 """Lost samples that time stamps do not reveal, and samples that were logged repeatedly.
 
-If one sample of a moving arm is lost and the time stamps remain uniform, all joints advance twice as far from one row to
-the next; if one is repeated, none advances. The step of all joints is compared with the steps to each side, as a ratio:
+If one sample of a moving arm is lost and the time stamps remain uniform, all joints advance twice as far from one row
+to the next; if one is repeated, none advances. The step of all joints is compared with the steps to each side, as a
+ratio:
 
     share = sum_j s_j m_j / sum_j m_j^2         s_j the step of joint j, m_j the median of the steps beside it
 

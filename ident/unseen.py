@@ -212,8 +212,8 @@ def unseen_motion(
     name = log.recording.name
     if log.payload is not None and log.payload.known not in ("all", "com"):
         raise PayloadError(
-            f"{name}: its payload states known = {log.payload.known!r}; to predict torques, state mass and centre of "
-            "mass; if only the mass is known, test the gains on it with rx90 verify"
+            f"{name}: known = {log.payload.known!r} in its payload, but a prediction of torques needs mass and centre "
+            "of mass; if only the mass is known, use rx90 verify"
         )
     door = partial(prepare, robot=structure, observing=observing, gains=gains, policy=replace(policy, undelay=False))
     if not policy.repeats:

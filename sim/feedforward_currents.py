@@ -117,7 +117,7 @@ def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feed
     found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
     if found is None:
         raise NoCurrent(
-            f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
+            f"{experiment.name}: no current moves the arm: load-dependent friction equals or exceeds the drive torque"
         )
     return found
 

@@ -52,7 +52,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
         )
     if steps != 1:
         raise ControllerError(
-            f'{name}: controller.law = "native" acts in every physics step, but {steps} of them make a control period; '
+            f'{name}: controller.law = "native" needs one physics step per control period, but there are {steps}; '
             f"set step = {1.0 / options.rate_hz:g}, or {OTHERWISE}"
         )
     for error, effect in EFFECTS.items():

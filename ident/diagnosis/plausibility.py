@@ -93,10 +93,8 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
         if not bare:
-            raise NotIdentifiable(f"without a bare motion no joint's load is identifiable: {RECORD_BARE}")
-        raise NotIdentifiable(
-            f"{estimate.method} finds no load on any joint in the loaded motion; was the payload mounted?"
-        )
+            raise NotIdentifiable(f"without a bare motion the torque of the payload is not identifiable: {RECORD_BARE}")
+        raise NotIdentifiable(f"{estimate.method} finds no torque of the payload on any joint; was it mounted?")
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
         missing = "" if bare else f" without a bare motion: {RECORD_BARE}"

@@ -53,7 +53,7 @@ class KnownGains:
             raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected increasing numbers from 1 to {n}")
         for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
             if not np.isfinite(value) or value == 0.0:
-                raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g}; refuse the joint instead")
+                raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g} is invalid; refuse the joint instead")
         variance = np.diag(self.covariance)
         if not np.isfinite(self.covariance).all() or (variance < 0.0).any():
             raise GainsError("gains: the covariance has a negative variance or is not finite")
@@ -100,7 +100,7 @@ def check_signs(gains: KnownGains, other: KnownGains) -> None:
         if stated.get(joint, value) * value < 0.0:
             raise GainsError(
                 f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
-                "one sign, that of torque over current"
+                "the same sign, that of torque over current"
             )
 
 

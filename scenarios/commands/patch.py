@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = "gains that the effort limits of MODEL are based on, for example of a data sheet, same format; without "
+    said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without "
     add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it, efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)

@@ -64,7 +64,7 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
         Paragraph(
             f"Ratio of each gain to that of joint {result.reference}, from link parameters that joints share. Without "
             "a payload the gains are known up to a common factor, which one known gain or a motion with a weighed "
-            "payload determines. Predicted: the currents of each fifth of the motions, from a fit of the rest."
+            "payload determines. Prediction error: of the currents of each fifth of the motions, by a fit to the rest."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}

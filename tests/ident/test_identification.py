@@ -175,7 +175,7 @@ def faint() -> tuple[Recording, Recording, Payload]:
 
 def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
     bare, loaded, payload = faint
-    with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
+    with pytest.raises(NotIdentifiable, match="ls-2011 finds no torque of the payload on any joint"):
         identify(ur, mounted(bare, loaded, payload), method="ls-2011", policy=SIMULATED)
     right = AllJointsOptions(zero_std=0.0, tilt_std=0.0)  # zeros that may be off leave joint 2 beyond 10 %
     estimate = identify(ur, mounted(bare, loaded, payload), options=right, policy=SIMULATED).estimate

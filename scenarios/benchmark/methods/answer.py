@@ -71,7 +71,7 @@ def _claim(gain: AnswerGain) -> Claim:
             raise ImpossibleGain(f"joint {gain.joint} is refused but has a number; give null")
         return Claim(None, None, gain.reason)
     if not gain.estimate:
-        raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate}; refuse the joint instead")
+        raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate} is invalid; refuse the joint instead")
     if gain.std is not None and gain.std < 0.0:
         raise ImpossibleGain(f"joint {gain.joint}: a standard deviation of {gain.std:g}")
     return Claim(gain.estimate, gain.std, None)

@@ -99,7 +99,7 @@ class ExperimentTable(_Table):
     motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
     protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
     warm_up: Seconds = Field(
-        0.0, description="Duration of the warm-up before the first motion: the robot repeats it with a bare flange [s]"
+        0.0, description="Duration of the warm-up, in which the robot repeats the first motion with a bare flange [s]"
     )
     pause: Seconds = Field(0.0, description="Rest before each motion but the first, brakes on [s]")
     step: Positive = Field(description="Step of the physics [s]")

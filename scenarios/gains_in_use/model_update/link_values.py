@@ -108,7 +108,7 @@ def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
             )
     if found.farthest_deviations > FAR:
         raise ScenarioError(
-            f"--links: physically consistent links differ in base parameter {found.farthest_parameter} "
-            f"{found.farthest_deviations:.2g} standard deviations from the estimate (limit {FAR:g}); check "
-            "model, gains and data"
+            f"--links: base parameter {found.farthest_parameter} of physically consistent links differs by "
+            f"{found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g}); check model, "
+            "gains and data"
         )

@@ -70,11 +70,11 @@ class CostArm(ResultModel):
         description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(
-        description="Root mean square of this error that the standard deviations of the parameters imply"
+        description="Expected root mean square of this error, from the standard deviations of the parameters"
     )
     found: float | None = Field(description="Relative error with the identified gains")
     found_std: float | None = Field(
-        description="Root mean square of this error that the standard deviations of the parameters imply"
+        description="Expected root mean square of this error, from the standard deviations of the parameters"
     )
 
 

@@ -51,9 +51,7 @@ def test_where_a_method_finds_nothing_swapped_files_are_the_cause_and_right_ones
 
 
 def test_two_bare_motions_show_no_load(motions, payload):
-    with pytest.raises(
-        NotIdentifiable, match="finds no load on any joint in the loaded motion; was the payload mounted"
-    ):
+    with pytest.raises(NotIdentifiable, match="finds no torque of the payload on any joint; was it mounted"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
 
 
@@ -68,7 +66,9 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
 
 
 def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
-    with pytest.raises(NotIdentifiable, match="without a bare motion no joint's load is identifiable: record one"):
+    with pytest.raises(
+        NotIdentifiable, match="without a bare motion the torque of the payload is not identifiable: record one"
+    ):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
 
 

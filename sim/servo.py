@@ -5,7 +5,8 @@
 as actuators whose force is affine in position and speed, held over a physics step by the integrator `Euler`; the part
 that does not depend on the state is their control. dq is the true speed of the joint, while `sim.control_law` uses a
 low-passed difference of readings. e is the noise of the encoders, drawn before the motion, and F e the speed that
-`sim.control_law` would estimate from it: encoder noise acts in the loop. The quantum does not: only the log is rounded.
+`sim.control_law` would estimate from it: encoder noise acts in the loop. Encoder quantisation does not: only the log is
+rounded.
 """
 
 from collections.abc import Sequence

@@ -294,7 +294,7 @@ def collect_garbage() -> None:
 
 
 def give_back_memory() -> None:
-    """Return free memory of the C library to the system.
+    """Give free memory of the C library back to the system.
 
     Between small objects that persist, glibc keeps freed memory of large arrays, up to several hundred megabytes.
     """

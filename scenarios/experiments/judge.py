@@ -46,12 +46,12 @@ class GainVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The claim of a method on one joint.
+    """The answer of a method for one joint.
 
     Attributes:
         value: The gain [N m / drive unit], None if refused.
-        std: Its total standard deviation, None if refused or not stated.
-        reason: Why it is refused, if stated.
+        std: Its total standard deviation, None if refused or not estimated.
+        reason: Why it is refused, None if unknown.
     """
 
     value: float | None
@@ -84,7 +84,7 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
 
 
 def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """Judge the claims of any method, one per joint."""
+    """Judge the answers of any method, one per joint."""
     rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(

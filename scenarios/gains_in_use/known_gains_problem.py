@@ -105,7 +105,7 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
     """Check that no loaded motion was used for the gains, and that no bare motion was loaded then.
 
-    A loaded one, or a part of it, would reproduce the stated mass.
+    A loaded one, or a part of it, would reproduce the specified mass.
 
     Raises:
         ScenarioError: If one was.

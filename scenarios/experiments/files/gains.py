@@ -202,7 +202,7 @@ TABLES: Mapping[str, type[BaseModel]] = {
 
 
 def _check(file: GainsFile, where: str) -> None:
-    """Check that joints are numbered 1 to n with gain or reason, and that covariance and deviations agree."""
+    """Check that joints are numbered 1 to n with gain or reason, and that covariance and standard deviations agree."""
     numbers = [entry.joint for entry in file.gains]
     if numbers != list(range(1, len(numbers) + 1)):
         raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")

@@ -86,7 +86,7 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
 
 
 def _check_gains(bare: BareFile, gains: GainsFile) -> None:
-    """Links are as heavy as the gains that they were found with make them."""
+    """Check that the links were identified with these gains, to which their masses are proportional."""
     for each, entry in zip(bare.joints, gains.gains, strict=True):
         used, own = each.gain, entry.estimate
         if used is not None and own is not None and abs(used / own - 1.0) > SAME_GAIN:

@@ -108,14 +108,14 @@ def _unseen(
     models: tuple[bytes, bytes],
     fitted: "BareFile | None",
 ) -> "Unseen | None":
-    """Return the predictions of a motion by the copy and by its rival; None if no motion is given.
+    """Return the predictions of a motion by the copy and by the other model; None if no motion is given.
 
     Args:
         options: Options of the command.
         structure: Identifiable structure of the arm.
         gains: Gains of the copy.
-        nominal: Gains of the rival, None for the same.
-        models: Content of the copy and of the rival.
+        nominal: Gains of the other model, None for the same.
+        models: Content of the copy and of the other model.
         fitted: Cross-validation of the fit of the links, None if they are those of the model file.
 
     Raises:

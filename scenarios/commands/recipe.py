@@ -66,7 +66,7 @@ def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[lis
     """Write payload files; existing ones may have measured values and are kept.
 
     Returns:
-        Return written files, and kept files that differ from the scenario.
+        Written files, and kept files that differ from the scenario.
     """
     from ident.payload.files import read_payload, write_payload
     from ident.support.errors import PayloadError

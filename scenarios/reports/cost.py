@@ -111,7 +111,7 @@ def _twice(std: float | None) -> float | None:
 
 
 def _said(cost: ResultCost) -> Paragraph:
-    """Return a sentence on the mass with either gains, and on the single joint with the largest error."""
+    """Return a sentence on the mass with both sets of gains, and on the single joint with the largest error."""
     mass = cost.payload[0]
     weight = mass.stated if mass.true is None else mass.true
     assert weight is not None, "a weight has a mass"

@@ -28,10 +28,6 @@ def reach(rows: JointRows) -> float:
 
 
 def promised(rows: JointRows, x: Array) -> Array:
-    """Return the mean of the normal densities with the stated standard deviations [1/%], at errors `x` [%], shape (k,).
-
-    Returns:
-        Shape (k,).
-    """
+    """Return the mean normal density by the estimated standard deviations [1/%], at errors `x` [%], shape (k,)."""
     some = 100.0 * rows.claimed[:: max(1, len(rows.claimed) // MOST)]
     return stats.norm.pdf(x[:, None], scale=some).mean(axis=1)

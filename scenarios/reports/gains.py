@@ -53,7 +53,7 @@ def gain_unit(revolute: Array) -> str:
 
 
 def meaning(revolute: Array) -> Paragraph:
-    """What units and interval of a table of gains mean. `revolute`, shape (n,), states which joints are revolute."""
+    """Return the meaning of a table of gains: units and interval; `revolute`, (n,), is the mask of revolute joints."""
     sliding = np.flatnonzero(revolute == 0) + 1
     if sliding.size == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")

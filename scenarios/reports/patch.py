@@ -13,7 +13,7 @@ NOTES = (
 )
 
 AS_GIVEN = "the model as it is"
-"""What the copy is held against where no data-sheet gains are given."""
+"""Model with which the copy is compared if no data-sheet gains are given."""
 COPY = "Predictions use the copy as written: its links, damping and friction, but no offsets of the currents."
 AS_IT_IS = (
     "A copy with friction alone predicts better than the unchanged model, so this comparison does not test the gains. "

@@ -150,7 +150,7 @@ def _overconfident(found: Claims, gain: Array) -> str | None:
 
 
 def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> str | None:
-    """Return how claims differ from earlier ones times a factor."""
+    """Return how answers differ from earlier ones times a factor."""
     for joint, (now, then, times) in enumerate(zip(found, before, factor, strict=True), 1):
         if (now.value is None) != (then.value is None):
             return f"joint {joint} is {'refused' if now.value is None else 'given'} now, but was not before"

@@ -12,7 +12,7 @@ from scenarios.support.errors import ImpossibleGain, NoAnswer, NotFinite, WrongF
 
 
 class AnswerGain(BaseModel):
-    """One joint's gain: `estimate`, and `std` if the method states one; null for a refused joint."""
+    """One joint's gain: `estimate`, and `std` if the method estimates one; null for a refused joint."""
 
     model_config = ConfigDict(extra="allow")
     joint: int = Field(ge=1, description="Number of the joint, from 1")

@@ -82,7 +82,7 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
 def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
     """Return for each refused joint what data would identify its gain.
 
-    `allowed` is the largest predicted relative deviation of a gain that is not refused.
+    `allowed` is the largest predicted relative standard deviation of a gain that is not refused.
     """
     return [
         Paragraph(f"Joint {gain.joint}: {_advice(gain.predicted_rel_std, allowed)}.")

@@ -22,7 +22,7 @@ NEAR = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """Return the title: scenario, and joints without a panel."""
+    """Title of a figure: scenario, and joints without a panel."""
 
     title: str
     without: tuple[int, ...]

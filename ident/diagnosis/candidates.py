@@ -18,7 +18,7 @@ In 187 fault-free sets of logs, the best of some 400 alternatives exceeded 4 in 
 with very elastic joints, backlash or presliding (`docs/diagnosis.md` has the present rates).
 """
 TIE = 2.0
-"""Number of standard errors between two alternatives below which they cannot be distinguished."""
+"""Difference of two alternatives, in standard errors, below which they cannot be distinguished."""
 
 
 class _Candidate:
@@ -158,6 +158,6 @@ def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
 
 
 def _contains(general: Compared | Small, special: Compared | Small) -> bool:
-    """Whether an alternative is a generalisation of another one, such as a delay of each joint of one of all joints."""
+    """Whether an alternative is a generalisation of another one: separate delays of all joints of a common delay."""
     same = (general.family, general.logs) == (special.family, special.logs)
     return same and general.parameters > special.parameters

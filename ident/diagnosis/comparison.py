@@ -84,7 +84,7 @@ class HeldOut:
         fit: The fit.
         place: Index of each row among padded blocks, shape (r,).
         inverse: (I - Q_b Q_b')^-1 of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
-        factor: K with inverse I + K K' for these, shape (blocks, m, p); without columns for short blocks.
+        factor: K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
         width: Number of rows of a padded block, m.
     """
 

@@ -1,4 +1,4 @@
-"""What an estimate lacks: a wrong specified value of a payload, a missing term, or a fault that only affects gains."""
+"""Effects that an estimate lacks: a wrong value of a payload, a missing term, or a fault that only the gains reveal."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
 MOST = 3
-"""Largest number of lacks of one estimate."""
+"""Largest number of effects that one estimate lacks."""
 ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
 
 
@@ -33,7 +33,7 @@ def lacks_of(
     *,
     stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
-    """Return what an estimate lacks, the one that explains most first.
+    """Return effects that an estimate lacks, the one that explains most first.
 
     Args:
         base: The estimate.
@@ -41,7 +41,7 @@ def lacks_of(
         names: Names of the logs.
         free: Fits of each joint alone; if they predict significantly better, something is lacking. None to skip this.
         reestimate: Repeats the estimate for other problems.
-        stiff: Its solution with rigid joints, whose lacks elastic joints may imitate; None to skip this.
+        stiff: Its solution with rigid joints, as elastic joints may imitate faults; None to skip this.
     """
     of_payload = list(payload.directions(base.problem, base.estimate))
     believed = [each for each in of_payload if each.prior_std is not None]
@@ -70,11 +70,11 @@ def lacks_of(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lack:
-    """A significant lack of a model.
+    """A significant effect that a model lacks.
 
     Attributes:
         base: The model.
-        best: The lacking term or fault.
+        best: The term or fault.
         rivals: Alternatives that cannot be distinguished from it.
     """
 
@@ -84,12 +84,12 @@ class Lack:
 
     @property
     def beside(self) -> Stated:
-        """The model with the lacking term."""
+        """The model with this effect."""
         return self.base.beside(self.best.direction)
 
 
 def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
-    """Return the significant lacks of a model, the largest first, each with the earlier ones included."""
+    """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
     choices = list(choices)
     while True:
         added = zip(choices, base.each_added(choices), strict=True)
@@ -139,7 +139,7 @@ def _of_payload(
         base: The estimate.
         free: Fits of each joint alone.
         reestimate: Repeats the estimate for other problems.
-        first: The best first-order lack; a payload that is rotated or far off exceeds the first order.
+        first: The best first-order effect; a payload that is rotated or far off exceeds the first order.
         names: Names of the logs.
 
     Returns:
@@ -207,7 +207,7 @@ def _with_masses_alone(problem: Problem) -> Problem | None:
 
 
 def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
-    """Return the diagnosis of a lack."""
+    """Return the diagnosis of an effect that an estimate lacks."""
     direction, more = lack.best.direction, lack.best.found
     effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)

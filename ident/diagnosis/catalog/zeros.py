@@ -22,7 +22,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
         if (turn or sign < 0.0) and (arm.revolute[j] or not turn):
             for scope in scopes(len(logs.recordings)):
                 yield turned(logs, j, scope, sign, np.deg2rad(turn))
-    if len(logs.recordings) > 1:  # in all logs, this is the signs of the position alone and of the gain
+    if len(logs.recordings) > 1:  # in all logs: a negated position and a negative gain
         yield from (reversed_joint(logs, j, (k,)) for j in range(arm.n) for k in range(len(logs.recordings)))
 
 

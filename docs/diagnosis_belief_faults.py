@@ -1,4 +1,4 @@
-"""Faults of what is believed: base and lengths of the model, the payload, which file is which, what a current is."""
+"""Faults of specified values: base and lengths of the model, the payload, swapped files, the kind of current."""
 
 from collections.abc import Iterator
 from dataclasses import replace

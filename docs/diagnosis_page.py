@@ -295,13 +295,27 @@ def constants() -> Table:
     columns = (Column(title="Constant", words=True), Column(title="Value"), Column(title="Set on", words=True))
     rows = (
         cells("z beyond which an alternative is accepted", f"{SHOWN:g}", "set by the largest z of fault-free logs"),
-        cells("z beyond which one of two is told from the other", f"{TIE:g}", "judged by faults named otherwise"),
-        cells("Blocks of time a log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
-        cells("Gain on few instants worth a full comparison", f"{WORTH:g}", "that of z = 4 if residuals were white"),
-        cells("Error of a gain worth a word", f"{MATTERS:g} deviations", "half of what the interval allows for"),
-        cells("Error of a gain that refuses it", f"{SPOILS:g} deviations", "no interval contains it"),
         cells(
-            "Zero up to which the first order is believed", f"{np.rad2deg(LARGEST):g} degrees", "error of a sine: 1 %"
+            "z beyond which two alternatives are distinguished",
+            f"{TIE:g}",
+            "set by faults that were named as another one",
+        ),
+        cells("Time blocks of each log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
+        cells(
+            "Improvement on subsampled states for an exact comparison",
+            f"{WORTH:g}",
+            "that of z = 4 if residuals were white",
+        ),
+        cells(
+            "Error of a gain that is reported",
+            f"{MATTERS:g} standard deviations",
+            "half of what the interval allows for",
+        ),
+        cells("Error of a gain that refuses it", f"{SPOILS:g} standard deviations", "no interval contains it"),
+        cells(
+            "Largest error of a zero for which the first order is valid",
+            f"{np.rad2deg(LARGEST):g} degrees",
+            "error of a sine: 1 %",
         ),
         cells("Diagnoses that are remarks", f"{len(REMARKS)}", ", ".join(REMARKS)),
     )

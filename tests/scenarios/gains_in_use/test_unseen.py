@@ -300,7 +300,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     cases = {
         ("--unseen", str(run / "unloaded.parquet")): "contain the same motion",
         ("--unseen", str(tmp_path / "scaled.parquet")): "if it carries a payload, state it",
-        (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "state mass and centre of mass",
+        (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "needs mass and centre of mass",
         ("--unseen-payload", str(tmp_path / "mass.toml")): "add --unseen LOG",
         ("--unseen", "absent.parquet"): "absent.parquet: no such file",
     }

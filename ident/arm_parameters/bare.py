@@ -191,7 +191,7 @@ def ratio_discrepancies(ratios: GainRatios, believed: KnownGains) -> tuple[Ratio
 
     Args:
         ratios: Ratios from bare motions.
-        believed: Given gains of the same arm, as from data sheets.
+        believed: A-priori gains of the same arm, such as data-sheet gains.
     """
     at = {int(joint): k for k, joint in enumerate(believed.joints)}
     if ratios.reference not in at:

@@ -45,7 +45,7 @@ class CommonError:
 
     Attributes:
         joints: Agreeing joints, from 0.
-        rel_error: (found - stated) / stated.
+        rel_error: (estimated - specified) / specified.
         rel_std: Standard deviation of `rel_error`, including that of the scale.
         apart: Joints that differ significantly from them.
     """
@@ -143,7 +143,7 @@ def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> 
 
 
 def _as_stated(body: FoundBody) -> Payload | None:
-    """Return the estimate as a stated payload."""
+    """Return the estimate as a specified payload."""
     mass, centre = body.of("mass"), [each for each in map(body.of, CENTRE) if each is not None]
     if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
         return None

@@ -296,12 +296,7 @@ def left_out(found: Diagnosis) -> Diagnosis:
 
 
 def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:
-    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none.
-
-    Args:
-        recording: The log.
-        names: Names of the diagnoses.
-    """
+    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none."""
     masks = [spoilt(recording) for name, spoilt in SPOILING.items() if name in names]
     return np.logical_or.reduce(masks) if masks else None
 

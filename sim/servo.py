@@ -72,13 +72,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
 
 
 def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
-    """Return a plant whose actuators close the loop; its controls are `Controller.reference`.
-
-    Args:
-        model: Compiled plant, not changed.
-        controller: The feedback gains.
-        drives: The plant's.
-    """
+    """Return a plant whose actuators close the loop; its controls are `Controller.reference`."""
     servo = copy(model)
     servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would treat the speed feedback implicitly
     servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp

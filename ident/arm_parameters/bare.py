@@ -73,10 +73,6 @@ class BareArm:
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     """Identify ratios of gains, and the arm in drive units.
 
-    Args:
-        problem: Motions with a bare flange.
-        options: Model of the arm.
-
     Raises:
         NotIdentifiable: If no two joints have an identifiable common parameter.
     """

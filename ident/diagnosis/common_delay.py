@@ -17,9 +17,6 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
     It is accepted like any fault of the logs, and only if it is the first one and nothing else explains the currents
     equally well, as other faults may look like a delay.
 
-    Args:
-        logs: The observed logs.
-
     Returns:
         The delay to correct [s], 0 for none, and its diagnosis.
     """

@@ -29,12 +29,7 @@ UNAWARE = "classical"
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
-    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains.
-
-    Args:
-        estimate: The gains.
-        causes: Diagnoses of the logs.
-    """
+    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
     autocorrelated = autocorrelation(estimate)
     found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
     if causes.severity is Severity.WRONG:

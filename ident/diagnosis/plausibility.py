@@ -105,15 +105,7 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
 
 
 def cause_of(error: IdentificationError, problem: Problem) -> IdentificationError:
-    """Return the cause of a failed estimate: swapped files, if the linear method detects these.
-
-    Args:
-        error: The error of the method.
-        problem: The problem for which it failed.
-
-    Returns:
-        The cause, or the same error.
-    """
+    """Return the cause of a failed estimate: swapped files if the linear method detects these, else the error."""
     try:
         estimate = joint_by_joint_gains(problem, JointByJointOptions())
     except IdentificationError:

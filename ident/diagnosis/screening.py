@@ -104,11 +104,6 @@ def looked_at(logs: Logs) -> list[SubsampledStates]:
 def unexplained(logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates]) -> tuple[Array, Array]:
     """Return the residuals of the currents under hypotheses.
 
-    Args:
-        logs: The logs.
-        hypotheses: The hypotheses.
-        at: Subsampled states of the logs.
-
     Returns:
         Mean squares of each column of currents in each log, in its own unit, infinite with too few samples, and degrees
         of freedom, each of shape (hypotheses, n, logs).

@@ -48,23 +48,13 @@ def gain_sensitivity(belief: Array, gains: KnownGains) -> Array:
 
 
 def own_beliefs(belief: Array, gains: KnownGains) -> Array:
-    """Change of parameters per standard deviation of each prior except those of fixed gains, shape (p, beliefs - k).
-
-    Args:
-        belief: As for `gain_sensitivity`.
-        gains: The fixed gains, k of n.
-    """
+    """Change of parameters per standard deviation of each prior except those of fixed gains, shape (p, beliefs - k)."""
     of_gains = np.zeros(belief.shape[1], dtype=bool)
     of_gains[belief.shape[1] - len(gains.names) + gains.joints] = True
     return belief[:, ~of_gains]
 
 
 def gain_covariance(belief: Array, gains: KnownGains) -> Array:
-    """Contribution of the fixed gains' covariance to that of parameters, shape (p, p).
-
-    Args:
-        belief: As for `gain_sensitivity`.
-        gains: The fixed gains.
-    """
+    """Contribution of the fixed gains' covariance to that of parameters, shape (p, p)."""
     by_gain = gain_sensitivity(belief, gains)
     return by_gain @ gains.log_covariance @ by_gain.T

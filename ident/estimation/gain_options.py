@@ -31,11 +31,7 @@ class GainOptions:
     uncertainty: str = field(default="cautious", metadata={NAMES: UNCERTAINTIES})
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If a value is out of range.
-        """
+        """Check the values; raises `OptionError`."""
         refuse_outside(self, OptionError)
         if self.uncertainty not in UNCERTAINTIES:
             raise unknown_name("uncertainty", self.uncertainty, UNCERTAINTIES)

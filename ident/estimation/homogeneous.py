@@ -62,11 +62,7 @@ class HomogeneousOptions:
     weights: str = field(default="joint", metadata={NAMES: WEIGHTS})
 
     def __post_init__(self) -> None:
-        """Check the name.
-
-        Raises:
-            OptionError: If the name is unknown.
-        """
+        """Check the name; raises `OptionError`."""
         if self.weights not in WEIGHTS:
             raise unknown_name("weights", self.weights, WEIGHTS)
 
@@ -107,10 +103,6 @@ class HomogeneousSystem:
 
 def homogeneous_system(problem: Problem, weights: str) -> HomogeneousSystem:
     """Stack the equations of a problem.
-
-    Args:
-        problem: Motions, bare and loaded.
-        weights: A name in `WEIGHTS`.
 
     Raises:
         NotIdentifiable: If no motion is bare, none is loaded, or the torque of the known payload cannot be separated

@@ -118,12 +118,7 @@ class FullRate:
 
 @lru_cache(maxsize=KEPT)
 def filtered_motion(recording: Recording, cutoff_hz: float) -> tuple[Array, Array, Array]:
-    """Return positions, velocities and accelerations of `smooth_motion`, read-only, each of shape (N, n).
-
-    Args:
-        recording: On a uniform clock.
-        cutoff_hz: Cut-off frequency [Hz].
-    """
+    """Return positions, velocities and accelerations of `smooth_motion`, read-only, each of shape (N, n)."""
     found = smooth_motion(recording.q, recording.period, cutoff_hz)
     for each in found:
         each.flags.writeable = False

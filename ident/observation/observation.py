@@ -83,11 +83,7 @@ class ObserveOptions:
     min_weight: Annotated[float, Interval(ge=-1.0, le=1.0)] = 0.5
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If a value is out of range.
-        """
+        """Check the values; raises `OptionError`."""
         refuse_outside(self, OptionError)
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
             raise OptionError(

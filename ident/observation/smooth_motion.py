@@ -47,9 +47,6 @@ def reference(behind: FullRate) -> Reference:
     """Fit the positions of a motion; each joint has the number of knots with the smallest BIC (Schwarz 1978).
 
     Positions that are filtered at f have 2 f T independent samples in a time T.
-
-    Args:
-        behind: Filtered samples of a motion.
     """
     samples = len(behind.q)
     t = np.asarray(behind.period * np.arange(samples), np.float64)

@@ -129,12 +129,7 @@ def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object)
 
 
 def with_unknown_weight(problem: Problem, loaded: Sequence[ObservedMotion]) -> Problem:
-    """Return the bare motions of a problem, and loaded ones with an unknown payload.
-
-    Args:
-        problem: Bare and loaded motions.
-        loaded: Motions of one mounting.
-    """
+    """Return the bare motions of a problem, and loaded ones with an unknown payload."""
     bare = [motion for motion in problem.motions if motion.payload is None]
     unknown = [ObservedMotion(motion.observation, UNKNOWN) for motion in loaded]
     return replace(problem, motions=(*bare, *unknown))

@@ -101,10 +101,6 @@ def _independent(F: Array, known: tuple[list[int], Array, int]) -> list[int]:
     """Return the columns that are independent of all earlier ones, in order.
 
     A prior belongs to a column's coefficient, so of two equal columns the earlier one, without a prior, is kept.
-
-    Args:
-        F: Columns, shape (r, c).
-        known: Result of `_known`.
     """
     chosen, Q, first = known
     norms = np.linalg.norm(F, axis=0)

@@ -46,11 +46,6 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
 def misplaced(problem: Problem, shared: SharedParameters, theta: Array) -> tuple[Array, ...]:
     """Return the change of torque of each joint's rows per error of each zero, then per tilt of the base.
 
-    Args:
-        problem: Motions from recordings.
-        shared: The parameters that joints share.
-        theta: Their values, shape (p,).
-
     Returns:
         n arrays of shape (r_j, n + 2) [N m/rad; N m/m for prismatic joints].
     """

@@ -14,12 +14,6 @@ LEAST_ROTOR = 0.1
 
 
 def assumed_compliance(problem: Problem, shared: SharedParameters, theta: Array) -> Array:
-    """Return the compliance of each joint [rad / (N m)] or [m / N], shape (n,); zero without an inertia.
-
-    Args:
-        problem: Motions from recordings.
-        shared: The parameters that joints share.
-        theta: Their values, shape (p,).
-    """
+    """Return the compliance of each joint [rad / (N m)] or [m / N], shape (n,); zero without an inertia."""
     stiffness = rotor_inertia(problem, shared, theta, least=LEAST_ROTOR) * (2.0 * np.pi * RESONANCE_HZ) ** 2
     return np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)

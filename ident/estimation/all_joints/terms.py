@@ -74,12 +74,7 @@ SPEED_TERMS = {
 
 
 def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> tuple[dict[str, Term], ...]:
-    """Return the friction terms of every joint that depend on the speed alone, by name, without priors.
-
-    Args:
-        problem: Motions from recordings.
-        laws: Names in `SPEED_TERMS`.
-    """
+    """Return the friction terms of every joint that depend on the speed alone, by name, without priors."""
 
     def column(joint: int, law: Callable[[Array], Array]) -> Array:
         parts = list[Array]()

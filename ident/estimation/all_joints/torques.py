@@ -109,26 +109,13 @@ class Torques:
 
 
 def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:
-    """Return the torques of the fitted arm along a motion.
-
-    Args:
-        problem: Motions and payloads.
-        motion: One of them, from a recording.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
-    """
+    """Return the torques of the fitted arm along a motion."""
     chi = fitted_parameters(problem, motion, shared, theta)
     return Torques(motion, chi, _of_rotors(problem.structure, chi))
 
 
 def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
     """Return the standard parameters of the fitted arm with the payload of a motion, without friction and offsets.
-
-    Args:
-        problem: Motions and payloads.
-        motion: One of them.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
 
     Returns:
         Names as in `parameters.labels`, shape (14 n + 3 c,).

@@ -86,11 +86,7 @@ class AllJointsOptions:
     gain_value: Annotated[float | None, Interval(ge=-1e9, le=1e9), Unit("N m / drive unit")] = None
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If a value is out of range.
-        """
+        """Check the values; raises `OptionError`."""
         for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
             if getattr(self, name) not in known:
                 raise unknown_name(name, getattr(self, name), known)

@@ -76,14 +76,7 @@ def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
 def joint_fit(
     problem: Problem, joint: int, known: Sequence[KnownPayload], solver: Solver = ordinary
 ) -> JointFit | NoFit:
-    """Solve the system of a joint, from 0, or give the reason why it has no solution (paper, eq. 27).
-
-    Args:
-        problem: Motions and payloads.
-        joint: The joint.
-        known: The known part of each payload.
-        solver: The solver.
-    """
+    """Solve the system of a joint, from 0, or give the reason why it has no solution (paper, eq. 27)."""
     system = gain_system(problem, joint, known)
     if system is None:
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"

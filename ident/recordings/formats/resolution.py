@@ -56,11 +56,6 @@ class Resolved:
 def resolved(path: Path, names: Sequence[str], description: LogDescription) -> Resolved:
     """Determine the meaning of a file's columns.
 
-    Args:
-        path: The file, for messages.
-        names: Names of all its columns.
-        description: Description by the user.
-
     Raises:
         RecordingError: If the layout is unknown, a column is missing or ambiguous, or a declaration is missing.
     """
@@ -220,11 +215,7 @@ def _check_joints(place: str, found: LogDescription) -> None:
 
 
 def notes_of(read: Resolved) -> tuple[str, ...]:
-    """Return notes on a log, one line each.
-
-    Args:
-        read: Meaning of the columns.
-    """
+    """Return notes on a log, one line each."""
     description = read.description
     taken = TAKEN.get(read.layout or "", "") if all(map(UR_CURRENT.fullmatch, description.v.columns)) else ""
     return tuple(note for note in (taken, _meaning_note(read)) if note)

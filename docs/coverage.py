@@ -48,22 +48,24 @@ REPEATED, SAME = 3, 1e-6
 HEAD = (
     "How often the intervals of the default method contain the injected gains. Target for every joint: 2 sigma contain "
     f"it in {100 * TARGET.low:g} to {100 * TARGET.high:g} % of the trials, with a median sigma of at most {WIDEST} "
-    "times the spread of the errors. Written by `make coverage` from the folders of `rx90 monte-carlo`; no number is "
-    "typed by hand."
+    "times the standard deviation of the errors. Written by `make coverage` from the folders of `rx90 monte-carlo`; no "
+    "number is typed by hand."
 )
 MEANING = (
-    "Refused: trials that gave no gain for the joint; failed: trials without any estimate. Bias, with its own standard "
-    "deviation, spread, 95th percentile and largest magnitude are of the relative error. Within: share of the trials "
-    "with a gain whose error is below 1 or 2 stated deviations (68.3 % and 95.4 % if these are correct), in brackets "
-    "its 95 % interval (Clopper and Pearson). Width: median of the stated deviation over the spread."
+    "Refused: trials that gave no gain for the joint; failed: trials without any estimate. Bias (± its own standard "
+    "deviation), standard deviation, 95th percentile and largest magnitude are of the relative error. Within: share of "
+    "the trials with a gain whose error is below 1 or 2 estimated standard deviations (68.3 % and 95.4 % if these are "
+    "correct), in brackets its 95 % interval (Clopper and Pearson). Width: median of the estimated standard deviation "
+    "over that of the errors."
 )
 RANKS = (
-    "If the stated deviations are correct, the ranks of z, the error over the stated deviation, in the standard normal "
-    "distribution are uniform. The curve is the empirical distribution of the ranks minus the uniform one. Intervals "
-    "that are too wide make it fall in the left half and rise in the right half, too narrow ones the reverse; a bias "
-    f"shifts the whole curve to one side. In {100 * LEVEL:g} % of studies with correct intervals the band contains the "
-    f"whole curve of a joint (Säilynoja, Bürkner and Vehtari 2022, by {DRAWS} simulated curves). The errors of the "
-    "joints in one trial are correlated, as they share the payload; the band of all joints includes this correlation."
+    "If the estimated standard deviations are correct, the ranks of z, the error over the estimated standard "
+    "deviation, in the standard normal distribution are uniform. The curve is the empirical distribution of the ranks "
+    "minus the uniform one. Intervals that are too wide make it fall in the left half and rise in the right half, too "
+    f"narrow ones the reverse; a bias shifts the whole curve to one side. In {100 * LEVEL:g} % of studies with correct "
+    f"intervals the band contains the whole curve of a joint (Säilynoja, Bürkner and Vehtari 2022, by {DRAWS} "
+    "simulated curves). The errors of the joints in one trial are correlated, as they share the payload; the band of "
+    "all joints includes this correlation."
 )
 
 
@@ -125,7 +127,8 @@ def misses(study: Covered) -> list[str]:
         if joint.cover_2 and standing(joint.cover_2) != "inside":
             said.append(f"Joint {of}: 2 sigma contain {share(joint.cover_2)} %, {standing(joint.cover_2)}.")
         if joint.width and joint.width > WIDEST:
-            said.append(f"Joint {of}: sigma is {joint.width:.2f} times the spread, more than {WIDEST}.")
+            wide = f"{joint.width:.2f} times the standard deviation of the errors"
+            said.append(f"Joint {of}: sigma is {wide}, more than {WIDEST}.")
     return said
 
 
@@ -175,7 +178,7 @@ def joint_table(study: Covered) -> Table:
     columns = (
         Column(title="Joint"),
         *(Column(title=title) for title in ("Gains", "Refused", "Failed")),
-        *(Column(title=title, unit="%") for title in ("Bias", "Spread", "95 % below", "Largest")),
+        *(Column(title=title, unit="%") for title in ("Bias", "Std", "95 % below", "Largest")),
         *(Column(title=f"Within {k} sigma", unit="%") for k in (1, 2)),
         Column(title="2 sigma", words=True),
         Column(title="Width"),

@@ -44,7 +44,7 @@ def _curve(axis: Axes, of: Calibration) -> None:
     axis.plot(GRID, of.difference, color="C0", linewidth=1.2, label="empirical minus uniform distribution of ranks")
     axis.plot(GRID[of.outside], of.difference[of.outside], ".", color="C3", markersize=4, label="outside of it")
     axis.set_xlim(0.0, 1.0)
-    axis.set_xlabel("rank of z = error / claimed sigma")
+    axis.set_xlabel("rank of z = error / estimated sigma")
     axis.set_ylabel("share less rank")
 
 
@@ -74,8 +74,8 @@ class JointClaims:
         statistics: Errors, refusals, failures.
         gains: Trials that gave one.
         largest: Largest magnitude of the relative error.
-        cover_1, cover_2: How often 1 and 2 claimed deviations held the truth (normal: 0.683 and 0.954).
-        width: Median of the claimed relative deviation over the spread of the relative error.
+        cover_1, cover_2: Share of errors below 1 and 2 estimated standard deviations (normal: 0.683 and 0.954).
+        width: Median estimated relative standard deviation, divided by that of the relative errors.
     """
 
     statistics: JointStatistics

@@ -1,4 +1,4 @@
-"""Faults of what is believed: base and lengths of the model, the payload, which file is which, what a current is."""
+"""Faults of specified values: base and lengths of the model, the payload, swapped files, the kind of current."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -89,7 +89,7 @@ def payload_faults(case: SoundCase) -> Iterator[Fault]:
 
 
 def _known_payload(carried: Payload, joints: tuple[int, ...], loaded: tuple[int, ...]) -> Iterator[Fault]:
-    """Mistakes of centre, inertia and frame of a payload that is stated altogether."""
+    """Mistakes of centre, inertia and frame of a fully specified payload."""
     direction = np.array([0.64, -0.48, 0.6])
     for distance in (0.01, 0.02, 0.05):
         apply = believed(lambda p, d=distance: replace(p, com=_three(np.array(p.com) + d * direction)))

@@ -106,7 +106,7 @@ class SoundCase:
 
     @property
     def biased(self) -> bool:
-        """Whether today's gains of it are off by more than is claimed."""
+        """Whether its present gains have significant errors."""
         return self.spec.source == MUJOCO and self.spec.condition in diagnosis_scenarios.BIASED
 
     @property

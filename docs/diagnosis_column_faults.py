@@ -1,4 +1,4 @@
-"""Faults of columns: zeros, signs, scales, orders, and stretches of a column that hold something else."""
+"""Faults of columns: zeros, signs, scales, orders, and parts of a column with other content."""
 
 from collections.abc import Callable, Iterator, Sequence
 

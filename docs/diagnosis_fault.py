@@ -1,4 +1,4 @@
-"""What a fault is, and what faults are made of: changes of columns, of logs, of what is believed.
+"""Definition of a fault, and its parts: changes of columns, of logs, of specified values.
 
 A fault says what was *done*: a zero of +5 degrees adds 5 degrees to the logged positions, a delay of +10 ms makes the
 currents of the log come 10 ms after what they belong to, a scale of 1.1 multiplies what is logged.
@@ -33,7 +33,7 @@ class Fault:
         logs: Changed, from 0.
         value: True size with its sign, None where there is none.
         unit: Of the value.
-        apply: Makes motions and the structure as believed of the true ones.
+        apply: Converts the true motions and structure to the assumed ones.
         harmless: Whether gains stay what they are, so that silence is right as well.
     """
 
@@ -88,7 +88,7 @@ def in_logs(change: Change, logs: Sequence[int]) -> Apply:
 
 
 def believed(change: Callable[[Payload], Payload]) -> Apply:
-    """A change of what is believed of the payload; logs of one mounting go on sharing one object."""
+    """A change of the specified payload; logs of one mounting continue to share the object."""
 
     def apply(motions: Motions, structure: Structure) -> tuple[Motions, Structure]:
         others = {id(each.payload): change(each.payload) for each in motions if each.payload is not None}

@@ -20,8 +20,8 @@ class FaultyCase:
     Attributes:
         case: Without the fault.
         fault: What was done to it.
-        motions: As logged and believed.
-        structure: As believed.
+        motions: As logged, with the specified payloads.
+        structure: As specified.
     """
 
     case: SoundCase

@@ -23,7 +23,7 @@ NEAR, DEVIATIONS = 0.2, 3.0
 UNDONE, RESTORED = 0.2, 0.05
 """Share of the noise-free residual, and relative error of gains, that a right reading may leave."""
 SMALL, HARM = 1.0, 3.0
-"""Error of a gain, in claimed deviations, beyond which silence is not harmless, and beyond which it is harmful."""
+"""Errors of a gain, in estimated standard deviations: harmless up to the first, harmful beyond the second."""
 ROUNDING = 1e-6
 """Shares below which a fault changes nothing in logs without noise."""
 
@@ -173,7 +173,7 @@ class Judged:
         exact: Whether the name is the one expected, and not one that is the same kinematically.
         others: Accusations beside a right one, or in its place.
         cost: What silence or a warning costs; None where gains were refused or the fault named.
-        errors: Error that the fault puts into each gain, in claimed deviations; None where there is none to compare.
+        errors: Error of each gain by the fault, in estimated standard deviations; None without a gain to compare.
         visible: Whether logs without noise show the fault, joint by joint.
     """
 
@@ -186,7 +186,7 @@ class Judged:
 
     @property
     def worst(self) -> float:
-        """Largest error of a gain in claimed deviations."""
+        """Largest error of a gain, in estimated standard deviations."""
         return max((abs(each) for each in self.errors if each is not None), default=0.0)
 
 
@@ -277,7 +277,7 @@ def _kinds(fault: Fault) -> list[str]:
 
 
 def changes(found: Run, sound: Run) -> tuple[float | None, ...]:
-    """What a fault adds to each gain, in deviations that are claimed with it."""
+    """Error of each gain by a fault, in its estimated standard deviations."""
     return tuple(
         None if now is None or before is None else (now[0] - before[0]) / max(now[1], now[2])
         for now, before in zip(found.gains, sound.gains, strict=False)
@@ -285,7 +285,7 @@ def changes(found: Run, sound: Run) -> tuple[float | None, ...]:
 
 
 def sigmas(case: SoundCase, found: Run) -> tuple[float, ...]:
-    """Errors of the gains of a sound case in claimed deviations; none of a real one."""
+    """Errors of the gains of a fault-free case, in estimated standard deviations; none for a real one."""
     if case.gain is None:
         return ()
     return tuple(

@@ -75,18 +75,19 @@ ABOUT_SOUND = (
     "Logs of two simulators under difficult conditions, and real logs; half of the arms were not used to set "
     "constants. A false alarm is a diagnosis of a fault in a log, the payload or the model's geometry; effects that "
     "the model lacks (elasticity, a law of friction) are not counted. Refused: a gain, or all. Off: gains further from "
-    "the truth than three stated standard deviations, of all gains given."
+    "the truth than three estimated standard deviations, of all gains given."
 )
 ABOUT_FAULTS = (
     "One fault at a time in fault-free logs under ordinary conditions. Named: the injected fault with its joints and "
     "logs and its size within 20 % or three standard deviations, or a fault that the kinematics cannot distinguish "
     "from it, or one that the diagnosis lists as indistinguishable. A fault that is not named is harmless if no gain "
-    "changes by more than one "
-    "stated deviation, harmful beyond three. Unseen: without noise the fault leaves no residual, so no log can show it."
+    "changes by more than one estimated standard deviation, harmful beyond three. Unseen: without noise the fault "
+    "leaves no residual, so no log can show it."
 )
 ABOUT_CONFUSED = "Rows: the injected fault. Columns: the fault that was named instead."
 ABOUT_SILENT = (
-    "Faults that were not named, at most warned of, and that move a gain by more than three stated deviations."
+    "Faults that were not named, at most warned of, and that move a gain by more than three estimated standard "
+    "deviations."
 )
 
 
@@ -111,13 +112,12 @@ def summary(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> str:
     unseen = sum(not each.judged.visible for each in harmful)
     return (
         f"In {len(fair)} sets of fault-free logs of {len({each.case.arm for each in fair})} arms, a false alarm was "
-        f"given "
-        f"{sum(each.accused for each in fair)} times (on arms that were not used to set constants: "
+        f"given {sum(each.accused for each in fair)} times (on arms that were not used to set constants: "
         f"{share(sum(each.accused for each in apart), len(apart))}), and gains were refused "
         f"{sum(each.refused for each in fair)} times. Of {len(seen)} faults that logs can show, {named} were named "
         f"({100.0 * named / max(1, len(seen)):.0f} %); of all {len(faulty)} faults, {other} were named as another one. "
-        f"{len(harmful)} faults that move a gain by more than three stated deviations were not named; {unseen} of "
-        "them cannot be seen in any log."
+        f"{len(harmful)} faults that move a gain by more than three estimated standard deviations were not named; "
+        f"{unseen} of them cannot be seen in any log."
     )
 
 
@@ -267,7 +267,7 @@ def silent_table(faulty: Sequence[Faulty]) -> Table:
     """Every fault that is passed over and harms, the worst first."""
     columns = (
         Column(title="Logs and fault", words=True),
-        Column(title="Error", unit="claimed deviations"),
+        Column(title="Error", unit="estimated standard deviations"),
         Column(title="Residual without noise", unit="%"),
         Column(title="Warnings", words=True),
         Column(title="Said of such faults", words=True),
@@ -295,13 +295,27 @@ def constants() -> Table:
     columns = (Column(title="Constant", words=True), Column(title="Value"), Column(title="Set on", words=True))
     rows = (
         cells("z beyond which an alternative is accepted", f"{SHOWN:g}", "set by the largest z of fault-free logs"),
-        cells("z beyond which one of two is told from the other", f"{TIE:g}", "judged by faults named otherwise"),
-        cells("Blocks of time a log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
-        cells("Gain on few instants worth a full comparison", f"{WORTH:g}", "that of z = 4 if residuals were white"),
-        cells("Error of a gain worth a word", f"{MATTERS:g} deviations", "half of what the interval allows for"),
-        cells("Error of a gain that refuses it", f"{SPOILS:g} deviations", "no interval contains it"),
         cells(
-            "Zero up to which the first order is believed", f"{np.rad2deg(LARGEST):g} degrees", "error of a sine: 1 %"
+            "z beyond which two alternatives are distinguished",
+            f"{TIE:g}",
+            "set by faults that were named as another one",
+        ),
+        cells("Time blocks of each log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
+        cells(
+            "Improvement on subsampled states for an exact comparison",
+            f"{WORTH:g}",
+            "that of z = 4 if residuals were white",
+        ),
+        cells(
+            "Error of a gain that is reported",
+            f"{MATTERS:g} standard deviations",
+            "half of what the interval allows for",
+        ),
+        cells("Error of a gain that refuses it", f"{SPOILS:g} standard deviations", "no interval contains it"),
+        cells(
+            "Largest error of a zero for which the first order is valid",
+            f"{np.rad2deg(LARGEST):g} degrees",
+            "error of a sine: 1 %",
         ),
         cells("Diagnoses that are remarks", f"{len(REMARKS)}", ", ".join(REMARKS)),
     )

@@ -44,8 +44,8 @@ class Said:
         std: Of the size.
         z: Standard errors, None of samples.
         percent: Largest error of a gain [%].
-        deviations: The same in claimed deviations.
-        rivals: What it cannot be told from.
+        deviations: The same in estimated standard deviations.
+        rivals: Alternatives that cannot be distinguished from it.
     """
 
     name: str
@@ -71,7 +71,7 @@ class Run:
         message: Its words.
         crashed: Whether the error is none of identification.
         said: Diagnoses that are not good; of logs that are refused those that refuse them.
-        gains: Of each joint value, claimed and predicted deviation; None where it is refused.
+        gains: Value, estimated and predicted standard deviation of each joint; None if refused.
         reasons: Why joints are refused.
         excluded: What is excluded: family and sentence.
         untold: What is said not to be told.

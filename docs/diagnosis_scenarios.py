@@ -25,7 +25,7 @@ ROBOTS = {"rx90": "nominal", "ur10e": "ur10e", "panda": "panda", "tx40": "tx40",
 """Scenario of each robot."""
 APART = ("stanford",)
 BIASED = ("soft joints 8 Hz", "soft joints 12 Hz", "backlash 3 mrad", "presliding 5 mrad")
-"""Sound logs whose gains are off by more than is claimed of them today."""
+"""Fault-free logs whose gains presently have significant errors."""
 RX90_ONLY = ("field", "paper-noise", "coarse-encoder", "drift", "mass-only", "offset-payload", "fleet")
 """Built-in scenarios of one robot."""
 SOFT = (8.0, 12.0, 20.0, 25.0)

@@ -130,14 +130,14 @@ def all_rows(folder: Path) -> pd.DataFrame:
 PAGE = """# Reliability of a verification
 
 Written by `docs/verify.py` from {trials} simulated robots; no number is typed by hand. On each, gains come from bare
-motions and 7.025 kg; a mass of 4.275 kg, not used for identification, is then estimated with these gains, once as they
-were found, once with a random error of up to {largest:g} % in one random gain. `nominal` has only noise; `field` is
-`field-two-weights`, a robot with load friction, drift, direction-dependent friction, elastic joints, a tilted base and
-wrong kinematics at once, and payloads as weighed.
+motions and 7.025 kg; a mass of 4.275 kg, not used for identification, is then estimated with these gains, once
+unchanged, once with a random error of up to {largest:g} % in one random gain. `nominal` has only noise; `field` is
+`field-two-weights`, a robot with load-dependent friction, drift, direction-dependent friction, elastic joints, a tilted
+base and wrong kinematics at once, and payloads as weighed.
 
 ![True error of each gain against the mass estimated from its joint](verify.png)
 
-| scenario | correlation of both errors | rms difference | its size in stated deviations | false alarms |
+| scenario | correlation of both errors | rms difference | its size in estimated standard deviations | false alarms |
 |---|---|---|---|---|
 {summary}
 

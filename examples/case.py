@@ -111,8 +111,8 @@ def _(mo):
     mo.md("""
     ## Spoil it
 
-    The payload is believed 3 % heavier than it is. Nothing in the logs can tell: every gain comes out 3 % too large,
-    and its interval does not know. That is why `rx90 verify` weighs another mass that identification has not seen.
+    The payload is specified 3 % heavier than it is. No log can reveal this: every gain is estimated 3 % too large,
+    and no interval includes this error. Therefore `rx90 verify` estimates another known mass, not used for the gains.
     """)
     return
 

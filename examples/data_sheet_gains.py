@@ -1,4 +1,4 @@
-"""What the gains of a data sheet would have cost: the weight that they make of logs, by all joints and each.
+"""Effect of data-sheet gains: the mass that they give for a logged payload, from all joints and from each.
 
     python examples/data_sheet_gains.py arm.urdf bare.parquet heavy.parquet heavy.toml 12 12 10 10 10 10
 
@@ -21,12 +21,12 @@ def main(words: Sequence[str]) -> None:
     found = ident.identify(arm, logs)
     believed = outcome_of_other_gains(found.prepared.problem, stated_gains(arm, list(map(float, sheet))), None)
     weight, mass = believed.weighed.payload.mass, believed.weighed.together.mass
-    print(f"weight {weight:.3f} kg, with the gains of the data sheet {mass.value:.3f} +- {2 * mass.std:.3f} kg")
+    print(f"payload {weight:.3f} kg; with data-sheet gains {mass.value:.3f} +- {2 * mass.std:.3f} kg")
     gains = zip(found.joints, believed.gains.value, found.gain.tolist(), believed.weighed.joints, strict=True)
     for joint, stated, gain, alone in gains:
-        said = "refused" if gain is None else f"found {gain:.4f}, ratio {stated / gain:.3f}"
-        weighs = alone.reason if alone.mass is None else f"this joint alone weighs {alone.mass.value:.3f} kg"
-        print(f"{joint.joint}: stated {stated:.4f}, {said}; {weighs}")
+        said = "refused" if gain is None else f"identified {gain:.4f}, ratio {stated / gain:.3f}"
+        weighs = alone.reason if alone.mass is None else f"mass from this joint alone {alone.mass.value:.3f} kg"
+        print(f"{joint.joint}: data sheet {stated:.4f}, {said}; {weighs}")
 
 
 if __name__ == "__main__":

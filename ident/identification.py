@@ -34,7 +34,7 @@ class Identification:
             estimated.
         notes: What the method selected, and changes of the recordings.
         found: Diagnoses of logs and estimate: faults, excluded faults, and faults that cannot be checked.
-        observing: Filters and thresholds, with the compensated delay.
+        observing: Filters and thresholds, with the corrected delay.
         prepared: The prepared logs; None if identified elsewhere.
     """
 
@@ -66,7 +66,7 @@ class Identification:
 
     @property
     def payload_std(self) -> MaskedArray:
-        """Contributions of the payload's uncertainty to `std` [N m / drive unit], shape (n,), masked where refused."""
+        """Contributions of the payload to `std` [N m / drive unit], shape (n,), masked where refused."""
         return self.estimate.payload_std
 
     @property

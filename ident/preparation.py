@@ -36,7 +36,7 @@ class Policy:
         repair: Whether samples are checked, and repaired if the repair is unambiguous.
         doubt: Whether the logs are tested for faults with alternative hypotheses.
         repeats: Whether two logs may have the same samples, as simulated ones without noise.
-        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
+        undelay: Whether a common delay of all currents is estimated and corrected.
     """
 
     repair: bool
@@ -111,7 +111,7 @@ class Prepared:
         motions: Repaired motions, with the parts of a log between gaps in sequence.
         parts: The motions with their invalid samples and linear systems.
         problem: Linear systems with payloads.
-        observing: Filters and thresholds, with the delay that was undone.
+        observing: Filters and thresholds, with the delay that was corrected.
         policy: Policy for checks and repairs.
         diagnoses: Diagnoses of samples and repairs.
         remarks: Remarks on automatic choices.
@@ -187,7 +187,7 @@ def prepare(
 
 
 def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
-    """Return logs with the common delay of the currents compensated, and its diagnosis."""
+    """Return logs with the common delay of the currents corrected, and its diagnosis."""
     delay, diagnosis = common_delay(prepared.logs())
     if not delay:
         return prepared, diagnosis
@@ -296,12 +296,7 @@ def left_out(found: Diagnosis) -> Diagnosis:
 
 
 def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:
-    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none.
-
-    Args:
-        recording: The log.
-        names: Names of the diagnoses.
-    """
+    """Return the mask of invalid samples of each joint, shape (N, n); None if there are none."""
     masks = [spoilt(recording) for name, spoilt in SPOILING.items() if name in names]
     return np.logical_or.reduce(masks) if masks else None
 

@@ -4,7 +4,7 @@ The current is the torque of arm and payload over the gain (paper, eq. 7). The a
 the same gains, or read from a model file. Predictions with other gains are compared on the same motion, with a t-test
 of its time blocks. The limit of the prediction error follows from the fit. A factor common to all gains cancels on a
 bare motion, where arm and gains scale together, but not with a weighed payload: the ratio of the payload's identified
-to its stated torque is the ratio of each gain to the correct one.
+to its specified torque is the ratio of each gain to the correct one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,11 +40,11 @@ BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
 
 
 ROTOR = ("Ia", "Iam")
-"""Inertia that an arm has beside its links."""
+"""Inertias of an arm other than those of its links."""
 
 
 def beyond_chance(error: float | None, std: float | None) -> bool:
-    """Whether an error is there, and no interval contains zero."""
+    """Whether there is an error, and its interval does not contain zero."""
     return error is not None and std is not None and abs(error) > SPOILS * std
 
 
@@ -78,9 +78,9 @@ class UnseenJoint:
 
     @property
     def misjudged(self) -> bool:
-        """Whether the payload contradicts the gain by more than a model of plain friction and stiff joints does.
+        """Whether the payload contradicts the gain by more than load-dependent friction and elastic joints can explain.
 
-        Right gains of simulated robots in the field, whose friction grows with the load, reached 11 %.
+        With correct gains, simulated robots of scenario `field-two-weights` reached 11 %.
         """
         return beyond_chance(self.gain_error, self.gain_std) and abs(self.gain_error or 0.0) > LARGE_RESIDUAL
 
@@ -159,7 +159,7 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
         gains: The gains.
         prepared: The motions used for the gains or the arm.
         log: The motion, with its payload if there is one.
-        other: Gains for comparison, as of a data sheet.
+        other: Gains for comparison, such as data-sheet gains.
 
     Raises:
         IdentificationError: If the motion is one of those, has a fault or cannot be observed; if no motion was bare.
@@ -201,7 +201,7 @@ def unseen_motion(
         log: The motion.
         seen: Motions used in the fit; the bare ones help to test this one.
         structure: Identifiable structure of the arm.
-        observing: Filters, with the delay that was undone.
+        observing: Filters, with the delay that was corrected.
         gains: Options of the identification.
         policy: Policy for checks and repairs of the log.
 
@@ -212,8 +212,8 @@ def unseen_motion(
     name = log.recording.name
     if log.payload is not None and log.payload.known not in ("all", "com"):
         raise PayloadError(
-            f"{name}: its payload states known = {log.payload.known!r}; to predict torques, state mass and centre of "
-            "mass; if only the mass is known, test the gains on it with rx90 verify"
+            f"{name}: known = {log.payload.known!r} in its payload, but a prediction of torques needs mass and centre "
+            "of mass; if only the mass is known, use rx90 verify"
         )
     door = partial(prepare, robot=structure, observing=observing, gains=gains, policy=replace(policy, undelay=False))
     if not policy.repeats:
@@ -359,7 +359,7 @@ def _gain_errors(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -
         X = np.column_stack((payload, _beside(W, links)))
         if j not in model.fits or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
             continue
-        torque = g * system.V[at] - W @ model.base  # whatever its friction, which is free here
+        torque = g * system.V[at] - W @ model.base  # with free friction
         first = np.linalg.pinv(X)[0]
         parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
         without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]

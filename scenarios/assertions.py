@@ -1,4 +1,4 @@
-"""`assert_scenario`: test of a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
+"""`assert_scenario`: test of a scenario's accuracy in a pytest suite, with a given false-alarm rate."""
 
 from collections.abc import Iterable
 from operator import index

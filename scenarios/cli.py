@@ -1,4 +1,4 @@
-"""The command line `rx90`: finds the command that is asked for, imports it alone, and turns its end into a status."""
+"""The command line `rx90`: finds the requested command, imports only it, and converts its outcome to a status."""
 
 import os
 import shlex
@@ -28,11 +28,11 @@ from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 TRACEBACK = "RX90_TRACEBACK"
-"""Environment variable that asks for the place of an error nobody foresaw."""
+"""Environment variable that requests the traceback of an unexpected error."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, as the process was called if there are no arguments.
+    """Run the command line; by default with the arguments of the process.
 
     Returns:
         The exit status; a command line that cannot be parsed exits at once with status 2, help with 0.

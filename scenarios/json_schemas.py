@@ -1,7 +1,7 @@
 """JSON Schema of the files that users write and read, generated from what validates them; `make schemas` writes them.
 
-A file of this repository names its schema relative to itself, `#:schema ../schemas/scenario.schema.json`, one that a
-command writes in full (`scenarios.experiments.files.toml_text`).
+A file of this repository names its schema by a relative path, `#:schema ../schemas/scenario.schema.json`; a file that a
+command writes, by a full one (`scenarios.experiments.files.toml_text`).
 """
 
 import json
@@ -69,7 +69,7 @@ Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
 class PayloadFile(BaseModel):
-    """A payload as weighed and drawn, in the frame of the last link."""
+    """A payload as specified, in the frame of the last link."""
 
     model_config = ConfigDict(extra="forbid")
     mass: Positive = Field(description="Mass [kg]")
@@ -84,7 +84,7 @@ class PayloadFile(BaseModel):
 
 
 class MotionFile(BaseModel):
-    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row a joint."""
+    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row per joint."""
 
     model_config = ConfigDict(extra="forbid")
     duration: float = Field(gt=0.0, le=LONGEST, description="Duration of one period [s]")
@@ -99,7 +99,7 @@ def schemas() -> dict[str, dict[str, Any]]:
     scenario["properties"]["extends"] = {"type": "string", "description": "Scenario that this one extends"}
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
-            table.pop("required", None)  # what is left out is what the extended scenario has
+            table.pop("required", None)  # omitted keys are those of the extended scenario
     files: dict[str, type[BaseModel]] = {
         "payload": PayloadFile,
         "motion": MotionFile,
@@ -127,7 +127,7 @@ def _described(file: type[BaseModel]) -> dict[str, Any]:
 
 
 def _classes(kind: object) -> Generator[type]:
-    """A class, and all that its attributes are of, however nested."""
+    """Yield a class and the classes of its attributes, recursively."""
     for part in get_args(kind):
         yield from _classes(part)
     if isinstance(kind, type) and (issubclass(kind, BaseModel) or is_dataclass(kind)):
@@ -137,7 +137,7 @@ def _classes(kind: object) -> Generator[type]:
 
 
 COMPLETE = ("DrawTable", "SourceTable")
-"""Tables that no overlay completes."""
+"""Tables that an extending file must state in full."""
 DIALECT: Literal["https://json-schema.org/draft/2020-12/schema"] = "https://json-schema.org/draft/2020-12/schema"
 
 

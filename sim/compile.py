@@ -28,7 +28,7 @@ from sim.silenced_mujoco import silenced
 FRICTION_SOLREF = (2.0, 1.0)
 """Time constant in steps, the smallest that MuJoCo accepts, and damping ratio."""
 FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance near 1: friction cancels 99 % of the acceleration of a joint at rest, by default of MuJoCo 90 %."""
+"""Impedance near 1: friction cancels 99 % of the acceleration of a joint at rest; MuJoCo's default is 90 %."""
 
 
 @silenced()

@@ -46,8 +46,8 @@ class _Period(NamedTuple):
 class ControlPeriods:
     """B controllers in a sequence of control periods, with their readings and commands.
 
-    With few simulations, the number of NumPy calls determines the computing time. Values with the same operation are
-    therefore adjacent in memory, and all views are created once.
+    With few simulations, the number of NumPy calls determines the computing time. Values that undergo the same
+    operation are therefore adjacent in memory, and all views are created once.
 
     Attributes:
         reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).

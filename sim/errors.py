@@ -54,7 +54,7 @@ class LooseTransmission(PlantError):
 
 
 class NoCurrent(PlantError):
-    """A plant whose friction is at least the drive torque."""
+    """A plant whose friction equals or exceeds the drive torque."""
 
 
 class TrajectoryError(SimulationError):

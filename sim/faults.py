@@ -42,7 +42,7 @@ def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | No
 
 
 def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
-    """The first drive that needs its largest current, or more, for `SATURATED_TOO_LONG`.
+    """Return the first drive that needs its largest current, or more, for at least `SATURATED_TOO_LONG`.
 
     Args:
         v: Currents [drive units], shape (N, n).

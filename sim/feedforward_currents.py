@@ -6,7 +6,7 @@ same `term` as in the closed loop. Joints without a drive (links behind elastic 
 torque balance is zero. The temperature of the drives follows from their currents. These currents also show whether the
 drives can follow a motion.
 
-    tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
+    tau = inverse dynamics + friction - other torque, v = v0 + (tau + Fcoff) / g
 """
 
 from collections.abc import Sequence
@@ -92,7 +92,7 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
 
     Raises:
         PlantError: If a plant cannot be compiled, or a motion passes through backlash.
-        NoCurrent: If friction is at least the drive torque.
+        NoCurrent: If friction equals or exceeds the drive torque.
         SequenceError: If drives warm up and the preceding motion is missing.
     """
     found, ended = list[Array](), dict[int, Array | SimulationError]()
@@ -117,7 +117,7 @@ def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feed
     found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
     if found is None:
         raise NoCurrent(
-            f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
+            f"{experiment.name}: no current moves the arm: load-dependent friction equals or exceeds the drive torque"
         )
     return found
 
@@ -126,7 +126,7 @@ def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feed
 def _settled(
     rubbing: _Rubbing, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
 ) -> _Feedforward | None:
-    """Currents of a plant along a motion, None if friction takes all that they give; plants alike share them."""
+    """Currents of a plant along a motion, None if friction prevents any motion; equal plants share them."""
     errors, drives = rubbing.acts.errors, rubbing.acts.build.drives
     states = states_of(motion, rate_hz)
     rigid = _rigid(rubbing.rigid, motion, rate_hz)

@@ -1,6 +1,6 @@
 """Reduction of a model file to the arm: joints from the world to the flange move, all others are locked or removed.
 
-Used are the links with their inertias, the joints with their places and ranges, and gravity. Drives, friction and rotor
+The links with their inertias, the joints with their places and ranges, and gravity are used. Drives, friction and rotor
 inertias come from the robot file; sensors, keyframes, contacts, solver settings and fluids are ignored. Springs and
 constraints between moving joints are refused, because the identification model lacks them.
 """
@@ -67,7 +67,7 @@ def _refuse_ties(spec: mujoco.MjSpec, flange: str | None) -> None:
 
 
 def _drop_objects(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """Return free-floating bodies that do not carry the flange."""
+    """Remove free-floating bodies that do not carry the flange."""
     body = spec.worldbody.first_body()
     while body is not None:
         following = spec.worldbody.next_body(body)

@@ -93,7 +93,7 @@ _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
 def _warm(
     experiments: Sequence[tuple[int, Experiment]], models: _Models, threads: int
 ) -> dict[int, Array | SimulationError]:
-    """Return the temperature rise of drives after a warm-up [K], with the load of a motion at half of it."""
+    """Return the temperature rise of drives after a warm-up [K], by the midpoint rule (`sim.sequence`)."""
     found: dict[int, Array | SimulationError] = {i: np.zeros(each.plant.robot.n) for i, each in experiments}
     for share in (0.5, 1.0) if experiments else ():
         ready: list[tuple[int, _Run]] = []

@@ -101,7 +101,7 @@ def inertias(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
 
 
 def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:
-    """Return the torque on all joints, with joints without a drive in equilibrium, shape (samples, nv)."""
+    """Return the torque on all joints if joints without a drive are in equilibrium, shape (samples, nv)."""
     n = driven[0].shape[1]
     free = model.nv - n
     stiffness = _own_stiffness(model, free)

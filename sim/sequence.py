@@ -2,8 +2,8 @@
 
 Motions of drives that do not warm up are independent and may run in parallel. A warm-up is not simulated completely:
 drives that warm up within minutes respond to the mean of I^2 R. It is computed with the midpoint rule: one motion with
-cold drives gives the load until half the time, and a motion with the drives at half the time gives the load of the
-whole.
+cold drives gives the load for the first half, and a motion with the drives at the temperature after this half gives the
+load for the whole warm-up.
 """
 
 from collections import defaultdict

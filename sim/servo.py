@@ -5,7 +5,8 @@
 as actuators whose force is affine in position and speed, held over a physics step by the integrator `Euler`; the part
 that does not depend on the state is their control. dq is the true speed of the joint, while `sim.control_law` uses a
 low-passed difference of readings. e is the noise of the encoders, drawn before the motion, and F e the speed that
-`sim.control_law` would estimate from it: encoder noise acts in the loop. The quantum does not: only the log is rounded.
+`sim.control_law` would estimate from it: encoder noise acts in the loop. Encoder quantisation does not: only the log is
+rounded.
 """
 
 from collections.abc import Sequence
@@ -52,7 +53,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
         )
     if steps != 1:
         raise ControllerError(
-            f'{name}: controller.law = "native" acts in every physics step, but {steps} of them make a control period; '
+            f'{name}: controller.law = "native" needs one physics step per control period, but there are {steps}; '
             f"set step = {1.0 / options.rate_hz:g}, or {OTHERWISE}"
         )
     for error, effect in EFFECTS.items():
@@ -71,13 +72,7 @@ def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> N
 
 
 def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
-    """Return a plant whose actuators close the loop; its controls are `Controller.reference`.
-
-    Args:
-        model: Compiled plant, not changed.
-        controller: The feedback gains.
-        drives: The plant's.
-    """
+    """Return a plant whose actuators close the loop; its controls are `Controller.reference`."""
     servo = copy(model)
     servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would treat the speed feedback implicitly
     servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp

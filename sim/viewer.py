@@ -58,7 +58,7 @@ class Scene:
         mujoco.mj_kinematics(self.model, data)
 
     def seen(self) -> Array:
-        """Corners of all arms at all instants to the right, up and towards the camera, shape (k, 3) [m]."""
+        """Corners of all arms at all times, in coordinates right, up and towards the camera, shape (k, 3) [m]."""
         data, found = mujoco.MjData(self.model), list[Array]()
         for t in self.times:
             self.put(data, float(t))

@@ -73,10 +73,6 @@ class BareArm:
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     """Identify ratios of gains, and the arm in drive units.
 
-    Args:
-        problem: Motions with a bare flange.
-        options: Model of the arm.
-
     Raises:
         NotIdentifiable: If no two joints have an identifiable common parameter.
     """
@@ -191,7 +187,7 @@ def ratio_discrepancies(ratios: GainRatios, believed: KnownGains) -> tuple[Ratio
 
     Args:
         ratios: Ratios from bare motions.
-        believed: Given gains of the same arm, as from data sheets.
+        believed: A-priori gains of the same arm, such as data-sheet gains.
     """
     at = {int(joint): k for k, joint in enumerate(believed.joints)}
     if ratios.reference not in at:

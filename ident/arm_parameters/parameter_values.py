@@ -126,8 +126,8 @@ def friction_values(
 def _rival_friction(each: AlternativeModel, joint: int, final: Fitted) -> Array:
     """Return the change of a joint's own parameters in an alternative model, by name.
 
-    Zero for parameters of only one model: the forms of load friction have different parameters, and rigid and elastic
-    joints are compared without load friction.
+    Zero for parameters of only one model: the forms of load-dependent friction have different parameters, and rigid and
+    elastic joints are compared without load-dependent friction.
     """
     one, other = (
         dict(zip(zip(fit.own[joint].names, fit.own[joint].motion, strict=True), fit.fit.phi[joint], strict=True))

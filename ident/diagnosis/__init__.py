@@ -1,1 +1,1 @@
-"""What is wrong with logs and estimates: one comparison of how well readings of logs predict the currents."""
+"""Faults of logs and estimates, by comparing how well alternative interpretations of the logs predict the currents."""

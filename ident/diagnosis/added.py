@@ -1,4 +1,4 @@
-"""What further columns add to held-out predictions, many sets of them at once."""
+"""Improvement of held-out predictions by further columns, for many sets of columns at once."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,19 +9,19 @@ from ident.diagnosis.comparison import Fits, HeldOut, gains
 from ident.support.arrays import Array, Indices
 
 UNSEEN = 1e-7
-"""Square of a unit column that the model must leave for it to be compared."""
+"""Smallest squared norm of the part of a unit column outside the model; otherwise it is not compared."""
 TOGETHER = 1 << 19
-"""Numbers in the columns that are projected and predicted in one product of matrices; more only need memory."""
+"""Largest size of the columns in one matrix product; more only need memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Added:
-    """What further columns, one coefficient each for all joints, add to the held-out predictions.
+    """Improvement of held-out predictions by further columns, with one coefficient each for all joints.
 
     Attributes:
-        u: Gain of each block, shape (blocks,).
+        u: Improvement in each block, shape (blocks,).
         value: Coefficients, shape (m,).
-        covariance: Of them, for residuals that are autocorrelated within blocks, shape (m, m).
+        covariance: Their covariance, for residuals that are autocorrelated within blocks, shape (m, m).
     """
 
     u: Array
@@ -34,16 +34,16 @@ class _Felt:
     """K sets of m columns on the rows of one part of the fits, in units of its residual.
 
     Attributes:
-        part: Its place among the parts.
-        which: The sets, of all that are looked at, shape (K,).
+        part: Index of the part.
+        which: Indices of the sets, shape (K,).
         square: Sums of squares of the columns, shape (K, m).
-        products: Columns times what the fit leaves of them, and times its residual, shape (K, m, m + 1).
-        left: By block, what the fit leaves of the columns times itself, shape (K, blocks, m, m).
+        products: Columns times their residuals in the fit, and times the residual of the currents, shape (K, m, m + 1).
+        left: Products of the columns' residuals in each block, shape (K, blocks, m, m).
         crossed: The same times their held-out residuals.
-        residual: What the fit leaves of the columns times its residual, and times its held-out residual, shape
-            (K, blocks, m, 2).
+        residual: Columns' residuals times the residual, and times the held-out residual, of the currents, shape (K,
+            blocks, m, 2).
         held: Held-out residuals of the columns, in their own unit, shape (blocks, rows, K, m).
-        held_residual: Of the currents, likewise, shape (blocks, rows).
+        held_residual: Held-out residuals of the currents, shape (blocks, rows).
     """
 
     part: int
@@ -58,14 +58,14 @@ class _Felt:
 
 
 def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
-    """What each of many sets of columns adds to the model of all joints, alone beside it.
+    """Return the improvement by each of many sets of columns, each added alone to the model of all joints.
 
     Args:
         fits: The model.
-        choices: Of each set and each part of the fits, columns of shape (r, m), None where they are zero.
+        choices: Columns of shape (r, m) of each set and each part of the fits, None where they are zero.
 
     Returns:
-        Of each set, None if the model knows all that its columns say.
+        One result for each set, None if its columns are in the column space of the model.
     """
     found: list[Added | None] = [None] * len(choices)
     sigma = fits.sigma
@@ -77,7 +77,7 @@ def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Ad
 
 
 def _pieces(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[list[int]]:
-    """Sets of as many columns each, no more of them together than `TOGETHER` allows."""
+    """Groups of sets with equal numbers of columns, of at most the size `TOGETHER`."""
     rows = max((len(part.fit.V) for part in fits.parts if part is not None), default=1)
     alike = dict[int, list[int]]()
     for k, columns in enumerate(choices):
@@ -90,7 +90,7 @@ def _pieces(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[l
 
 
 def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> Iterator[_Felt]:
-    """Sets of as many columns each on the parts that feel them."""
+    """Sets with equal numbers of columns, on the parts where they are not zero."""
     for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
         if part is not None and sigma > 0.0 and felt:
@@ -105,7 +105,7 @@ def _of_part(place: int, part: HeldOut, sigma: float, columns: Array, which: Ind
     held, held_residual = part.by_block(left), part.by_block(of_residual)
     residual = left.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)
     c, rest, left, held = (each.reshape(*each.shape[:-1], *sets) for each in (columns, rest, left, held))
-    own = c.transpose(1, 2, 0)  # differences of large numbers: summed by BLAS, whose partial sums round less
+    own = c.transpose(1, 2, 0)  # differences of large numbers: BLAS sums have smaller rounding errors
     products = np.concatenate((own @ rest.transpose(1, 0, 2), (columns.T @ e).reshape(*sets, 1)), axis=-1)
     unit = sigma**2
     return _Felt(
@@ -129,7 +129,7 @@ def _within(x: Array, y: Array) -> Array:
 
 
 def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt], count: int) -> Iterator[tuple[int, Added]]:
-    """What each of some sets of m columns adds, those left out of which the model knows all that they say."""
+    """Improvement by each set of m columns, without sets in the column space of the model."""
     if not felt:
         return
     blocks, m = felt[0].residual.shape[1:3]
@@ -144,7 +144,7 @@ def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt], count: int) -> Itera
     size = np.sqrt(square)
     unit = np.where(size > 0.0, size, 1.0)
     values, directions = np.linalg.eigh(products[..., :m] / (unit[:, :, None] * unit[:, None, :]))
-    # left' left, if nothing is believed
+    # left' left without priors
     known = (size > 0.0).all(axis=1) & (values[:, 0] >= UNSEEN)
     spread = directions / np.sqrt(np.where(known[:, None], values, 1.0))[:, None] / unit[:, :, None]  # (K, m, m)
     turned = spread.swapaxes(1, 2)

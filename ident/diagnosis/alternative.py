@@ -1,7 +1,7 @@
-"""What logs may mean, or what a model may lack: the alternatives that compete with the logs as they are.
+"""Alternatives to the logs as they are: other interpretations of the logs, and effects that the model may lack.
 
-An `Alternative` is another way to read the logs. A `Direction` is a small one, to first order: columns of currents
-whose coefficient is its parameter; with a value it becomes an alternative that is read exactly.
+An `Alternative` is another interpretation of the logs. A `Direction` is a small one, to first order: columns of
+currents whose coefficients are its parameters; with values of these it becomes an alternative, evaluated exactly.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,25 +16,26 @@ from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
 SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
-"""Families whose size is the parameter of another's direction."""
+"""Families whose size is the parameter of another family's direction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alternative:
-    """One way to read logs that differs from what they say.
+    """An interpretation of logs that assumes a fault.
 
     Attributes:
-        family: What kind of fault it would be, as `zero` or `delay`.
-        words: What the fault would be, as `zero of q2 off by +4 degrees in loaded.csv alone`.
-        joints: Joints that it is about, from 0; none where it is about all.
-        logs: Logs that it is about, from 0.
-        hypothesis: How to read them.
-        advice: What to do if it is so.
-        value: Size of the fault, None where it has none.
-        unit: Of the size.
-        parameters: Number of sizes that it has.
-        refined: The same with its parameters changed by a little, in units of the direction of the family.
-        searched: Whether its size was chosen from a grid, so that no value is more natural than its neighbours.
+        family: Kind of fault, such as `zero` or `delay`.
+        words: Description, such as `zero of q2 off by +4 degrees in loaded.csv alone`.
+        joints: Joints concerned, from 0; empty for all.
+        logs: Logs concerned, from 0.
+        hypothesis: The interpretation of the logs.
+        advice: The remedy.
+        value: Size of the fault, None without one.
+        unit: Unit of the size.
+        parameters: Number of parameters.
+        refined: Function that returns the same alternative with parameters changed slightly, in units of the family's
+            direction.
+        searched: Whether its size was selected from a grid, so that it has no special value.
     """
 
     family: str
@@ -51,19 +52,19 @@ class Alternative:
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """What tells it from others of another family, joint or log."""
+        """Family, joints and logs, which identify it."""
         return SAME_PARAMETER.get(self.family, self.family), self.joints, self.logs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Term:
-    """Something that is no other way to read the logs: the model lacks it, or a payload is not as stated.
+    """An effect that is not an interpretation of the logs: the model lacks it, or a payload is not as specified.
 
     Attributes:
-        words: What it would be, by the parameters, shape (m,).
-        advice: What to do about it.
-        at_fault: Whether a log, or what is stated, would be wrong, so that a gain may be refused; else the model lacks
-            it, which is only told.
+        words: Function that returns its description from the parameters, shape (m,).
+        advice: The remedy.
+        at_fault: Whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks
+            it, which is only reported.
     """
 
     words: Callable[[Array], str]
@@ -72,7 +73,7 @@ class Term:
 
 
 class DirectionMessage(NamedTuple):
-    """What an alternative of some size says: in words, what to do, and its size, None where it has none."""
+    """Description of an alternative of a given size, the remedy, and its size, None without one."""
 
     words: str
     advice: str
@@ -81,20 +82,20 @@ class DirectionMessage(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Direction:
-    """A small alternative: currents that change in proportion to its parameters.
+    """A small alternative: the currents change in proportion to its parameters.
 
     Attributes:
-        family: What kind of fault, or of term of the model, it would be.
-        joints: Joints that it is about, from 0; none where it is about all.
-        logs: Logs that it is about, from 0.
+        family: Kind of fault, or of term of the model.
+        joints: Joints concerned, from 0; empty for all.
+        logs: Logs concerned, from 0.
         columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
             they are zero.
-        alternative: What it is with values of the parameters, shape (m,); None for a term.
-        term: What it is otherwise, None for an alternative.
-        unit: Of the parameter as it is told.
-        scale: Of the parameter as it is told, per unit of the columns.
-        largest: Value of the parameter up to which the first order is to be believed.
-        prior_std: Standard deviations of the parameters that are stated, which the estimate allows for, shape (m,).
+        alternative: Function that returns the alternative for values of the parameters, shape (m,); None for a term.
+        term: The term, None for an alternative.
+        unit: Unit in which the parameter is reported.
+        scale: Reported value per unit of the columns.
+        largest: Largest value of the parameter for which the first order is valid.
+        prior_std: Specified standard deviations of the parameters, which the estimate includes, shape (m,).
     """
 
     family: str
@@ -110,24 +111,24 @@ class Direction:
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """As of an alternative."""
+        """As for an alternative."""
         return self.family, self.joints, self.logs
 
     @property
     def at_fault(self) -> bool:
-        """Whether a log, or what is stated, would be wrong, not the model."""
+        """Whether a log or a specified value would be wrong, not the model."""
         return self.term is None or self.term.at_fault
 
     def within(self, value: Array) -> bool:
-        """Whether values of its parameters, shape (m,), are such that the first order is to be believed of them."""
+        """Whether the first order is valid for values of its parameters, shape (m,)."""
         return bool((np.abs(value) <= self.largest).all())
 
     def message(self, value: Array, names: Sequence[str]) -> DirectionMessage:
-        """What it says with values of its parameters.
+        """Description, remedy and size for values of its parameters.
 
         Args:
-            value: Of the parameters, shape (m,).
-            names: Of all logs.
+            value: Values of the parameters, shape (m,).
+            names: Names of all logs.
         """
         if self.alternative is not None:
             found = self.alternative(value)
@@ -138,33 +139,33 @@ class Direction:
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:
-    """All logs, and each alone."""
+    """All logs together, and each alone."""
     every = tuple(range(logs))
     return [every, *((k,) for k in every)] if logs > 1 else [every]
 
 
 def in_logs(words: str, logs: Sequence[int], names: Sequence[str]) -> str:
-    """What is so in some logs of all."""
+    """Add the names of the logs concerned to a description, unless all are."""
     if len(logs) == len(names):
         return words
     short = names_apart(tuple(names))
     return f"{words} in {' and '.join(short[k] for k in logs)} alone"
 
 
-@lru_cache(maxsize=8)  # hundreds of alternatives of the same logs ask for them
+@lru_cache(maxsize=8)  # used by hundreds of alternatives of the same logs
 def names_apart(names: tuple[str, ...]) -> tuple[str, ...]:
-    """Names of files without their folders, where these do not tell them apart."""
+    """Names of files without folders, unless these are needed to distinguish them."""
     short = tuple(PurePath(name).name for name in names)
     return short if len(set(short)) == len(set(names)) else tuple(names)
 
 
 def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Sequence[int] | None = None):
-    """Columns of all logs' rows, joint by joint, zero outside some logs and joints.
+    """Return columns of all logs' rows, joint by joint, zero outside given logs and joints.
 
     Args:
-        parts: Of each log, n arrays of shape (r, m).
-        logs: Where they are not zero.
-        joints: Likewise; all if None.
+        parts: n arrays of shape (r, m) of each log.
+        logs: Logs in which they are not zero.
+        joints: Joints for which they are not zero; all if None.
     """
     n = len(parts[0])
     return tuple(
@@ -176,5 +177,5 @@ def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Seque
 
 
 def two_digits(value: float, *, sign: str = "") -> str:
-    """A number in two digits, or all that stand before the point."""
+    """A number with two digits, or all digits before the decimal point."""
     return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"

@@ -1,4 +1,4 @@
-"""What competes: alternatives to first order or in full; which is believed, and what it cannot be told from."""
+"""Selection among alternatives, evaluated to first order or exactly, and those that cannot be distinguished."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 SHOWN = 5.0
-"""Standard errors by which an alternative must predict the currents better to be believed.
+"""Number of standard errors by which an alternative must improve the predictions to be accepted.
 
-The best of some 400 alternatives beat 187 sound sets of logs by more than 4 in 18 of them, by more than 5 in 5, four of
-these with very soft joints, backlash or presliding (`docs/diagnosis.md` has what it does since).
+In 187 fault-free sets of logs, the best of some 400 alternatives exceeded 4 in 18 sets, and 5 in 5 sets, four of these
+with very elastic joints, backlash or presliding (`docs/diagnosis.md` has the present rates).
 """
 TIE = 2.0
-"""Standard errors by which the best of two alternatives must predict better to be told from the other."""
+"""Difference of two alternatives, in standard errors, below which they cannot be distinguished."""
 
 
 class _Candidate:
-    """What a direction and an alternative in full have alike when they compete."""
+    """Common properties of directions and exactly evaluated alternatives."""
 
     __slots__ = ()
 
@@ -36,28 +36,28 @@ class _Candidate:
 
     @property
     def family(self) -> str:
-        """What kind of fault, or of term of the model, it would be."""
+        """Kind of fault, or of term of the model."""
         return self.what.family
 
     @property
     def logs(self) -> tuple[int, ...]:
-        """Logs that it is about, from 0."""
+        """Logs concerned, from 0."""
         return self.what.logs
 
     @property
     def gain(self) -> float:
-        """In log predictive density."""
+        """Improvement of the log predictive density."""
         return float(self.u.sum())
 
     @property
     def z(self) -> float:
-        """Standard errors by which it predicts better."""
+        """Improvement of the predictions, in standard errors."""
         return z_of(self.u)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Small(_Candidate):
-    """A direction, and what it adds to the predictions."""
+    """A direction, and its improvement of the predictions."""
 
     direction: Direction
     found: Added
@@ -69,16 +69,16 @@ class Small(_Candidate):
 
     @property
     def parameters(self) -> int:
-        """Number of sizes that it has."""
+        """Number of parameters."""
         return len(self.found.value)
 
     @property
     def within(self) -> bool:
-        """Whether its size is one that the first order is to be believed of."""
+        """Whether the first order is valid for its size."""
         return self.direction.within(self.found.value)
 
     def near(self, alternative: Alternative) -> bool:
-        """Whether an alternative is this one in full: no quarter turn or sign beside a zero of some degrees."""
+        """Whether an alternative is this one evaluated exactly, not another one of a very different size."""
         if self.direction.alternative is None or self.direction.key != alternative.key:
             return False
         own = self.direction.alternative(self.found.value)
@@ -88,25 +88,25 @@ class Small(_Candidate):
 
     @property
     def u(self) -> Array:
-        """Gain of each block, shape (blocks,)."""
+        """Improvement in each block, shape (blocks,)."""
         return self.found.u
 
     @property
     def words(self) -> str:
-        """What it would be, in short."""
+        """Short description."""
         return self.direction.family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Compared(_Candidate):
-    """An alternative compared in full with the logs as they are.
+    """An alternative compared exactly with the logs as they are.
 
     Attributes:
         alternative: The alternative.
-        u: Gain of each block, shape (blocks,).
-        read: The logs read so.
-        spread: Standard deviations of the parameters that the alternative is refined in, shape (m,); None where it has
-            none, or where it predicts too badly for them to be asked.
+        u: Improvement in each block, shape (blocks,).
+        read: The logs under its hypothesis.
+        spread: Standard deviations of its refined parameters, shape (m,); None without parameters, or if it predicts
+            too badly.
     """
 
     alternative: Alternative
@@ -121,43 +121,43 @@ class Compared(_Candidate):
 
     @property
     def parameters(self) -> int:
-        """Number of sizes that it has."""
+        """Number of parameters."""
         return self.alternative.parameters
 
     @property
     def words(self) -> str:
-        """What it would be."""
+        """Description."""
         return self.alternative.words
 
     @property
     def std(self) -> float | None:
-        """Standard deviation of its size, None where it has none."""
+        """Standard deviation of its size, None without one."""
         own = self.alternative
         if self.spread is None or own.value is None or own.refined is None:
             return None
         beside = [own.refined(sign * self.spread).value for sign in (1.0, -1.0)]
-        return min((abs(each - own.value) for each in beside if each is not None), default=None)  # angles wrap one way
+        return min((abs(each - own.value) for each in beside if each is not None), default=None)  # angles wrap
 
 
 Found = TypeVar("Found", bound=Compared | Small)
 
 
 def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
-    """Of alternatives that surely predict better the likeliest, and those that it cannot be told from.
+    """Return the most likely of significantly better alternatives, and those that cannot be distinguished from it.
 
-    An alternative with more sizes than its special case must surely predict better than that; of those that predict as
-    well as the best, one of a family that is seldom wrong comes last.
+    An alternative with more parameters than its special case must be significantly better than that; of those that
+    predict as well as the best, rare faults come last.
     """
     best = max(shown, key=lambda each: each.gain)
     special = [each for each in shown if _contains(best, each) and z_of(best.u - each.u) < SHOWN]
     best = max(special, key=lambda each: each.gain, default=best)
     seldom = {family.name for family in FAMILIES.values() if family.seldom}
-    tied = [each for each in shown if z_of(best.u - each.u) < TIE and not _contains(each, best)]  # and itself
+    tied = [each for each in shown if z_of(best.u - each.u) < TIE and not _contains(each, best)]  # includes itself
     best = max(tied, key=lambda each: (each.family not in seldom, each.gain))
     return best, tuple(each for each in tied if each is not best)
 
 
 def _contains(general: Compared | Small, special: Compared | Small) -> bool:
-    """Whether an alternative is another one with more sizes, as a delay of each joint of one of all joints."""
+    """Whether an alternative is a generalisation of another one: separate delays of all joints of a common delay."""
     same = (general.family, general.logs) == (special.family, special.logs)
     return same and general.parameters > special.parameters

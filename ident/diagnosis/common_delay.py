@@ -1,4 +1,4 @@
-"""The delay between currents and positions that is common to all logs and joints: its size, or why none is undone."""
+"""The delay between currents and positions common to all logs and joints: its size, or why it is not corrected."""
 
 import numpy as np
 
@@ -12,16 +12,13 @@ NAME = "delay"
 
 
 def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
-    """Measure how late the currents of all logs and joints are logged.
+    """Estimate the common delay of the currents of all logs and joints.
 
-    It is believed as any fault of the logs is, and if it is the first of them that nothing else may be: what another
-    fault makes of the currents may look late as well.
-
-    Args:
-        logs: As they were observed.
+    It is accepted like any fault of the logs, and only if it is the first one and nothing else explains the currents
+    equally well, as other faults may look like a delay.
 
     Returns:
-        The delay to undo [s], 0 if none is, and what to say of it.
+        The delay to correct [s], 0 for none, and its diagnosis.
     """
     seen = survey(logs)
     first = next((each for each in faults(seen) if isinstance(each.found, Compared)), None)
@@ -34,7 +31,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
 
 
 def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
-    """What follows from the first fault of logs."""
+    """Return the delay and its diagnosis from the first fault of the logs."""
     assert isinstance(first.found, Compared), "a fault of the logs"
     found = first.found.alternative
     if found.family != NAME or found.value is None or not _is_common(found.joints, found.logs, logs):
@@ -62,7 +59,7 @@ def _delay_diagnosis(sentence: str, severity: Severity = Severity.WEAK) -> Diagn
 
 
 def _is_common(joints: tuple[int, ...], of_logs: tuple[int, ...], logs: Logs) -> bool:
-    """Whether a delay is that of all joints in all logs."""
+    """Whether a delay is common to all joints in all logs."""
     return not joints and len(of_logs) == len(logs.recordings)
 
 

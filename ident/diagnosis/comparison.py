@@ -1,18 +1,19 @@
-"""Held-out predictions of currents, and by how much one reading of the logs predicts them better than another.
+"""Held-out predictions of currents, and the improvement of one interpretation of the logs over another.
 
-Every joint is fitted alone (`FreeFit`); each block of time is predicted by a fit that has not seen it, exactly and
-without another fit: with Q orthonormal columns of the model and e its residual,
+Every joint is fitted alone (`FreeFit`); each time block is predicted by a fit to the others, exactly and without
+repeating the fit: with Q orthonormal columns of the model and e its residual,
 
     e_b -> (I - Q_b Q_b')^-1 e_b        b the rows of a block
 
-The gain of a block of r rows a joint in expected log predictive density, and its standardised sum over B blocks, are
+The improvement of a block of r rows per joint in expected log predictive density, and its standardised sum over B
+blocks, are
 
     u_b = sum_j r log(s_0 / s_h) + e_0b' e_0b / (2 s_0^2) - e_hb' e_hb / (2 s_h^2)
     z = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
 
 with s_0 and s_h the rms of the two residuals of joint j in a log (Vehtari, Gelman and Gabry 2017; Vuong 1989). Blocks
-keep the standard error honest where residuals are autocorrelated, and held-out predictions take away the advantage of
-free parameters.
+keep the standard error valid if residuals are autocorrelated; held-out predictions remove the advantage of more free
+parameters.
 """
 
 from collections.abc import Sequence
@@ -25,22 +26,22 @@ from scipy import linalg
 from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
-"""Blocks of time that each log is cut into; with 8 the standard error of z is heavy-tailed."""
+"""Number of time blocks of each log; with 8, z is heavy-tailed."""
 RIDGE = 1e-9
-"""Prior precision of the coefficients of unit columns, in units of the residual: makes dependent columns harmless."""
+"""Prior precision of the coefficients of unit columns, in units of the residual: it regularises dependent columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class FreeFit:
-    """One joint's currents explained by columns of its own, whatever other joints say, or those of all joints at once.
+    """A fit of one joint's currents by its own columns, independent of other joints; or a fit of all joints.
 
     Attributes:
         V: Currents [drive units], shape (r,).
-        residual: What the columns leave of them, shape (r,).
-        Q: Orthonormal columns that span the model's (of a weak prior, their part on the rows), shape (r, p).
-        block: Block of time of each row, numbered through all logs, shape (r,).
+        residual: Residuals, shape (r,).
+        Q: Orthonormal basis of the columns (with the weak prior, its part on the rows), shape (r, p).
+        block: Time block of each row, numbered through all logs, shape (r,).
         blocks: Number of blocks of all logs.
-        runs: Slices of rows, one after the other, that Q may have zero columns on.
+        runs: Consecutive slices of the rows; on each, some columns of Q may be zero.
     """
 
     V: Array
@@ -56,7 +57,7 @@ class FreeFit:
         return len(self.V) - self.Q.shape[1]
 
     def without(self, columns: Array) -> Array:
-        """What the model leaves of columns, (r, k) or (r,)."""
+        """Residuals of columns, shape (r, k) or (r,), in this fit."""
         inside, left = np.zeros((self.Q.shape[1], *columns.shape[1:])), np.empty_like(columns)
         for rows, Q, felt in self._parts:
             inside[felt] += Q.T @ columns[rows]
@@ -66,7 +67,7 @@ class FreeFit:
 
     @cached_property
     def _parts(self) -> list[tuple[slice, Array, Indices]]:
-        """Runs of rows, the part of Q on them that is not zero, and which of its columns these are."""
+        """The slices of rows, the non-zero columns of Q on each, and their indices."""
         parts = ((rows, np.flatnonzero(self.Q[rows].any(axis=0))) for rows in self.runs)
         return [(rows, np.ascontiguousarray(self.Q[rows, felt]), felt) for rows, felt in parts]
 
@@ -77,7 +78,7 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
     Args:
         W: Columns, shape (r, p).
         V: Currents, shape (r,).
-        block: Block of time of each row, shape (r,).
+        block: Time block of each row, shape (r,).
         blocks: Number of blocks of all logs.
     """
     size = np.linalg.norm(W, axis=0)
@@ -91,14 +92,14 @@ def free_fit(W: Array, V: Array, block: Indices, blocks: int) -> FreeFit:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOut:
-    """A joint's fit, ready to predict each block from the others.
+    """A joint's fit, prepared to predict each block from the others.
 
     Attributes:
         fit: The fit.
-        place: Where each row stands among padded blocks, shape (r,).
+        place: Index of each row among padded blocks, shape (r,).
         inverse: (I - Q_b Q_b')^-1 of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
-        factor: K of these, by which the inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
-        width: Rows of a padded block, m.
+        factor: K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
+        width: Number of rows of a padded block, m.
     """
 
     fit: FreeFit
@@ -114,21 +115,21 @@ class HeldOut:
         return out.reshape(self.fit.blocks, self.width, -1)
 
     def predicted(self, left: Array) -> Array:
-        """Held-out residuals of what the fit leaves of columns, (r, k), shape (blocks, m, k)."""
+        """Held-out residuals, shape (blocks, m, k), from the residuals of columns, shape (r, k)."""
         return self.by_block(self.padded(left))
 
     def by_block(self, x: Array) -> Array:
-        """The same of columns that are padded, both of shape (blocks, m, k)."""
+        """The same for padded columns, both of shape (blocks, m, k)."""
         if self.inverse is None:
             return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
         return self.inverse @ x
 
 
 def held_out(fit: FreeFit) -> HeldOut:
-    """Prepare the held-out predictions of a fit; rows of a block stand together.
+    """Prepare the held-out predictions of a fit; the rows of a block must be contiguous.
 
-    Blocks of more than twice as many rows as there are columns are predicted through matrices of the columns' size, in
-    time that grows with the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
+    Blocks with more than twice as many rows as columns are predicted with matrices of the columns' size, in time
+    proportional to the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
 
         (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
     """
@@ -149,12 +150,12 @@ def held_out(fit: FreeFit) -> HeldOut:
 
 
 def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
-    """The held-out predictions of a fit with further columns, from those without: Woodbury's identity again.
+    """Prepare the held-out predictions of a fit with further columns, from those without (Woodbury's identity).
 
     Args:
-        held: Of the fit without them.
-        new: What the fit has besides in its Q, shape (r, m).
-        residual: What it leaves then, shape (r,).
+        held: Those without the further columns.
+        new: Further columns of Q, shape (r, m).
+        residual: Residuals with them, shape (r,).
     """
     fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
     if held.inverse is None:
@@ -167,7 +168,7 @@ def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Score:
-    """How well currents are predicted where no fit has seen them.
+    """Accuracy of held-out predictions of the currents.
 
     Attributes:
         squares: Sum of squares of the held-out residuals of each joint in each block, shape (n, blocks).
@@ -184,16 +185,16 @@ class Score:
 
     @property
     def log_variance(self) -> Array:
-        """The same of each log, shape (n, logs)."""
+        """Logarithm of the mean square of each log, shape (n, logs)."""
         squares, rows = (each.reshape(*each.shape[:-1], -1, BLOCKS).sum(axis=-1) for each in (self.squares, self.rows))
         return squares / np.maximum(rows, 1.0)
 
 
 def gains(given: Score, other: Score) -> Array:
-    """Gain of each block in log predictive density by another reading, u_b, shape (blocks,); batch axes of it lead.
+    """Improvement u_b of the log predictive density by another interpretation, shape (blocks,) after its batch axes.
 
-    Residuals count in units of their own rms, joint by joint and log by log, so that what a grossly wrong reading
-    leaves, which is not noise, does not make its own standard error.
+    Residuals are in units of their own rms, joint by joint and log by log, so that large residuals of a wrong
+    interpretation, which are not noise, do not increase the standard error.
     """
     before, after = given.log_variance, other.log_variance
     shown = (before > 0.0) & (after > 0.0)
@@ -206,12 +207,12 @@ def gains(given: Score, other: Score) -> Array:
 
 
 def z_of(u: Array) -> float:
-    """Sum of gains over its standard error; of no spread at all, zero."""
+    """Sum of improvements over its standard error; zero if they are all equal."""
     return float(each_z(u))
 
 
 def each_z(u: Array) -> Array:
-    """The same of many gains at once, shape (..., blocks), shape (...)."""
+    """The same for many sums at once: from shape (..., blocks) to shape (...)."""
     used = u != 0.0
     count, total = np.count_nonzero(used, axis=-1), u.sum(axis=-1)
     off = np.where(used, u - (total / np.maximum(count, 1))[..., None], 0.0)
@@ -220,12 +221,12 @@ def each_z(u: Array) -> Array:
 
 
 def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) -> Indices:
-    """Block of time of each row, numbered through all logs.
+    """Time block of each row, numbered through all logs.
 
     Args:
         motion: Log of each row, from 0, shape (r,).
-        position: Number of each row in its log, those left out counted, shape (r,).
-        lengths: Rows of each log, those left out counted.
+        position: Number of each row in its log, including omitted rows, shape (r,).
+        lengths: Number of rows of each log, including omitted rows.
     """
     whole = np.maximum(np.asarray(lengths), 1)[motion]
     return motion * BLOCKS + np.minimum(position * BLOCKS // whole, BLOCKS - 1)
@@ -233,11 +234,11 @@ def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fits:
-    """Fits whose blocks are those of the same times, ready for held-out predictions.
+    """Fits with common time blocks, prepared for held-out predictions.
 
     Attributes:
-        parts: One a joint, or one of all joints together; None where there are fewer rows than unknowns.
-        score: How well each part's currents are predicted.
+        parts: One per joint, or one of all joints together; None where there are fewer rows than unknowns.
+        score: Accuracy of each part's predictions.
     """
 
     parts: tuple[HeldOut | None, ...]
@@ -250,7 +251,7 @@ class Fits:
 
 
 def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
-    """Fits and their score."""
+    """Return fits with their score."""
     blocks = max((each.fit.blocks for each in parts if each is not None), default=0)
     squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
     for k, each in enumerate(parts):
@@ -261,12 +262,12 @@ def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
 
 
 def regrouped(score: Score, orders: Sequence[Indices], units: Sequence[Array]) -> Score:
-    """A score of logs whose currents were read in another order and unit, by the columns and in the units of the logs.
+    """Convert a score of logs with reordered and rescaled currents to the columns and units of the logs.
 
     Args:
-        score: Of the logs as they were read.
-        orders: Of each log, the column of the current of each joint, shape (n,).
-        units: Of each log, what each joint's currents were multiplied by, shape (n,).
+        score: The score.
+        orders: Column of each joint's current in each log, shape (n,).
+        units: Factor of each joint's currents in each log, shape (n,).
     """
     squares, rows = np.empty_like(score.squares), np.empty_like(score.rows)
     for k, (order, unit) in enumerate(zip(orders, units, strict=True)):

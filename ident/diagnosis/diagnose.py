@@ -1,6 +1,6 @@
-"""From logs and an estimate to what is said of them: faults, what the model lacks, what is excluded, what is untold.
+"""Diagnoses of logs and an estimate: faults, effects that the model lacks, excluded and undetectable faults.
 
-Severity follows from two numbers: z, whether it is so, and the effect on each gain, whether it matters.
+Severity follows from two numbers: z, the significance, and the effect on each gain.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -26,16 +26,17 @@ from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
-"""Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""
+"""Relative part of the influence outside the column space; larger for instruments and total least squares than for
+least squares."""
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
     """Compare logs and an estimate with every alternative.
 
     Args:
-        logs: As they were observed.
-        estimate: What was found from them, None where nothing was.
-        reestimate: Estimates other logs the same way; gives the effect of gross faults.
+        logs: The observed logs.
+        estimate: The estimate from them, None if it failed.
+        reestimate: Repeats the estimate with other logs, for the effect of large faults.
     """
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
@@ -52,16 +53,16 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     elif of_logs:
         diagnoses += _of_mended(of_logs[-1], known, logs.names)
     else:
-        elastic = any(each.found.family == ELASTICITY for each in found)  # by the logs alone: nothing imitates it
+        elastic = any(each.found.family == ELASTICITY for each in found)  # from the logs alone: nothing imitates it
         stiff = None if elastic else base.solution.stiff
         diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
-    diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
+    diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # with a fault, exclusions are not valid
     return replace(diagnosed, diagnoses=worst_first(diagnoses))
 
 
 def horizon(logs: Logs) -> Diagnosed:
-    """What sound logs exclude, and what they cannot tell."""
+    """What fault-free logs exclude, and what they cannot reveal."""
     return _horizon(survey(logs), None)
 
 
@@ -75,7 +76,7 @@ def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
-    """What an estimate lacks, of logs that are trusted."""
+    """What the model of an estimate lacks, if the logs are trusted."""
     if not _linear(estimate):
         return Diagnosed()
     fit = reference(logs.problem)
@@ -89,9 +90,9 @@ class _Known:
     """What is known of the gains.
 
     Attributes:
-        now: As they were found.
-        base: The same, ready for the influence of its rows, None where it has none.
-        reestimate: The same estimate of other logs.
+        now: The estimate.
+        base: The same, prepared for predictions, None if its rows have no influence.
+        reestimate: Repeats the estimate with other logs.
     """
 
     now: GainEstimate
@@ -100,7 +101,7 @@ class _Known:
     others: dict[int, GainEstimate | None] = field(default_factory=dict[int, "GainEstimate | None"])
 
     def of(self, found: Compared) -> GainEstimate | None:
-        """The same estimate of the logs read so, found once; None where there is none."""
+        """Return the estimate under a hypothesis, computed once; None if it fails."""
         if self.reestimate is None:
             return None
         if id(found) not in self.others:
@@ -111,9 +112,10 @@ class _Known:
         return self.others[id(found)]
 
     def confirmed(self, faults: Iterable[Fault]) -> Iterator[Fault]:
-        """Faults up to the first with which the estimate itself predicts the currents no better.
+        """Return the faults before the first that does not improve the predictions of the estimate itself.
 
-        It knows more than the free model, which short motions hardly determine: what it does not bear out is chance.
+        It has more information than the free model, which short motions hardly determine: what it does not confirm is
+        chance.
         """
         score: Score | None = None
         for each in faults:
@@ -128,7 +130,7 @@ class _Known:
             yield each
 
     def effects(self, found: Compared | Small) -> Iterator[Effect]:
-        """Error of the gains if a fault of the logs, or a term that the model lacks, is what it seems to be."""
+        """Error of the gains due to a fault of the logs, or to a term that the model lacks."""
         if isinstance(found, Small):
             if self.base is not None:
                 yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
@@ -137,7 +139,7 @@ class _Known:
 
 
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
-    """A fault of the logs."""
+    """Return the diagnosis of a fault of the logs."""
     logs = seen.logs
     assert isinstance(fault.found, Compared), "a fault of the logs"
     alternative = fault.found.alternative
@@ -161,7 +163,7 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
 
 
 def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Diagnosis:
-    """A current that is negated in one log, as friction alone tells."""
+    """Return the diagnosis of a current that is negated in one log, according to friction."""
     found = compared(seen.logs, scaled(seen.logs, (log,), (joint,), -1.0))
     assert found is not None, "only a sign is read otherwise"
     diagnosis = _of_fault(Fault(found=found, small=None, rivals=(), before=seen.logs), seen, known)
@@ -169,10 +171,10 @@ def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Di
 
 
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
-    """What a fault does to the gains, or what cannot be told from it: the worst for each joint.
+    """Largest effect on each gain of a fault, or of what cannot be distinguished from it.
 
-    Without gains it is what a small fault does to their ratios, and where nothing can be said of these, what it takes
-    of the currents.
+    Without gains it is the effect of a small fault on their ratios or, if these are unknown, the share of the currents
+    that it explains.
     """
     assert isinstance(fault.found, Compared), "a fault of the logs"
     moved = list[Effect]()
@@ -198,7 +200,7 @@ def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
-    """Error of the ratio of each gain to that beside which the others are surest."""
+    """Error of the ratio of each gain to the one that gives the most accurate ratios."""
     found = fit.fitted.fit
     currents = np.concatenate(
         [
@@ -216,7 +218,7 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
 
 
 def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
-    """A term that the free model lacks, where there are no gains that it could move."""
+    """Return the diagnosis of a term that the free model lacks, without gains that it could change."""
     assert isinstance(fault.found, Small), "a term is a direction"
     direction = fault.found.direction
     return Diagnosis(
@@ -226,7 +228,7 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
 
 
 def _of_mended(last: Fault, known: _Known, names: Sequence[str]) -> Iterator[Diagnosis]:
-    """What the same estimate still lacks of logs read as their faults ask for."""
+    """Return what the estimate still lacks after the faults of the logs are corrected."""
     assert isinstance(last.found, Compared), "a fault of the logs"
     read, mended = last.found.read, known.of(last.found)
     if mended is not None and _linear(mended):
@@ -236,12 +238,12 @@ def _of_mended(last: Fault, known: _Known, names: Sequence[str]) -> Iterator[Dia
 
 
 def _linear(estimate: GainEstimate) -> bool:
-    """Whether an estimate is one of least squares, whose influence its explained columns give."""
+    """Whether an estimate is by least squares, so that its influence lies in its column space."""
     rows, solution = estimate.solution.rows, estimate.solution
     if not len(solution.joints) or not rows.explained.shape[1]:
         return False
     if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
-        return False  # explained to the last digit, which no recording is
+        return False  # an exact fit, which no recording has
     weighted = solution.influence / rows.weight
     gram = rows.explained.T @ rows.explained
     along = np.linalg.lstsq(gram, rows.explained.T @ weighted.T, rcond=None)[0]

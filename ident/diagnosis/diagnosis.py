@@ -1,17 +1,18 @@
-"""What is said of logs: one line of one kind, whatever was looked at and whichever command asked."""
+"""One kind of result for all checks of logs, whatever the command."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
 MATTERS, SPOILS = 0.5, 3.0
-"""Error of a gain, in its claimed standard deviations, that is worth a word, and beyond which it is refused."""
+"""Error of a gain, in its estimated standard deviations, beyond which it is reported, and beyond which the gain is
+refused."""
 SHARE = 0.01
-"""Share of a joint's current that matters where there are no gains."""
+"""Share of a joint's current that is reported if there are no gains."""
 
 
 class Severity(Enum):
-    """How a diagnosis is to be taken."""
+    """Severity of a diagnosis."""
 
     GOOD = "good"
     WEAK = "weak"
@@ -20,12 +21,12 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """What a fault does to a gain, or where there are no gains to a joint's current.
+    """Effect of a fault on a gain or, without gains, on a joint's current.
 
     Attributes:
         joint: The joint, from 0.
         percent: Error of the gain [%]; share of the joint's rms current where `deviations` is None.
-        deviations: The same in standard deviations that are claimed of the gain, None where there is no gain.
+        deviations: The same in estimated standard deviations of the gain, None without a gain.
     """
 
     joint: int
@@ -34,37 +35,37 @@ class Effect:
 
     @property
     def matters(self) -> bool:
-        """Whether it is worth a word."""
+        """Whether it is large enough to be reported."""
         return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > MATTERS
 
     @property
     def spoils(self) -> bool:
-        """Whether no interval contains it."""
+        """Whether it is so large that the gain is refused."""
         return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > SPOILS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosis:
-    """One thing that was looked at in logs or in an estimate, and what was found.
+    """Result of one check of logs or an estimate.
 
-    Severity follows from z, whether it is so, and from the effect, whether it matters.
+    Severity follows from z, the significance, and from the effect on the gains.
 
     Attributes:
-        name: What was looked at, as `clipping`, `zero` or `delay`.
+        name: Name of the check, such as `clipping`, `zero` or `delay`.
         severity: Good, weak (a warning) or wrong.
-        sentence: What was found, in words and numbers.
-        cause: The same without what it does to the gains, None where that is nothing.
-        advice: What to do, None where nothing is.
-        joints: Joints that it is about, from 0; none where it is about all.
-        logs: Names of the logs that it is about; none where it is about all.
-        value: Size of what was found, None where it has none.
+        sentence: The finding, with its numbers.
+        cause: The same without its effect on the gains, None without one.
+        advice: The remedy, None if none is needed.
+        joints: Joints concerned, from 0; empty for all.
+        logs: Names of the logs concerned; empty for all.
+        value: Size of the fault, None without one.
         std: Standard deviation of the size.
-        unit: Of both.
-        z: Standard errors by which it predicts the currents better than the logs as they are, None where the samples
-            themselves show it.
-        effects: What it does to each gain.
-        rivals: What these logs cannot tell it from, in words.
-        asked: Whether it answers what somebody asked, and is told though it is good.
+        unit: Unit of both.
+        z: Improvement of the predictions of the currents over the logs as they are, in standard errors; None for a
+            check of samples.
+        effects: Effect on each gain.
+        rivals: Alternatives that these logs cannot distinguish from it, in words.
+        asked: Whether an option requested it, so that it is reported even if it is good.
     """
 
     name: str
@@ -84,7 +85,7 @@ class Diagnosis:
 
     @property
     def worst(self) -> Effect | None:
-        """The largest effect, in claimed deviations where there are gains."""
+        """The largest effect, in estimated standard deviations if there are gains."""
         return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
 
 
@@ -93,11 +94,11 @@ class Exclusion:
     """A family of faults that logs exclude.
 
     Attributes:
-        family: As of a diagnosis.
-        sentence: What is excluded, as `zeros beyond 1.3 (q2), 2.1 (q3) degrees`.
-        joints: Joints that it is about, from 0; none where it is about all.
-        limit: Size beyond which it is excluded, None where any is.
-        unit: Of the limit.
+        family: As `name` of a diagnosis.
+        sentence: The excluded faults, such as `zeros beyond 1.3 (q2), 2.1 (q3) degrees`.
+        joints: Joints concerned, from 0; empty for all.
+        limit: Size beyond which it is excluded, None if any size is.
+        unit: Unit of the limit.
     """
 
     family: str
@@ -109,13 +110,13 @@ class Exclusion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnosed:
-    """Everything that is said of logs and of what was found from them.
+    """All results for logs and their estimate.
 
     Attributes:
-        diagnoses: One a thing that was looked at, the worst first.
+        diagnoses: One per check, the worst first.
         excluded: Faults that these logs exclude.
-        indistinguishable: What of single joints and of scales these logs cannot show, a phrase each.
-        indistinguishable_together: What of all joints together they cannot show, a phrase each.
+        indistinguishable: Faults of single joints and of scales that these logs cannot reveal, one phrase each.
+        indistinguishable_together: Faults of all joints together that they cannot reveal, one phrase each.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
@@ -125,7 +126,7 @@ class Diagnosed:
 
     @property
     def severity(self) -> Severity:
-        """The worst of all, good where there is no diagnosis."""
+        """The worst severity, good without a diagnosis."""
         return max((each.severity for each in self.diagnoses), key=tuple(Severity).index, default=Severity.GOOD)
 
     @property
@@ -135,11 +136,11 @@ class Diagnosed:
 
     @property
     def reported(self) -> tuple[Diagnosis, ...]:
-        """The findings, and what was asked for."""
+        """The findings, and requested diagnoses."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD or each.asked)
 
 
 def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:
-    """Each once, the worst before the others, else in their order."""
+    """Return each diagnosis once, the worst first, otherwise in their order."""
     order = tuple(Severity)
     return tuple(sorted(dict.fromkeys(diagnoses), key=lambda each: -order.index(each.severity)))

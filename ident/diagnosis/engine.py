@@ -1,6 +1,6 @@
-"""Which faults logs have: every alternative against the logs as they are, the best one read in, and once more.
+"""Search for faults of logs: all alternatives are compared with the logs as they are, the best is applied, and again.
 
-Terms that a model may lack compete with faults, so that a fault is never accused of what a term explains.
+Terms that a model may lack compete with faults, so that no fault is reported for what a term explains.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -20,26 +20,27 @@ from ident.diagnosis.screening import Screened, screened
 from ident.support.errors import IdentificationError
 
 LOOKED_AT = 3
-"""Best alternatives of either kind that are compared in full."""
+"""Number of best alternatives of each kind that are compared exactly."""
 WORTH = 8.0
-"""Gain in log likelihood on few instants from which a reading is compared in full: that of z = 4 if all is white."""
+"""Improvement of the log-likelihood on subsampled states beyond which a hypothesis is compared exactly: z = 4 for white
+residuals."""
 MOST = 4
-"""Faults and terms that are looked for in one set of logs."""
+"""Largest number of faults and terms in one set of logs."""
 REFINED = 3
-"""Steps in which the size of a fault is refined."""
+"""Largest number of steps that refine the size of a fault."""
 SETTLED = 0.5
-"""Standard deviations of a size under which it needs no further step."""
+"""Step of a size, in standard deviations, below which the refinement ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fault:
-    """An alternative that is believed, or a term of the model.
+    """An accepted alternative, or a term of the model.
 
     Attributes:
-        found: The alternative in full, or the term.
-        small: The direction, where the alternative is as small, None for a gross one; of a term, itself.
-        rivals: Alternatives and terms that these logs cannot tell it from.
-        before: The logs that it was found in: as they are, or with earlier faults read in.
+        found: The exactly evaluated alternative, or the term.
+        small: The direction of a small alternative, or the term itself; None for a large one.
+        rivals: Alternatives and terms that these logs cannot distinguish from it.
+        before: The logs in which it was found: as they are, or with earlier faults corrected.
     """
 
     found: Compared | Small
@@ -49,25 +50,25 @@ class Fault:
 
     @property
     def z(self) -> float:
-        """Standard errors by which it predicts better."""
+        """Improvement of the predictions, in standard errors."""
         return self.found.z
 
     @property
     def rival_words(self) -> tuple[str, ...]:
-        """What these logs cannot tell it from, each once."""
+        """Descriptions of what these logs cannot distinguish from it, each once."""
         return tuple(dict.fromkeys(each.words for each in self.rivals))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Survey:
-    """What is said of one set of logs by all alternatives.
+    """Comparison of one set of logs with all alternatives.
 
     Attributes:
         logs: The logs.
-        fit: The fit that directions were taken from, None where there is none.
-        directions: Of all families.
-        small: What they add, those that predict best first.
-        gross: Other readings on few instants, the best first.
+        fit: The fit that directions are computed from, None if it failed.
+        directions: Directions of all families.
+        small: Their improvements, the best first.
+        gross: Large alternatives on subsampled states, the best first.
     """
 
     logs: Logs
@@ -78,7 +79,7 @@ class Survey:
 
 
 def survey(logs: Logs) -> Survey:
-    """Look at logs beside all alternatives."""
+    """Compare logs with all alternatives."""
     fit = reference(logs.problem)
     small_ones = tuple(directions(fit, logs))
     small = smalls(logs, small_ones)
@@ -87,21 +88,21 @@ def survey(logs: Logs) -> Survey:
 
 
 def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES.values()) -> list[Direction]:
-    """Of all families; none where there is no fit to take them from."""
+    """Return the directions of all families; none without a fit."""
     if fit is None:
         return []
     return [each for family in families for each in family.directions(fit, logs)]
 
 
 def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
-    """What directions add, those that predict best first."""
+    """Return the improvements by directions, the best first."""
     each = zip(found, each_added(logs.model.fits, [one.columns for one in found]), strict=True)
     small = [Small(direction, more) for direction, more in each if more is not None]
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 
 def faults(seen: Survey) -> Iterator[Fault]:
-    """Faults and terms of logs as they are, the one that explains most first, each found beside those before it."""
+    """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included."""
     for _ in range(MOST):
         found = _best(seen)
         if found is None:
@@ -114,7 +115,7 @@ def faults(seen: Survey) -> Iterator[Fault]:
 
 
 def _best(seen: Survey) -> Fault | None:
-    """The alternative that predicts best of those that surely predict better."""
+    """Return the best of the significantly better alternatives."""
     full = [each for each in _in_full(seen) if each.z > SHOWN]
     terms = [each for each in seen.small if each.direction.alternative is None and each.z > SHOWN]
     candidates = [*full, *terms]
@@ -128,9 +129,9 @@ def _best(seen: Survey) -> Fault | None:
 
 
 def _in_full(seen: Survey) -> list[Compared]:
-    """The likeliest alternatives compared in full, each with the size that fits best."""
+    """Compare the most likely alternatives exactly, each with the size that fits best."""
     gross = [each.alternative for each in seen.gross if each.gain.sum() > WORTH]
-    best_of = {each.family: each for each in reversed(gross)}  # one family does not keep the others out
+    best_of = {each.family: each for each in reversed(gross)}  # of different families
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
     shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
@@ -144,13 +145,13 @@ def _in_full(seen: Survey) -> list[Compared]:
 
 
 def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | None:
-    """An alternative in full with the size that fits best, found step by step from its directions.
+    """Return an alternative, evaluated exactly, with the size that fits best, by first-order steps.
 
     Args:
-        logs: As they are.
-        alternative: To begin with.
-        least: Standard deviations of a first step that is worth taking; from a gross alternative of a natural size, as
-            a negated position has, those of a fault.
+        logs: The logs as they are.
+        alternative: The initial alternative.
+        least: Smallest first step, in standard deviations; larger for a large alternative with a special size, such as
+            a negated position.
     """
     best = compared(logs, alternative)
     for _ in range(REFINED):
@@ -172,7 +173,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
 
 
 def _change(found: Compared) -> Added | None:
-    """Change of the parameters that the logs read so ask for; None where they cannot say."""
+    """Return the next change of the parameters; None if it is not determined."""
     fit = reference(found.read.problem)
     own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
     of_it = [each for each in directions(fit, found.read, own) if each.key == found.alternative.key]
@@ -180,7 +181,7 @@ def _change(found: Compared) -> Added | None:
 
 
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:
-    """An alternative in full; None if logs read so cannot be filtered."""
+    """Evaluate an alternative exactly; None if the logs cannot be filtered under its hypothesis."""
     try:
         other = read_as(logs, alternative.hypothesis)
     except IdentificationError:
@@ -191,9 +192,9 @@ def compared(logs: Logs, alternative: Alternative) -> Compared | None:
 
 
 def _with_term(seen: Survey, term: Direction) -> Survey:
-    """The same logs beside a model that has the term, with a coefficient for each joint.
+    """Add a term, with a coefficient for each joint, to the model of the logs.
 
-    Terms found before it are not kept, and alternatives in full are compared without any.
+    Terms found earlier are not kept; alternatives are evaluated exactly without any.
     """
     logs = replace(seen.logs, model=free_model(seen.logs.problem, term.columns))
     found = [each.direction for each in seen.small if each.direction is not term]

@@ -1,4 +1,4 @@
-"""What an estimate lacks: what is stated of a payload and is not so, a term, or a fault that only gains show."""
+"""Effects that an estimate lacks: a wrong value of a payload, a missing term, or a fault that only the gains reveal."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,8 +20,8 @@ from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
 MOST = 3
-"""Things that an estimate may lack, one beside the other."""
-ANOTHER = "the payload is not as stated: its centre of mass, its inertia or its mounting differs"
+"""Largest number of effects that one estimate lacks."""
+ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
 
 
 def lacks_of(
@@ -33,15 +33,15 @@ def lacks_of(
     *,
     stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
-    """What an estimate lacks, the one that explains most first.
+    """Return effects that an estimate lacks, the one that explains most first.
 
     Args:
         base: The estimate.
-        small: Directions that compete with each other.
-        names: Of the logs.
-        free: Each joint explained alone; where it predicts surely better, something is lacking. None if nobody asks.
-        reestimate: The same estimate of other problems.
-        stiff: Its solution without yielding joints, whose lacks these may imitate; None if they surely imitate nothing.
+        small: Competing directions.
+        names: Names of the logs.
+        free: Fits of each joint alone; if they predict significantly better, something is lacking. None to skip this.
+        reestimate: Repeats the estimate for other problems.
+        stiff: Its solution with rigid joints, as elastic joints may imitate faults; None to skip this.
     """
     of_payload = list(payload.directions(base.problem, base.estimate))
     believed = [each for each in of_payload if each.prior_std is not None]
@@ -70,12 +70,12 @@ def lacks_of(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lack:
-    """What a model surely lacks.
+    """A significant effect that a model lacks.
 
     Attributes:
         base: The model.
-        best: What it lacks.
-        rivals: What else it may be, as well as can be told.
+        best: The term or fault.
+        rivals: Alternatives that cannot be distinguished from it.
     """
 
     base: Stated
@@ -84,12 +84,12 @@ class Lack:
 
     @property
     def beside(self) -> Stated:
-        """The model with what it lacks."""
+        """The model with this effect."""
         return self.base.beside(self.best.direction)
 
 
 def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
-    """What a model surely lacks, the one that explains most first, each found beside those before it."""
+    """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
     choices = list(choices)
     while True:
         added = zip(choices, base.each_added(choices), strict=True)
@@ -106,9 +106,9 @@ def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
 def imitated(
     base: Stated, solution: GainSolution | None, believed: Sequence[Direction], choices: Sequence[Direction]
 ) -> Iterator[Lack]:
-    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity.
+    """Return faults that selected elastic joints absorb: they predict significantly better than elasticity.
 
-    Elasticity is what the estimate has, which softer joints need, as well as what its first order adds.
+    Elasticity is both that of the estimate, needed for very elastic joints, and the first-order term.
     """
     if solution is None:
         return
@@ -124,7 +124,7 @@ def imitated(
 
 
 def beyond_prior(direction: Direction, more: Added) -> bool:
-    """Whether what is found of a parameter is surely beyond what is stated of it."""
+    """Whether an estimated parameter contradicts its specified standard deviation."""
     assert direction.prior_std is not None, "asked of what is stated"
     spread = more.covariance + np.diag(np.square(direction.prior_std))
     return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
@@ -133,17 +133,17 @@ def beyond_prior(direction: Direction, more: Added) -> bool:
 def _of_payload(
     base: Stated, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
 ) -> Diagnosis | None:
-    """A payload that is not as stated, by the gains that are found if its mass alone is believed.
+    """Return the diagnosis of a payload that is not as specified, by gains from its mass alone.
 
     Args:
         base: The estimate.
-        free: Each joint explained alone.
-        reestimate: The same estimate of other problems.
-        first: What explains most to first order, which a payload that is turned or far off is beyond.
-        names: Of the logs.
+        free: Fits of each joint alone.
+        reestimate: Repeats the estimate for other problems.
+        first: The best first-order effect; a payload that is rotated or far off exceeds the first order.
+        names: Names of the logs.
 
     Returns:
-        None where nothing is left to explain, or something else explains it as well.
+        The diagnosis; None if nothing is left to explain, or something else explains it equally well.
     """
     opened = _with_masses_alone(base.problem)
     if opened is None or not _leaves(base, free):
@@ -157,7 +157,7 @@ def _of_payload(
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
-    if first is not None and of_payload and not _leaves(first.beside, free):  # its size is right to first order
+    if first is not None and of_payload and not _leaves(first.beside, free):  # its size is correct to first order
         diagnosis = diagnosis_of(first, names)
     else:
         logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
@@ -170,14 +170,14 @@ def _of_payload(
 
 
 def _leaves(base: Stated, free: FreeModel) -> bool:
-    """Whether each joint alone, beside any payload, explains surely more of the currents."""
+    """Whether fits of each joint alone, with free payloads, predict the currents significantly better."""
     return z_of(gains(base.by_joint, free.fits.score)) > SHOWN
 
 
 def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
-    """Currents that the estimate leaves and a fit of each joint alone explains.
+    """Return diagnoses of currents that a fit of each joint alone explains, but not the estimate.
 
-    If faults were found and do not explain them either, every gain is refused.
+    If the faults that were found do not explain them, every gain is refused.
     """
     if not _leaves(base, free):
         return
@@ -198,7 +198,7 @@ def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Itera
 
 
 def _with_masses_alone(problem: Problem) -> Problem | None:
-    """A problem of whose payloads the masses alone are known; None where no more is."""
+    """Return the problem with only the payloads' masses known; None if no more is known anyway."""
     if not any(each.known in payload.KNOWN_CENTRE for each in problem.payloads):
         return None
     opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in payload.KNOWN_CENTRE}
@@ -207,7 +207,7 @@ def _with_masses_alone(problem: Problem) -> Problem | None:
 
 
 def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
-    """What is said of something that an estimate lacks."""
+    """Return the diagnosis of an effect that an estimate lacks."""
     direction, more = lack.best.direction, lack.best.found
     effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)

@@ -1,8 +1,8 @@
-"""An estimate as the model that it is: what all joints together, and the payload as stated, leave of the currents.
+"""An estimate as a model of the currents: all joints together, with the payload as specified.
 
-The rows, weights and explained columns of the estimate predict each block of time from the others. Directions that the
-free model of the logs cannot show, as the payload's centre, are compared here. What each would do to the gains follows
-from the influence of each row, and that of gross faults from another estimate; severity follows from it:
+The rows, weights and columns of the estimate predict each time block from the others. Directions that are not
+identifiable in the free model of the logs, such as the payload's centre, are compared here. The effect of each on the
+gains follows from the influence of each row, that of large faults from another estimate; severity follows from it:
 
     error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
 """
@@ -34,23 +34,24 @@ from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
 
 FINEST = 1e-3
-"""Relative deviation that effects are held against at least: without noise anything would spoil every gain."""
+"""Smallest relative standard deviation that effects are compared with: without noise any fault would refuse every
+gain."""
 Estimate = Callable[[Problem], GainEstimate]
-"""How gains are found from a problem."""
+"""Function that estimates gains from a problem."""
 NAMED = 2
-"""Joints whose effects a sentence names; of more, the worst."""
+"""Largest number of joints whose effects a sentence names; of more, only the worst."""
 NO_RESULT = 10.0
-"""Relative error of a gain beyond which it is none."""
+"""Relative error of a gain beyond which it is invalid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stated:
-    """An estimate, ready for held-out predictions.
+    """An estimate, prepared for held-out predictions.
 
     Attributes:
         problem: Motions and payloads.
-        estimate: What was found from them.
-        solution: Its solution, or that of the same model without yielding joints.
+        estimate: The estimate from them.
+        solution: Its solution, or that of the same model with rigid joints.
         fits: The solution's rows as one part, in units of each joint's residual.
     """
 
@@ -61,14 +62,14 @@ class Stated:
 
     @property
     def _held(self) -> HeldOut:
-        """All its rows."""
+        """The part with all its rows."""
         (held,) = self.fits.parts
         assert held is not None, "an estimate has more rows than unknowns"
         return held
 
     @cached_property
     def by_joint(self) -> Score:
-        """How well the currents of each joint are predicted, as of a fit of each joint alone."""
+        """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
         held = self._held
         rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
         left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
@@ -78,47 +79,47 @@ class Stated:
         return Score(squares, counts)
 
     def stacked(self, columns: Sequence[Array | None]) -> Array:
-        """Columns of each joint's rows as the estimate has them, (R, m)."""
+        """Stack columns of each joint's rows in the order of the estimate, shape (R, m)."""
         rows = self.solution.rows
         width = next(each.shape[1] for each in columns if each is not None)
         parts = ((columns[j], rows.V[rows.of(j)]) for j in rows.unknowns)
         return np.vstack([np.zeros((len(V), width)) if each is None else each for each, V in parts])
 
     def weighted(self, direction: Direction) -> Direction:
-        """A direction by the rows of the estimate's fit, which is one part."""
+        """A direction, converted to the rows of the estimate's fit, which is one part."""
         weight = self.solution.rows.weight[:, None]
         return replace(direction, columns=(weight * self.stacked(direction.columns),))
 
     def added(self, direction: Direction) -> Added | None:
-        """What a direction adds; None if the estimate knows all that it says."""
+        """Improvement by a direction; None if it is in the column space of the estimate."""
         return self.each_added([direction])[0]
 
     def each_added(self, directions: Sequence[Direction]) -> list[Added | None]:
-        """What each of many directions adds, alone."""
+        """Improvement by each of many directions, each added alone."""
         return each_added(self.fits, [self.weighted(each).columns for each in directions])
 
     def beside(self, direction: Direction) -> "Stated":
-        """The same estimate beside a model that has the direction."""
+        """The same estimate with the direction added to its model."""
         held = self._held
         (columns,) = self.weighted(direction).columns
         assert columns is not None, "weighted"
         columns = column_space(columns)
         left = held.fit.without(columns)
-        values, turn = np.linalg.eigh(columns.T @ left)  # with what is believed, less than left' left
+        values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
         turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         new = left @ turn
         residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
         return replace(self, fits=fits_of([held_out_beside(held, new, residual)]))
 
     def effects(self, currents: Array, beside: "Stated | None" = None) -> tuple[Effect, ...]:
-        """Error of each gain if some currents have no place in the model.
+        """Error of each gain due to currents that the model does not include.
 
-        Beside another model than the estimate's, what the two gains differ by belongs to the error.
+        With another model than the estimate's, the error includes the difference of the gains.
 
         Args:
-            currents: What is added to the rows, shape (R,).
-            beside: The estimate beside them. Errors are held against what is claimed with what it leaves of the
-                currents: what a fault adds to the residual is part of the damage.
+            currents: Currents added to the rows, shape (R,).
+            beside: The estimate with them. Errors are compared with the standard deviation by its residual, as a fault
+                also increases the residual.
         """
         own, solution = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
@@ -135,7 +136,7 @@ class Stated:
         )
 
     def left_of(self, joint: int) -> float:
-        """Share of the estimate's residual of a joint, from 0, that this model leaves."""
+        """Ratio of this model's residual to the estimate's, of a joint, from 0."""
         held = self._held
         rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
         left = held.fit.residual[own] / self.solution.rows.weight[own]
@@ -144,7 +145,7 @@ class Stated:
 
 
 def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> Stated:
-    """Prepare the held-out predictions of an estimate, or of another solution of the same joints beside it."""
+    """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
     solution = estimate.solution if solution is None else solution
     rows = solution.rows
     lengths = row_counts(problem)
@@ -157,18 +158,18 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
 
 
 def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
-    """Relative standard deviation that is claimed of a gain, and no less than any payload is weighed.
+    """Estimated relative standard deviation of a gain, at least that of weighing a payload.
 
     Args:
         gain: The gain.
-        left: Share of the residual that would be left.
+        left: Ratio of the residual to that of the estimate.
     """
     total = float(np.linalg.norm((left * gain.residual_std, gain.payload_std, gain.model_std)))
     return max(total / abs(gain.value), FINEST)
 
 
 def severity_of(effects: Sequence[Effect]) -> Severity:
-    """By the largest effect."""
+    """Return the severity of the largest effect."""
     if any(each.spoils for each in effects):
         return Severity.WRONG
     known = any(each.deviations is not None for each in effects)
@@ -176,9 +177,9 @@ def severity_of(effects: Sequence[Effect]) -> Severity:
 
 
 def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it.
+    """Error of gains if the others are correct; unlimited for a gain in only one of them.
 
-    It counts in the smaller of both claims: what a fault adds to the residual is part of the damage.
+    It is in units of the smaller standard deviation, as a fault also increases the residual.
     """
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
         if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
@@ -189,7 +190,7 @@ def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
 
 
 def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
-    """How much gains, their ratios or currents are off, in words."""
+    """Describe the errors of gains, their ratios or currents."""
     if not effects:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))

@@ -1,8 +1,8 @@
-"""How well the gains would come out if a motion were repeated with the payload one has.
+"""Predicted accuracy of the gains if a motion is repeated with a given payload.
 
-The rows of the log stand for both motions, without and with the payload. The deviation of 1/g follows from the columns
-alone (paper, eq. 20), with the residual that a joint's own free fit leaves or that any real drive has, whichever is
-larger; that it is one of the gain takes a gain, from a data sheet or from the robot's file.
+The rows of the log represent both motions, without and with the payload. The standard deviation of 1/g follows from the
+columns (paper, eq. 20) and the residual: that of a joint's own fit, but at least that of real drives. An approximate
+gain, from a data sheet or the robot file, converts it to a relative one.
 """
 
 import numpy as np
@@ -22,12 +22,12 @@ from ident.support.errors import NotExcited, TooFewRows
 def predicted_rel_std(
     observation: Observation, payload: Payload, gain: Array, options: GainOptions
 ) -> tuple[float | None, ...]:
-    """Relative deviation of each joint's gain to expect, joint by joint; None where the joint cannot show it at all.
+    """Predict the relative standard deviation of each gain, joint by joint; None if it is not identifiable.
 
     Args:
-        observation: Of a motion with a bare flange.
-        payload: That would be mounted.
-        gain: What the gains are about [N m / drive unit], shape (n,).
+        observation: A motion with a bare flange.
+        payload: The payload to be mounted.
+        gain: Approximate gains [N m / drive unit], shape (n,).
         options: When a gain counts as identifiable.
     """
     both = pair(observation, observation, payload, options)
@@ -52,7 +52,7 @@ def _predicted(both: Problem, alone: Problem, joint: int, gain: float, options: 
 
 
 def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> Diagnosis:
-    """Which gains this motion and that payload would give."""
+    """Return the diagnosis of the gains that motion and payload would identify."""
     unseen = [j for j, std in enumerate(predicted) if std is None or std > options.max_rel_std]
     words = ", ".join("-" if std is None else f"{100.0 * std:.2g}" for std in predicted)
     listed = ", ".join(str(j + 1) for j in unseen)

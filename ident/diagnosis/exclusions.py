@@ -1,7 +1,7 @@
-"""What logs exclude, and what they cannot tell: the comparison the other way round.
+"""Faults that logs exclude, and faults that they cannot reveal.
 
-A small fault is excluded beyond the size at which its prediction is surely worse; a gross one where it leaves so much
-more of the currents that nothing it could gain elsewhere makes up for it.
+A small fault is excluded beyond the size at which predictions become significantly worse; a large one if it increases
+the residual so much that no other change can compensate.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,9 +20,9 @@ from ident.diagnosis.estimate_model import Stated
 from ident.diagnosis.screening import Screened
 
 SIZES = np.geomspace(1e-2, 1.0, 41)
-"""Sizes that are tried, in units of the largest that the derivative says."""
+"""Tested sizes, in units of the largest one for which the first order is valid."""
 SURELY_WORSE = 30.0
-"""Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
+"""Loss of log-likelihood on subsampled states by which a large alternative is excluded: twice that of z = 4."""
 BOUNDED = (
     ("zero", "zeros", "q", False),
     ("delay", "delays of all currents", "", False),
@@ -32,10 +32,10 @@ BOUNDED = (
     ("current scale", "errors of all currents' scale in one log", "", True),
     ("current scale", "errors of one current's scale in one log", "v", True),
 )
-"""Families whose excluded sizes are told, how, the column that each joint has one of ("" where it is one of all), and
-whether they are those of one log."""
+"""Families whose excluded sizes are reported: wording, column of the joint concerned ("" for all joints), and whether
+they concern one log."""
 FARTHEST = 0.1
-"""Largest error of a payload's centre that is tried [m]."""
+"""Largest tested error of a payload's centre [m]."""
 GROSS = {
     "sign": "opposite sign of q{joints}",
     "current sign": "opposite sign of v{joints} in one log",
@@ -45,17 +45,17 @@ GROSS = {
     "unit": "a different unit of positions",
     "gravity compensation": "gravity-compensated currents",
 }
-"""Families that are excluded as a whole or by joint, and how that is told."""
+"""Families that are excluded as a whole or by joint, with their wording."""
 SIZED = ("zero", "lengths", "clock", "current scale")
-"""Families whose sizes are bounded instead, or that no log without another shows."""
+"""Families whose sizes are bounded instead, or that need a second log."""
 QUARTER = 135.0
-"""Size of a zero that is nearer to half a turn than to a quarter [degrees]."""
+"""Smallest error of a zero that counts as half a turn [degrees]."""
 NAMED = 2
-"""Alternatives that a sentence names."""
+"""Largest number of alternatives that a sentence names."""
 
 
 def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
-    """Size beyond which each direction, of one parameter, is excluded either way; None if it is not."""
+    """Return the size beyond which each direction, of one parameter, is excluded; None if it is not."""
     score, count = fits.score, len(directions)
     cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part in enumerate(fits.parts):
@@ -68,18 +68,18 @@ def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
             square[which, j] = np.einsum("brk,brk->bk", held, held).T
     found: list[float | None] = [None] * count
     for k in np.flatnonzero(square.any(axis=(1, 2))).tolist():
-        felt = square[k].any(axis=1)  # other parts gain nothing and lose nothing
+        felt = square[k].any(axis=1)  # other parts do not change
         own = Score(score.squares[felt], score.rows[felt])
         sizes = directions[k].largest * SIZES
         x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
         moved = replace(own, squares=own.squares - 2.0 * x * cross[k, felt] + x**2 * square[k, felt])
-        lost = np.flatnonzero((each_z(gains(own, moved)) < -SHOWN).all(axis=-1))  # gains of (sizes, 2, blocks)
+        lost = np.flatnonzero((each_z(gains(own, moved)) < -SHOWN).all(axis=-1))  # (sizes, 2, blocks)
         found[k] = float(sizes[lost[0]]) if len(lost) else None
     return found
 
 
 def exclusions(seen: Survey) -> list[Exclusion]:
-    """What the logs exclude, a sentence a family."""
+    """Return what the logs exclude, one sentence per family."""
     found = list[Exclusion]()
     for family, words, column, one_log in BOUNDED:
         sizes = _sizes(seen, family, of_joints=bool(column), one_log=one_log)
@@ -92,21 +92,21 @@ def exclusions(seen: Survey) -> list[Exclusion]:
     return [*found, *_gross(seen)]
 
 
-@lru_cache(maxsize=16)  # bounded sizes and those that are not are told apart
+@lru_cache(maxsize=16)  # for bounded and unbounded sizes
 def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
-    """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
+    """Largest size of a family that is not excluded, by joints and unit; of families of one log, in any log."""
     count = 1 if one_log else len(seen.logs.recordings)
     own = [each for each in seen.directions if each.family == family and len(each.joints) == of_joints]
     own = [each for each in own if len(each.logs) == count]
     found = dict[tuple[tuple[int, ...], str], float]()
     for each, size in zip(own, bounds(seen.logs.model.fits, own), strict=True):
-        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor, its distance from 1
+        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor
         found[each.joints, unit] = max(found.get((each.joints, unit), 0.0), np.inf if size is None else scale * size)
     return {key: size for key, size in found.items() if np.isfinite(size)}
 
 
 def centres_excluded(base: Stated) -> Iterator[Exclusion]:
-    """How far off the centres of payloads that are stated cannot be, along any axis."""
+    """Return excluded errors of specified centres of payloads, along any axis."""
     for each in payload.directions(base.problem, base.estimate):
         if each.family == "payload centre" and each.prior_std is None:
             (columns,) = base.weighted(each).columns
@@ -122,7 +122,7 @@ def centres_excluded(base: Stated) -> Iterator[Exclusion]:
 
 
 def _gross(seen: Survey) -> Iterator[Exclusion]:
-    """Families all of whose alternatives are excluded; where these are of single joints, those of some joints."""
+    """Return families with all alternatives excluded, for all or some joints."""
     for family in dict.fromkeys(each.alternative.family for each in seen.gross if each.alternative.family not in SIZED):
         words = GROSS.get(family, f"another {family}")
         own = [each for each in seen.gross if each.alternative.family == family]
@@ -138,11 +138,11 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
 
 
 def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]:
-    """What of single joints, and of scales of currents, cannot be checked from these logs.
+    """Return faults of single joints, and scales of currents, that these logs cannot reveal.
 
     Args:
-        seen: What all alternatives say of them.
-        base: What was found from them, for how much it matters; None where nothing was.
+        seen: Comparison with all alternatives.
+        base: The estimate, for the effect on the gains, or None.
     """
     n, open_ones = seen.logs.structure.arm.n, _of_every_log(seen)
     for j in range(n):
@@ -156,7 +156,7 @@ def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]
 
 
 def indistinguishable_together(seen: Survey) -> Iterator[str]:
-    """What of several joints together cannot be checked from these logs."""
+    """Return faults of several joints together that these logs cannot reveal."""
     bounded = {each for each in SIZED if _sizes(seen, each, of_joints=False, one_log=False)} | {"clock"}
     rest = [each for each in _of_every_log(seen) if len(each.joints) != 1 and each.family not in bounded]
     if rest:
@@ -164,7 +164,7 @@ def indistinguishable_together(seen: Survey) -> Iterator[str]:
 
 
 def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
-    """Scales of currents in one log that are not bounded, and what a hundredth of one moves a gain by."""
+    """Return scales of currents in one log that are not bounded, and the effect of 1 % on a gain."""
     for of_joints, words in ((True, "scale of v{joints} in one log"), (False, "scale of all currents in one log")):
         own = [each for each in seen.directions if each.family == "current scale" and bool(each.joints) == of_joints]
         bounded = _sizes(seen, "current scale", of_joints=of_joints, one_log=True)
@@ -182,13 +182,13 @@ def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
 
 
 def _of_every_log(seen: Survey) -> list[Alternative]:
-    """What all logs may mean instead, for all that they say."""
+    """Return alternatives for all logs that these do not distinguish from the logs as they are."""
     open_ones = (each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE)
     return [each for each in open_ones if each.logs == seen.logs.every]
 
 
 def _loss(each: Screened) -> float:
-    """Log likelihood that an alternative loses."""
+    """Loss of log-likelihood by an alternative."""
     return -float(each.gain.sum())
 
 
@@ -198,7 +198,7 @@ def _few(words: Sequence[str]) -> str:
 
 
 def _numbers(joints: Sequence[int]) -> str:
-    """Joints from 0 as `2 to 5` or `2, 4`."""
+    """Joints, from 0, as `2 to 5` or `2, 4`."""
     numbers = sorted(j + 1 for j in joints)
     if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]} to {numbers[-1]}"
@@ -206,5 +206,5 @@ def _numbers(joints: Sequence[int]) -> str:
 
 
 def _rounded(x: float) -> float:
-    """Up to two digits."""
+    """Round to two digits at most."""
     return float(f"{x:.2g}")

@@ -1,8 +1,8 @@
-"""Currents of the fitted arm along each log, and what small faults would change of them, to first order.
+"""Currents of the fitted arm along each log, and their change by small faults, to first order.
 
-All joints are fitted at once with plain friction and stiff joints (`ident.estimation.all_joints`), payloads free and
-the gain of one joint set to 1: nothing has to be known beforehand, and currents do not depend on that scale. Each fault
-is then a column of currents a joint, evaluated beside the rows' own filter.
+All joints are fitted at once with viscous and Coulomb friction and rigid joints (`ident.estimation.all_joints`), free
+payloads and the gain of one joint set to 1: no prior knowledge is needed, and currents do not depend on this scale.
+Each fault is then a column of currents per joint, with the same filter as the rows.
 """
 
 from dataclasses import dataclass, replace
@@ -27,18 +27,18 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
 
 STEP = 1e-3
-"""Relative change that derivatives without a closed form are differences over."""
+"""Relative step of numerical derivatives."""
 PRIOR_STD = 1.0
-"""Of the logarithm of a gain, as `nls` has it."""
+"""Prior standard deviation of the logarithm of a gain, as in `nls`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A fit of all joints to logs of whatever payloads.
+    """A fit of all joints to logs with unknown payloads.
 
     Attributes:
-        problem: The logs; nothing of their payloads is known.
-        ready: What the fit started from.
+        problem: The logs, with unknown payloads.
+        ready: Inputs of the fit.
         fitted: The fit.
     """
 
@@ -53,7 +53,7 @@ class Reference:
 
     @property
     def h(self) -> Array:
-        """1/g of each joint beside the one that was set, shape (n,)."""
+        """1/g of each joint, relative to the one that was set, shape (n,)."""
         return self.fitted.fit.found.h
 
     @cached_property
@@ -69,21 +69,21 @@ class Reference:
 
     @property
     def softened(self) -> tuple[Array, ...]:
-        """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
+        """Change of each joint's currents per unit of each joint's compliance, n arrays of shape (r_j, n)."""
         return tuple(h * each for h, each in zip(self.h, self._terms.softened, strict=True))
 
     @property
     def torques(self) -> tuple[Torques, ...]:
-        """Of the fitted arm along each log."""
+        """Torques of the fitted arm along each log."""
         return self._terms.torques
 
     @cached_property
     def compliance(self) -> Array:
-        """Compliance that each joint may well have [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
+        """Plausible compliance of each joint [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
         return assumed_compliance(self.problem, self.ready.shared, self.fitted.fit.found.theta)
 
     def explained(self, log: int) -> tuple[Array, ...]:
-        """What the fit explains of the currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
+        """Fitted currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
         rows = self.fitted.fit.rows
         found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
         return tuple(found[rows.of(j)] for j in range(self.arm.n))
@@ -91,7 +91,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class ReferenceMotion:
-    """One log of a reference: states at a rate that torques need, and what makes rows of their columns."""
+    """One log of a reference: states at a sufficient rate for torques, and the filter that converts columns to rows."""
 
     reference: Reference
     log: int
@@ -103,21 +103,21 @@ class ReferenceMotion:
 
     @property
     def states(self) -> States:
-        """Where torques are evaluated."""
+        """States at which torques are evaluated."""
         return self.behind.states
 
     @property
     def along(self) -> Torques:
-        """Torques of links, rotors and payload."""
+        """Torques of links, rotors and payload along the log."""
         return self.reference.torques[self.log]
 
     @staticmethod
     def of(arm: Arm, chi: Array, states: States) -> Array:
-        """Torques of an arm, shape (S, n)."""
+        """Torques of an arm with given parameters, shape (S, n)."""
         return inverse_dynamics(arm, chi, states.q, states.dq, states.ddq)
 
     def rows(self, torque: Array) -> tuple[Array, ...]:
-        """Currents of each joint's rows by torques at `TORQUE_RATE`.
+        """Convert torques at `TORQUE_RATE` to currents of each joint's rows.
 
         Args:
             torque: m torques of each joint, shape (S, n, m).
@@ -137,9 +137,9 @@ class ReferenceMotion:
 
     @cached_property
     def _filter(self) -> tuple[Indices, Array]:
-        """The decimation filter at these times: which of them each row feels, and how much, (rows, l) each."""
+        """The decimation filter at these times: indices and weights of each row, both of shape (rows, l)."""
         D, samples = self.behind.decimator, self.behind.at
-        begin = D.factor * np.arange(D.rows(len(self.behind.q)))  # sample at which a row's filter begins
+        begin = D.factor * np.arange(D.rows(len(self.behind.q)))  # first sample of a row's filter
         first = np.searchsorted(samples, begin)
         count = int(np.max(np.searchsorted(samples, begin + len(D.kernel)) - first, initial=1))
         at = np.minimum(first[:, None] + np.arange(count), len(samples) - 1)
@@ -153,11 +153,11 @@ class ReferenceMotion:
         return self.along.links.displaced(States(np.ones_like(still), still, still))
 
     def changed(self, arm: Arm) -> Array:
-        """Derivative of the torques by a change of the arm that was made by `STEP`, shape (S, n)."""
+        """Derivative of the torques by a parameter of the arm that was changed by `STEP`, shape (S, n)."""
         return (self.of(arm, self.along.chi, self.states) - self.along.sampled) / STEP
 
     def tilted(self) -> Array:
-        """Derivative by a turn of the base about two axes across gravity [N m / rad], shape (S, n, 2)."""
+        """Derivative by a rotation of the base about two horizontal axes [N m / rad], shape (S, n, 2)."""
         arm, states = self.reference.arm, self.states
         still = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
         return np.stack(
@@ -166,7 +166,7 @@ class ReferenceMotion:
         )
 
     def hurried(self) -> Array:
-        """Derivative by a factor of the seconds, shape (S, n)."""
+        """Derivative by a factor of time, shape (S, n)."""
         states = self.states
         slower = States(states.q, states.dq * (1.0 - STEP), states.ddq * (1.0 - 2.0 * STEP))
         return (self.of(self.reference.arm, self.along.chi, slower) - self.along.sampled) / STEP
@@ -189,12 +189,12 @@ class ReferenceMotion:
 
 
 def across(arm: Arm) -> Array:
-    """Two unit vectors across gravity, shape (2, 3)."""
+    """Two unit vectors perpendicular to gravity, shape (2, 3)."""
     return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
 
 
 def reference(problem: Problem) -> Reference | None:
-    """Fit all joints; None where no such fit is found, as of logs that are of another arm altogether."""
+    """Fit all joints; None if the fit fails, as for logs of a different arm."""
     if any(motion.observation.full_rate is None for motion in problem.motions):
         return None
     unknown = _unknown(problem)
@@ -208,7 +208,7 @@ def reference(problem: Problem) -> Reference | None:
 
 
 def _unknown(problem: Problem) -> Problem:
-    """The same logs, nothing known of their payloads; the first mounting counts as bare."""
+    """Return the same logs with unknown payloads; the first mounting counts as bare."""
     first = problem.motions[0].payload
     others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
     motions = tuple(

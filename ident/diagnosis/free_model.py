@@ -1,8 +1,8 @@
-"""The model that logs are doubted against: each joint alone, payloads unknown, friction of each log its own.
+"""The model for checks of logs: each joint alone, with unknown payloads and separate friction for each log.
 
-Joint j's currents are explained by its own base parameters, which all logs share; friction and offset of each log; ten
-parameters of a payload in every log of another mounting than the first; and friction laws that real drives follow. It
-knows no gain and no payload's description, so that nothing said of those can be mistaken for a fault of the logs.
+The unknowns of joint j are its base parameters, common to all logs; friction and offset of each log; ten payload
+parameters of every mounting but the first; and friction laws of real drives. It uses no gain and no specified payload,
+so an error of these cannot be mistaken for a fault of the logs.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ COUPLED = ("Fvm", "Fcm")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeModel:
-    """Free fits of all joints, ready for held-out predictions.
+    """Free fits of all joints, prepared for held-out predictions.
 
     Attributes:
-        problem: The logs, observed; two mountings are two payload objects, whatever they say.
-        rows: Of each joint.
+        problem: The observed logs; two mountings are two payload objects, even if equal.
+        rows: Rows of each joint.
         fits: Each joint's fit; None where it has fewer rows than unknowns.
     """
 
@@ -38,8 +38,8 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
     """Fit every joint of a problem freely.
 
     Args:
-        problem: The logs, observed.
-        further: Columns of each joint that the model has besides, n arrays of shape (r_j, m); none if empty.
+        problem: The observed logs.
+        further: Further columns of each joint, n arrays of shape (r_j, m), or empty.
     """
     n = problem.structure.arm.n
     rows = tuple(joint_rows(problem, joint) for joint in range(n))
@@ -50,7 +50,7 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
 
 
 def row_counts(problem: Problem) -> list[int]:
-    """Rows of each log, those that joints leave out counted."""
+    """Number of rows of each log, including those that joints omit."""
     return [
         1 + max((int(each.position[-1]) for each in motion.observation.joints if len(each.position)), default=0)
         for motion in problem.motions
@@ -70,7 +70,7 @@ def _fitted(problem: Problem, rows: JointRows, further: Array | None, lengths: S
 
 
 def free_columns(problem: Problem, rows: JointRows) -> Array:
-    """Columns that explain a joint's currents, shape (r, p)."""
+    """Columns of the model of a joint's currents, shape (r, p)."""
     own = [k for k, name in enumerate(rows.names) if name in _own(rows) or name.rstrip("0123456789") in COUPLED]
     later = [rows.W[:, own] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
     first = problem.motions[0].payload
@@ -83,7 +83,7 @@ def _own(rows: JointRows) -> tuple[str, ...]:
 
 
 def _friction_laws(rows: JointRows) -> list[Array]:
-    """Friction that grows less than the speed, and that differs between directions."""
+    """Friction that grows less than linearly with speed, and friction that differs between directions."""
     speed = _column(rows, "Fv")
     if speed is None:
         return []
@@ -92,7 +92,7 @@ def _friction_laws(rows: JointRows) -> list[Array]:
 
 
 def _load_friction(rows: JointRows, fit: FreeFit) -> Array | None:
-    """Friction in proportion to the motor's torque, which the model itself gives."""
+    """Friction proportional to the motor torque, which is that of the fitted model."""
     direction = _column(rows, "Fc")
     return None if direction is None else np.abs(rows.V - fit.residual) * direction
 

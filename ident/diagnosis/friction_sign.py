@@ -1,7 +1,7 @@
-"""Friction brakes: where a fit says that it drives, positions or currents of a joint count backwards.
+"""Sign check by friction: if it drives instead of braking, positions or currents of a joint have the wrong sign.
 
 Each joint is solved alone with its own base parameters, friction and offset in drive units. The gain has the sign of
-the friction; that alone is no mistake, but a gain that comes out negative is better known beforehand.
+the friction; a negative one is not necessarily a mistake, but the user should know in advance.
 """
 
 from collections.abc import Sequence
@@ -23,21 +23,23 @@ RANK_TOL = 1e-9
 
 
 def friction_z(problem: Problem, joint: int) -> float | None:
-    """Friction of a joint, from 0, over its deviation, total or dry, whichever is surer; None where rows are too few.
+    """Return friction of a joint over its standard deviation, total or Coulomb; None with too few rows.
+
+    The more significant of the two is returned.
 
     Args:
-        problem: One motion, of whatever mounting.
-        joint: The joint.
+        problem: One motion, with any payload.
+        joint: The joint, from 0.
     """
     rows = joint_rows(problem, joint)
     size = np.linalg.norm(rows.W, axis=0)
     unit = rows.W / np.where(size > 0.0, size, 1.0)
-    inverse, rank = linalg.pinv(unit, rtol=RANK_TOL, return_rank=True)  # what cannot be told apart shares alike
+    inverse, rank = linalg.pinv(unit, rtol=RANK_TOL, return_rank=True)  # minimum norm: dependent columns share equally
     if len(rows.V) <= rank:
         return None
     own = [name in (f"Fv{joint + 1}", f"Fc{joint + 1}") for name in rows.names]
     dry = [name == f"Fc{joint + 1}" for name in rows.names]
-    weights = np.array((own, dry), dtype=np.float64)  # of unit columns, whose coefficients are friction at usual speed
+    weights = np.array((own, dry), dtype=np.float64)  # coefficients of unit columns are friction at typical speed
     influence = readonly(weights @ inverse)
     residual = rows.V - unit @ (inverse @ rows.V)
     fitted = Rows(
@@ -51,11 +53,11 @@ def friction_z(problem: Problem, joint: int) -> float | None:
 
 
 def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
-    """Joints, from 0, whose friction surely drives in some log and brakes in none.
+    """Joints, from 0, whose friction significantly drives in some log and brakes in none.
 
     Args:
-        problems: A motion each, of one arm.
-        about: Gains whose signs are expected, shape (n,); positive ones if None.
+        problems: One motion each, of one arm.
+        about: Gains with the expected signs, shape (n,); positive if None.
     """
     found: list[int] = []
     expected = np.ones(problems[0].structure.arm.n) if about is None else np.sign(about)
@@ -68,7 +70,7 @@ def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[i
 
 
 def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
-    """Joints that friction drives; arguments as `backward_joints`."""
+    """Return the diagnosis of joints that friction drives; arguments as `backward_joints`."""
     backward = backward_joints(problems, about)
     return [
         Diagnosis(
@@ -87,10 +89,10 @@ def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diag
 
 
 def opposed(problem: Problem) -> list[tuple[int, int]]:
-    """Joints, from 0, that friction surely brakes in one log and surely drives in another, with the log at fault.
+    """Joints, from 0, that friction significantly brakes in one log and drives in another, with the faulty log.
 
-    An unknown payload, of negative mass if need be, explains a current of a vertical slide that is negated in one log;
-    friction tells. At fault is the log whose sign is the rarer, of two the later one.
+    A negated current of a vertical prismatic joint in one log can be explained by an unknown payload of negative mass;
+    friction reveals it. The faulty log is the one with the less frequent sign, of two the later one.
     """
     motions = [replace(problem, motions=(each,)) for each in problem.motions]
     found: list[tuple[int, int]] = []

@@ -1,7 +1,7 @@
-"""What gains themselves give to doubt: another sign than friction, far from the others, badly explained currents.
+"""Implausible gains: a sign that contradicts friction, a value far from the others, a large residual.
 
-The default standard deviation accounts for autocorrelated residuals. They are worth a word where they make it much
-larger than that of white residuals (eq. 20): a better model would then tell more than a longer motion.
+The default standard deviation accounts for autocorrelated residuals. They are reported if they make it much larger than
+that of white residuals (eq. 20): a better model then helps more than a longer motion.
 """
 
 from collections.abc import Iterator
@@ -16,24 +16,20 @@ from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 
 FAR = 100.0
-"""Factor from the median of the other gains from which a unit is suspected; joints of one arm differ by 30."""
+"""Factor from the median of the other gains beyond which a unit is suspected; joints of one arm differ by up to 30."""
 SURE_LOAD_Z = 10.0
-"""Standard deviations of 1/g from zero above which the sign of the load is trusted; every identified gain has them."""
+"""Number of standard deviations of 1/g from zero beyond which the sign from the load is significant; every identified
+gain exceeds it."""
 UNEXPLAINED = 0.15
-"""Share of a joint's current above which its residual is worth a word."""
+"""Share of a joint's current above which its residual is reported."""
 MUCH = 2.0
-"""Ratio of standard deviations from which on it is said; the largest of six reaches 1.8 on residuals that are white."""
+"""Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
 UNAWARE = "classical"
-"""Uncertainty that takes residuals as white."""
+"""Covariance estimator for white residuals."""
 
 
 def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
-    """What gains and residuals give to doubt; beside faults of the logs, what they alone would refuse.
-
-    Args:
-        estimate: The gains.
-        causes: What is said of the logs.
-    """
+    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
     autocorrelated = autocorrelation(estimate)
     found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
     if causes.severity is Severity.WRONG:
@@ -42,13 +38,13 @@ def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
 
 
 def gain_diagnoses(estimate: GainEstimate) -> list[Diagnosis]:
-    """What the gains of an estimate give to doubt."""
+    """Return the diagnoses of implausible gains of an estimate."""
     found = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
     return [*_contradicted(estimate), *negative(found), *far_off(found), *_unexplained(estimate)]
 
 
 def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
-    """Gains below zero, by joint from 0."""
+    """Negative gains, by joint from 0."""
     for j, gain in gains.items():
         if gain < 0.0:
             yield Diagnosis(
@@ -63,7 +59,7 @@ def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
 
 
 def far_off(gains: dict[int, float]) -> Iterator[Diagnosis]:
-    """Gains far from the others, by joint from 0; of one gain there is nothing to say."""
+    """Gains far from the others, by joint from 0; none for a single gain."""
     for j, gain in gains.items():
         others = [abs(each) for k, each in gains.items() if k != j]
         ratio = abs(gain) / float(np.median(others)) if others else 1.0
@@ -112,7 +108,7 @@ def _unexplained(estimate: GainEstimate) -> Iterator[Diagnosis]:
 
 
 def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
-    """How much larger the standard deviation of a gain is than for white residuals; None where there is no gain."""
+    """Ratio of the standard deviation of a gain to that for white residuals; None without a gain."""
     solution, options = estimate.solution, estimate.options
     place = {int(j): k for k, j in enumerate(solution.joints)}
     known = [j for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]

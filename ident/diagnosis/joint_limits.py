@@ -1,4 +1,4 @@
-"""Whether the positions of a log, read in some way, are where the joints of the arm can be."""
+"""Whether positions of a log, under a hypothesis, are within the limits of the arm."""
 
 from functools import lru_cache
 
@@ -10,21 +10,21 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, readonly
 
 SLACK = 0.1
-"""Position beyond a limit that is taken for a zero not quite right [rad or m]."""
+"""Excess over a limit that is attributed to an error of the zero [rad or m]."""
 TURNS = 4.0 * np.pi
-"""Position that no joint without stated limits goes beyond, as two turns either way [rad]."""
+"""Largest position of a joint without limits: two turns in either direction [rad]."""
 STILL = 0.1
-"""Range of a joint, of motions made to excite it, below which it is taken as standing still [rad or m]."""
+"""Range of a joint in exciting motions below which it counts as standing still [rad or m]."""
 
 
 def beyond_limits(arm: Arm, log: Recording) -> tuple[int, ...]:
-    """Joints, from 0, that a log puts where they cannot be; a revolute joint may be counted from another turn."""
+    """Joints, from 0, beyond their limits in a log; a revolute joint may be offset by whole turns."""
     low, high = _ends(log)
     return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
 
 
 def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
-    """Whether a reading that changes units leaves every joint where it can be, and moving as much as a joint does."""
+    """Whether, under a hypothesis that changes units, all joints are within their limits and move enough."""
     ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)
     changed = np.abs(how.q_factor) != 1.0
@@ -33,7 +33,7 @@ def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
 
 @lru_cache(maxsize=64)
 def _ends(log: Recording) -> Array:
-    """Lowest and highest position of each joint, shape (2, n); some 60 readings of a log ask for them."""
+    """Lowest and highest position of each joint, shape (2, n); cached for some 60 hypotheses per log."""
     return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))
 
 
@@ -42,5 +42,5 @@ def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:
     if not arm.revolute[j]:
         return bool(low[j] >= lower - SLACK and high[j] <= upper + SLACK)
     lower, upper = max(lower, -TURNS), min(upper, TURNS)
-    turns = 2.0 * np.pi * np.ceil((lower - SLACK - low[j]) / (2.0 * np.pi))  # the lowest turn that is not too low
+    turns = 2.0 * np.pi * np.ceil((lower - SLACK - low[j]) / (2.0 * np.pi))  # the lowest turn within the limits
     return bool(high[j] + turns <= upper + SLACK)

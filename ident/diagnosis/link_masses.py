@@ -1,12 +1,12 @@
-"""What the masses of a robot model say of the scale of all gains: a witness, which no gain depends on.
+"""Check of the common scale of all gains by the link masses of the model; no gain depends on it.
 
-With the gain g_j of a joint, its bare currents are a torque g_j V_j, and the links as the model draws them explain it
-by k_j times their own:
+With the gain g_j of a joint, its bare currents are a torque g_j V_j, of which the links of the model explain k_j times
+their own torque:
 
     g_j V_j = k_j W_j chi_drawn + Ia ddq_j + Fv dq_j + Fc sign(dq_j) + off        W_j  (r, p)  rows of joint j
 
-Gains are in proportion to the payload's mass, and with them every k_j. Real arms are told by masses of their data
-sheets within a third.
+Gains, and thus every k_j, are proportional to the payload's mass. For real arms, data-sheet masses were correct within
+a third.
 """
 
 from collections.abc import Sequence
@@ -23,26 +23,27 @@ from ident.support.arrays import Array
 from ident.support.naming import joint_list
 
 SHOWN = 0.7
-"""Share of the square that motor and friction leave of a joint's torque, which the links as drawn explain at least.
+"""Smallest share that the links of the model explain of the squared torque not explained by motor and friction.
 
-Links of other proportions than the arm's, as placeholders are, explain less.
+Links with other proportions than the arm's, such as placeholders, explain less.
 """
 FACTOR = 1.5
-"""Factor, either way, beyond which masses are doubted; by right payloads real arms reached 1.26, simulated 1.02."""
+"""Factor, or its inverse, beyond which masses are reported; with correct payloads real arms reached 1.26, simulated
+ones 1.02."""
 LEAST = 2
-"""Joints that show it at least: a spring or a wrong gain bends one."""
+"""Smallest number of joints: a spring or a wrong gain biases a single one."""
 ALIKE = 1e-6
-"""Relative difference of masses that are one placeholder."""
+"""Relative difference below which masses are equal, as of a placeholder."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkWeight:
-    """How many times the torque of the links as drawn a joint's bare currents are, by its gain.
+    """Ratio of a joint's bare torque, by its gain, to that of the links of the model.
 
     Attributes:
         joint: The joint, from 0.
         factor: k.
-        share: Of the square that motor and friction leave, what the links explain.
+        share: Share that the links explain of the squared torque not explained by motor and friction.
     """
 
     joint: int
@@ -51,26 +52,26 @@ class LinkWeight:
 
 
 def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
-    """Whether the arm weighs by its gains what its model says.
+    """Check whether link masses by the gains agree with those of the model.
 
     Args:
         problem: Motions and payloads.
-        estimate: Gains found from them.
-        links: Standard parameters of every link as the model draws it, with all that is fixed to it, shape (n, 10).
+        estimate: Gains estimated from them.
+        links: Standard parameters of every link of the model, with all bodies fixed to it, shape (n, 10).
 
     Returns:
-        What was found; None where masses are placeholders, no motion is bare, or too few joints show it.
+        The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
     return None if _alike(links) else judged(link_weights(problem, estimate, links))
 
 
 def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
-    """What the factors say where enough joints show them: doubt where more than half are beyond `FACTOR` one way."""
+    """Return a diagnosis of the factors of enough joints: weak if more than half exceed `FACTOR` in one direction."""
     shown = [each for each in found if each.share >= SHOWN]
     if len(shown) < LEAST:
         return None
     factors = sorted(each.factor for each in shown)
-    low, high = factors[(len(factors) - 1) // 2], factors[len(factors) // 2]  # one and the same of an odd number
+    low, high = factors[(len(factors) - 1) // 2], factors[len(factors) // 2]  # both are equal for an odd number
     if low <= 0.0:
         return None
     off, median = max(low, 1.0 / high) > FACTOR, 0.5 * (low + high)
@@ -90,7 +91,7 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
 
 
 def link_weights(problem: Problem, estimate: GainEstimate, links: Array) -> tuple[LinkWeight, ...]:
-    """The factor of every joint with a gain that its links load; arguments as `link_mass_consistency`."""
+    """Return the factor of every joint with a gain and a load by its links; arguments as `link_mass_consistency`."""
     drawn = problem.structure.base.standard(links)
     found = (
         _link_weight(problem, joint, gain.value, drawn)
@@ -119,6 +120,6 @@ def _link_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> Lin
 
 
 def _alike(links: Array) -> bool:
-    """Whether all links have one mass, as in a model that states none."""
+    """Whether all links have the same mass, as in a model without masses."""
     mass = links[:, INERTIAL.index("M")]
     return bool(np.ptp(mass) <= ALIKE * float(np.abs(mass).max()))

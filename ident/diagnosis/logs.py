@@ -1,6 +1,6 @@
-"""Logs of one arm that are doubted together, observed once; how they are read differently and observed again.
+"""Logs of one arm that are checked together, and their observation under hypotheses.
 
-A hypothesis says what columns and model mean instead: signs, zeros, orders, units, clocks; another base, other lengths.
+A hypothesis is another meaning of columns and model: signs, zeros, orders, units, clocks; another base, other lengths.
 """
 
 from collections.abc import Sequence
@@ -22,19 +22,19 @@ from ident.support.arrays import Array, Indices, Mask
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LogHypothesis:
-    """One way to read the columns of a log.
+    """A hypothesis on the columns of a log.
 
-    The arm has `q = q_factor * q_log[:, q_order] + zero` and `v = v_factor * v_log[:, v_order]`, seconds are `clock`
-    times those of the log, and currents act `delay` earlier than they are logged.
+    The arm has `q = q_factor * q_log[:, q_order] + zero` and `v = v_factor * v_log[:, v_order]`, time is `clock` times
+    that of the log, and currents act `delay` earlier than they are logged.
 
     Attributes:
-        q_factor: Of each joint's position, shape (n,).
-        zero: Position of the arm where the log says 0 [rad or m], shape (n,).
+        q_factor: Factor of each joint's position, shape (n,).
+        zero: Position of the arm at position 0 of the log [rad or m], shape (n,).
         q_order: Column of the position of each joint, from 0, shape (n,).
         v_order: Column of the current of each joint, from 0, shape (n,).
-        v_factor: Of each joint's current, shape (n,).
-        clock: Factor of the seconds.
-        delay: How late each joint's current is logged [s], shape (n,).
+        v_factor: Factor of each joint's current, shape (n,).
+        clock: Factor of time.
+        delay: Delay of each joint's logged current [s], shape (n,).
     """
 
     q_factor: Array
@@ -47,14 +47,14 @@ class LogHypothesis:
 
     @property
     def changes_nothing(self) -> bool:
-        """Whether the log is read as it is."""
+        """Whether the log is used as it is."""
         own = np.arange(len(self.zero))
         in_place = (self.q_order == own).all() and (self.v_order == own).all()
         plain = (self.q_factor == 1.0).all() and (self.v_factor == 1.0).all() and self.clock == 1.0
         return bool(in_place and plain and not self.zero.any() and not self.delay.any())
 
     def read(self, log: Recording) -> Recording:
-        """The log read so; the same object where nothing changes."""
+        """Return the log under this hypothesis; the same object if nothing changes."""
         if self.changes_nothing:
             return log
         v = self.v_factor * log.v[:, self.v_order]
@@ -65,18 +65,18 @@ class LogHypothesis:
         return Recording(t, q, v, log.name)
 
     def read_mask(self, spoilt: Mask | None) -> Mask | None:
-        """The samples of each joint's position or current that are spoilt in the log read so, shape (N, n)."""
+        """Mask of spoilt samples of each joint's position or current under this hypothesis, shape (N, n)."""
         return None if spoilt is None else spoilt[:, self.q_order] | spoilt[:, self.v_order]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hypothesis:
-    """One way to read several logs of an arm.
+    """A hypothesis on several logs of an arm.
 
     Attributes:
-        logs: How each log is read.
-        gravity: In the base frame [m/s^2], shape (3,).
-        length_factors: Factor of the distance of each frame from the one before, shape (n,).
+        logs: Hypothesis on each log.
+        gravity: Gravity in the base frame [m/s^2], shape (3,).
+        length_factors: Factor of the distance between each frame and the preceding one, shape (n,).
     """
 
     logs: tuple[LogHypothesis, ...]
@@ -84,13 +84,13 @@ class Hypothesis:
     length_factors: Array
 
     def of_arm(self, arm: Arm) -> Arm:
-        """The arm read so; itself where nothing of it differs."""
+        """Return the arm under this hypothesis; the same object if nothing changes."""
         if (self.length_factors == 1.0).all() and (self.gravity == arm.gravity).all():
             return arm
         return replace(arm, gravity=self.gravity, translation=self.length_factors[:, None] * arm.translation)
 
     def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Hypothesis":
-        """This hypothesis with other fields of some logs."""
+        """Return this hypothesis with other fields for some logs."""
         return replace(
             self,
             logs=tuple(replace(each, **fields) if k in logs else each for k, each in enumerate(self.logs)),
@@ -99,7 +99,7 @@ class Hypothesis:
 
 @lru_cache(maxsize=8)
 def as_logged(arm: Arm, logs: int) -> Hypothesis:
-    """What the logs and the model say."""
+    """Return the hypothesis that logs and model are correct."""
     n, order = arm.n, np.arange(arm.n)
     own = LogHypothesis(
         q_factor=np.ones(n), zero=np.zeros(n), q_order=order, v_order=order, v_factor=np.ones(n), clock=1.0,
@@ -110,13 +110,13 @@ def as_logged(arm: Arm, logs: int) -> Hypothesis:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Logs:
-    """Logs, and what is compared of them.
+    """Logs with their free model.
 
     Attributes:
         recordings: The logs.
         problem: Their linear systems.
         observing: Filters.
-        spoilt: Samples of each log that no row rests on, shape (N, n); None where there are none.
+        spoilt: Mask of samples of each log that no row uses, shape (N, n), or None.
         model: The free fits.
     """
 
@@ -128,22 +128,22 @@ class Logs:
 
     @property
     def structure(self) -> Structure:
-        """Of the arm."""
+        """Structure of the arm."""
         return self.problem.structure
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the logs."""
+        """Names of the logs."""
         return tuple(each.name for each in self.recordings)
 
     @property
     def given(self) -> Hypothesis:
-        """What they and the model say."""
+        """The hypothesis that logs and model are correct."""
         return as_logged(self.structure.arm, len(self.recordings))
 
     @property
     def every(self) -> tuple[int, ...]:
-        """Numbers of all of them, from 0."""
+        """Indices of all logs, from 0."""
         return tuple(range(len(self.recordings)))
 
 
@@ -153,7 +153,7 @@ def observed_logs(
     observing: ObserveOptions,
     spoilt: Sequence[Mask | None] | None = None,
 ) -> Logs:
-    """Logs whose observation is known."""
+    """Return logs that are already observed."""
     return Logs(
         recordings=tuple(recordings),
         problem=problem,
@@ -164,17 +164,17 @@ def observed_logs(
 
 
 def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
-    """The logs read otherwise and observed again.
+    """Return the logs under a hypothesis, observed again.
 
     Raises:
-        RecordingError: If the logs read so cannot be filtered.
+        RecordingError: If the logs cannot be filtered under the hypothesis.
     """
     arm = hypothesis.of_arm(logs.structure.arm)
     structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
     recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
     spoilt = tuple(how.read_mask(each) for how, each in zip(hypothesis.logs, logs.spoilt, strict=True))
     motions = tuple(
-        motion  # observed before
+        motion  # already observed
         if log is before and structure is logs.structure
         else ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
         for how, log, before, left, motion in zip(
@@ -192,7 +192,7 @@ def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
 
 
 def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
-    """Filters that take the same samples together if seconds are a factor of those that a log says."""
+    """Return filters that combine the same samples if time is multiplied by a factor."""
     if clock == 1.0:
         return observing
     return replace(
@@ -205,5 +205,5 @@ def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
 
 
 def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
-    """Score of logs read otherwise, by the columns and in the units that they have."""
+    """Convert a score under a hypothesis to the columns and units of the logs."""
     return regrouped(score, [each.v_order for each in hypothesis.logs], [each.v_factor for each in hypothesis.logs])

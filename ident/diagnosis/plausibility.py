@@ -1,7 +1,7 @@
-"""Checks that a number alone cannot fail: degrees for radians, the same file twice, files swapped, no load.
+"""Checks for gross mistakes: degrees instead of radians, the same file twice, swapped files, no load.
 
-Each raises one error that says what the data look like and what to do, before or after an estimate that would
-otherwise look like an answer.
+Each raises an error with the likely mistake and the remedy, before or after an estimate that would otherwise look
+valid.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,20 +19,20 @@ from ident.recordings.recording import NO_JOINT, Recording
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
 LOAD_Z = 4.0
-"""Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
+"""Number of standard deviations by which 1/g must differ from zero on some joint for a load to be present."""
 FAINT_Z = 12.0
-"""Deviations below which on all joints an absent payload is suspected: a method whose gains keep their sign, as `nls`,
-finds 4 to 10 of none (two bare motions of a UR-like arm, six seeds)."""
+"""Number of standard deviations below which, on all joints, an absent payload is suspected: without a payload, a method
+with fixed signs such as `nls` gives 4 to 10 (two bare motions of a UR-like arm, six seeds)."""
 RECORD_BARE = "record one with nothing on the flange (--unloaded)"
 LARGE_RESIDUAL = 0.15
-"""Share of a joint's current above which its residual is worth a note."""
+"""Share of a joint's current above which its residual is reported."""
 
 
 def check_joints(arm: Arm, recording: Recording) -> None:
-    """Refuse a recording of more or fewer joints than the arm has.
+    """Refuse a recording with another number of joints than the arm.
 
     Raises:
-        RecordingError: If so.
+        RecordingError: If the numbers differ.
     """
     if recording.n != arm.n:
         raise RecordingError(
@@ -42,7 +42,7 @@ def check_joints(arm: Arm, recording: Recording) -> None:
 
 
 def check_positions(arm: Arm, recording: Recording) -> None:
-    """Refuse positions that no joint of the arm can reach, and say if they look like degrees.
+    """Refuse positions beyond the limits of the arm, and report if they look like degrees.
 
     Raises:
         RecordingError: Naming the joint.
@@ -65,7 +65,7 @@ def check_positions(arm: Arm, recording: Recording) -> None:
 
 
 def check_different(recordings: Sequence[Recording]) -> None:
-    """Refuse one recording given for two motions, whole or in part: its rows would count twice.
+    """Refuse a recording that is given for two motions, fully or partly: its rows would count twice.
 
     Raises:
         NotIdentifiable: If two hold the same samples.
@@ -78,25 +78,23 @@ def check_different(recordings: Sequence[Recording]) -> None:
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse an estimate that shows no load, no gain, or a negative load: the two files are swapped.
+    """Refuse an estimate without a load, without gains, or with a negative load (swapped files).
 
-    To be asked of the estimate that is reported: a load that one method does not see may be plain to another.
+    It must be applied to the estimate that is reported: a load may be insignificant with another method.
 
     Args:
         estimate: The estimate.
         bare: Whether a motion has a bare flange.
 
     Raises:
-        NotIdentifiable: Saying which.
+        NotIdentifiable: With the reason.
     """
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
         if not bare:
-            raise NotIdentifiable(f"without a bare motion no joint's load is identifiable: {RECORD_BARE}")
-        raise NotIdentifiable(
-            f"{estimate.method} finds no load on any joint in the loaded motion; was the payload mounted?"
-        )
+            raise NotIdentifiable(f"without a bare motion the torque of the payload is not identifiable: {RECORD_BARE}")
+        raise NotIdentifiable(f"{estimate.method} finds no torque of the payload on any joint; was it mounted?")
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
         missing = "" if bare else f" without a bare motion: {RECORD_BARE}"
@@ -107,15 +105,7 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
 
 
 def cause_of(error: IdentificationError, problem: Problem) -> IdentificationError:
-    """Why nothing was found: files that are swapped, as the linear method tells where another does not converge.
-
-    Args:
-        error: Why, as the method says.
-        problem: Of which it found nothing.
-
-    Returns:
-        What is wrong, the same error where nothing else is.
-    """
+    """Return the cause of a failed estimate: swapped files if the linear method detects these, else the error."""
     try:
         estimate = joint_by_joint_gains(problem, JointByJointOptions())
     except IdentificationError:
@@ -128,13 +118,13 @@ def cause_of(error: IdentificationError, problem: Problem) -> IdentificationErro
 
 
 def check_swapped(estimate: GainEstimate) -> None:
-    """Refuse an estimate with gains, all of whose loads are negative: the two files are swapped.
+    """Refuse an estimate with gains if all loads are negative: the two files are swapped.
 
-    A drive wired backwards has a negative gain and negative friction over gain as well; with the files swapped
-    only the payload changes sign. Where friction is too small to tell, positive gains are expected.
+    A negative gain also makes friction over gain negative; swapped files change the sign of the payload only. If
+    friction is not significant, positive gains are expected.
 
     Raises:
-        NotIdentifiable: If so.
+        NotIdentifiable: If the files are swapped.
     """
     if not estimate.identifiable.any():
         return
@@ -143,18 +133,18 @@ def check_swapped(estimate: GainEstimate) -> None:
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
     if seen.any() and not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
-            "every joint gives a negative payload mass; the unloaded and loaded files are probably swapped"
+            "every joint gives a negative payload mass; bare and loaded recordings are probably swapped"
         )
 
 
 def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
-    """A warning on every joint whose currents the other parts of the motions predict badly.
+    """Return a warning for every joint with a large prediction error.
 
-    Motions of good recordings predict each other within a tenth: 9.0 % at most with the noise of the paper, 6.9 % of
-    real ones whose model holds.
+    Good recordings have errors below 10 %: at most 9.0 % with the noise of the paper, 6.9 % for real ones with a valid
+    model.
 
     Args:
-        shares: Norm of the prediction's error over that of the currents, by joint from 0.
+        shares: Ratio of the norm of the prediction error to that of the currents, by joint from 0.
     """
     return tuple(
         f"joint {joint + 1}: the current is predicted with an error of {100.0 * share:.0f} % (good recordings: "

@@ -1,7 +1,7 @@
-"""Repairs of recordings that need no guess, each with what was done; what needs none comes back as the same object.
+"""Unambiguous repairs of recordings, each with a diagnosis; a recording that needs none is returned as the same object.
 
-A turn does not change where a joint is; what a gap separates are two recordings; where samples were lost while joints
-moved, their steps show how many periods passed.
+Whole turns do not change the pose; a gap separates two recordings; where samples were lost in motion, the steps of the
+joints reveal the number of missing periods.
 """
 
 from dataclasses import replace
@@ -18,21 +18,21 @@ from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 
 SLACK = 0.1
-"""What positions may exceed limits by [rad]: of a zero that is not quite right."""
+"""Tolerance of limits for an error of the zero [rad]."""
 
 
 def repaired(
     recording: Recording, arm: Arm, observing: ObserveOptions
 ) -> tuple[tuple[Recording, ...], tuple[Diagnosis, ...]]:
-    """All repairs, one after the other.
+    """Apply all repairs.
 
     Args:
-        recording: As logged.
-        arm: Whose limits joints keep.
-        observing: Filters, which a part must be long enough for.
+        recording: The recording as logged.
+        arm: The arm with its limits.
+        observing: Filters, which determine the shortest usable part.
 
     Returns:
-        The recording, or its parts; what was done, none if nothing was.
+        The recording, or its parts, and the diagnoses of the repairs.
     """
     found = list[Diagnosis | None]()
     for repair in (unwrapped, restored, partial(turned_back, arm=arm)):
@@ -43,17 +43,17 @@ def repaired(
 
 
 def unwrapped(recording: Recording) -> tuple[Recording, Diagnosis | None]:
-    """A recording whose angles do not jump by turns."""
+    """Unwrap angles that jump by turns."""
     repaired = continuous(recording)
     return (recording, None) if repaired is recording else (repaired, wrapped(recording)[0])
 
 
 def turned_back(recording: Recording, arm: Arm) -> tuple[Recording, Diagnosis | None]:
-    """A recording whose positions lie within the limits of the model, where whole turns are all that they are off by.
+    """Shift positions by whole turns into the limits of the model.
 
     Args:
-        recording: Angles that do not jump.
-        arm: Whose limits they are; joints without stay as they are.
+        recording: A recording with unwrapped angles.
+        arm: The arm; joints without limits are not changed.
     """
     turns = np.array([_turns_back(recording, arm, j) for j in range(recording.n)])
     joints = np.flatnonzero(turns).tolist()
@@ -76,11 +76,11 @@ def turned_back(recording: Recording, arm: Arm) -> tuple[Recording, Diagnosis | 
 def split_at_gaps(
     recording: Recording, observing: ObserveOptions | None = None
 ) -> tuple[tuple[Recording, ...], Diagnosis | None]:
-    """The parts of a recording between gaps too long to be bridged, those that are long enough for the filters.
+    """Split a recording at gaps that are too long to interpolate; parts that are too short for the filters are omitted.
 
     Args:
-        recording: With honest time stamps.
-        observing: The filters; the default ones where None.
+        recording: A recording with correct time stamps.
+        observing: The filters, or None for the default ones.
     """
     observing = observing or ObserveOptions()
     parts = usable_parts(recording, observing)
@@ -94,7 +94,7 @@ def split_at_gaps(
 
 
 def restored(recording: Recording) -> tuple[Recording, Diagnosis | None]:
-    """A recording whose time stamps leave out the samples that were lost, where the motion shows how many."""
+    """Correct the time stamps for lost samples, if the motion reveals their number."""
     odd = timestamp_anomalies(recording)
     if not odd.plain:
         return recording, None
@@ -104,7 +104,7 @@ def restored(recording: Recording) -> tuple[Recording, Diagnosis | None]:
 
 
 def _turns_back(recording: Recording, arm: Arm, j: int) -> int:
-    """Turns that put a joint within its limits, 0 where it is within them, has none, or none does."""
+    """Number of turns that shift a joint into its limits; 0 if it is within them, has none, or no number does."""
     low, high = float(recording.q[:, j].min()), float(recording.q[:, j].max())
     lower, upper = arm.lower[j] - SLACK, arm.upper[j] + SLACK
     if not arm.revolute[j] or not np.isfinite(upper - lower):

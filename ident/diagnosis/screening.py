@@ -1,8 +1,8 @@
-"""Which of many readings are worth a full comparison: all of them on few instants, through normal equations.
+"""Fast selection of hypotheses for the exact comparison: all of them on subsampled states, by normal equations.
 
-Currents are filtered, the regressor is taken at single instants: it lacks what the filter does to products and to
-friction steps, so that a small fault may be imitated. What is found here is compared on the estimator's rows
-(`ident.diagnosis.comparison`) before anything is said of it.
+Currents are filtered, but the regressor is evaluated at single samples: it lacks the effect of the filter on products
+and on friction steps, which may imitate a small fault. Selected hypotheses are therefore compared on the estimator's
+rows (`ident.diagnosis.comparison`) before they are reported.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,25 +22,25 @@ from ident.model.structure import Structure, structure_of
 from ident.support.arrays import Array, Indices, Mask
 
 MOST_STATES = 90
-"""Instants of each log."""
+"""Number of subsampled states of each log."""
 RIDGE = 1e-10
-"""As in the comparison, of instants that are fewer."""
+"""Prior precision as in the comparison, for fewer rows."""
 ASLANT = np.array([3.6, -4.8, 8.0])
-"""Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
+"""Gravity [m/s^2] in a general direction: what is unidentifiable with it is so with any gravity."""
 TOGETHER = 16
-"""Readings of a log whose regressors are found in one recursion; more leave the processor's cache."""
+"""Number of hypotheses on a log whose regressors are computed in one recursion; more exceed the processor's cache."""
 NOTHING = 1e-3
-"""Share of a current below which nothing is left to explain: filters leave as much of exact data."""
+"""Residual share of a current below which nothing is left to explain: filters cause as much with exact data."""
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Screened:
-    """What an alternative leaves of each column of currents on the instants, beside the logs as they are.
+    """Improvement by an alternative on subsampled states over the logs as they are.
 
     Attributes:
-        alternative: Which.
-        gain: Log likelihood of white residuals that it gains, of each column of currents, shape (n,).
+        alternative: The alternative.
+        gain: Improvement of the log-likelihood of white residuals, of each column of currents, shape (n,).
     """
 
     alternative: Alternative
@@ -49,16 +49,16 @@ class Screened:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Normal:
-    """Normal equations of one log under S readings of its positions, once the columns of that log alone are eliminated.
+    """Normal equations of one log under S hypotheses on its positions, after elimination of the log's own columns.
 
     Attributes:
-        gram: Of the columns that all logs share, n arrays (S, p, p).
-        rhs: These columns times all currents, n arrays (S, p, n).
-        size: Sums of squares of the shared columns, the log's own not eliminated, n arrays (S, p).
-        square: Sum of squares of each current that the log's own columns leave on each joint's instants, joint first,
-            shape (S, n, n).
-        rows: Instants of each joint, shape (S, n).
-        felt: Own columns of each joint that are not zero, shape (S, n).
+        gram: Gram matrices of the shared columns, n arrays (S, p, p).
+        rhs: Shared columns times all currents, n arrays (S, p, n).
+        size: Sums of squares of the shared columns before the elimination, n arrays (S, p).
+        square: Sum of squares of each current after the elimination on each joint's samples, joint first, shape
+            (S, n, n).
+        rows: Number of samples of each joint, shape (S, n).
+        felt: Number of own columns of each joint that are not zero, shape (S, n).
     """
 
     gram: list[Array]
@@ -71,11 +71,11 @@ class _Normal:
 
 @dataclass(frozen=True, slots=True)
 class _Columns:
-    """Columns of one joint in one log, out of the standard regressor.
+    """Columns of the standard regressor of one joint in one log, as indices.
 
     Attributes:
-        shared: Those that all logs have in common, shape (p,).
-        own: Those of the log alone, shape (o,).
+        shared: Columns common to all logs, shape (p,).
+        own: Columns of this log only, shape (o,).
     """
 
     shared: Indices
@@ -83,11 +83,11 @@ class _Columns:
 
 
 State = tuple[int, bytes, bytes]
-"""A log, and what tells readings of its positions and of the arm apart."""
+"""A log, and the values that distinguish hypotheses on its positions and the arm."""
 
 
 def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
-    """What alternatives gain on few instants, the best first."""
+    """Return the improvements by alternatives on subsampled states, the best first."""
     at = looked_at(logs)
     left, freedom = unexplained(logs, [logs.given, *(each.hypothesis for each in alternatives)], at)
     rms = [np.mean(each.v**2, axis=0) for each in at]
@@ -100,21 +100,16 @@ def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
 
 
 def looked_at(logs: Logs) -> list[SubsampledStates]:
-    """The instants of each log."""
+    """Subsampled states of each log."""
     return [subsampled_states(each, MOST_STATES, logs.observing) for each in logs.recordings]
 
 
 def unexplained(logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates]) -> tuple[Array, Array]:
-    """What readings leave of the currents.
-
-    Args:
-        logs: The logs.
-        hypotheses: Of them.
-        at: Their instants.
+    """Return the residuals of the currents under hypotheses.
 
     Returns:
-        Mean squares of each column of currents in each log, in its own unit, infinite where instants are too few, and
-        degrees of freedom, each of shape (readings, n, logs).
+        Mean squares of each column of currents in each log, in its own unit, infinite with too few samples, and degrees
+        of freedom, each of shape (hypotheses, n, logs).
     """
     left, freedom = np.empty((2, len(hypotheses), logs.structure.arm.n, len(at)))
     upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in hypotheses])
@@ -128,7 +123,7 @@ def unexplained(logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[Subsa
 def _left(
     logs: Logs, at: Sequence[SubsampledStates], hypotheses: Sequence[Hypothesis], *, upright: bool
 ) -> tuple[Array, Array]:
-    """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
+    """Mean squared residual of each column of each log in its own unit, and numbers of samples, (K, n, logs) each."""
     n, count = logs.structure.arm.n, len(at)
     columns = _columns_of(logs, upright=upright)
     number, normals = _normals(logs.structure.arm, at, hypotheses, columns)
@@ -153,31 +148,27 @@ def _left(
 def _solved(
     normals: Sequence[_Normal], j: int, number: Indices, current: Indices, unit: Array
 ) -> tuple[Array, Array, Array]:
-    """Fit one joint's currents to the columns of all logs, by each of u combinations of readings.
+    """Fit one joint's currents by the columns of all logs, for each of u combinations of hypotheses.
 
     Args:
-        normals: Of each log.
+        normals: Normal equations of each log.
         j: The joint.
-        number: Reading of the positions of each log, shape (u, logs).
+        number: Hypothesis on the positions of each log, shape (u, logs).
         current: Column of the joint's currents in each log, shape (u, logs).
-        unit: What these are multiplied by, shape (u, logs).
+        unit: Factor of these, shape (u, logs).
 
     Returns:
-        Squares left in each log and its instants, each of shape (u, logs), and degrees of freedom, shape (u, 1).
+        Sum of squared residuals and number of samples of each log, each of shape (u, logs), and degrees of freedom,
+        shape (u, 1).
     """
-    positions, which = np.unique(number, axis=0, return_inverse=True)  # other currents leave the matrix as it is
+    positions, which = np.unique(number, axis=0, return_inverse=True)  # currents do not change the matrix
     gram = np.sum([own.gram[j][positions[:, k]] for k, own in enumerate(normals)], axis=0)
     scale = np.sqrt(np.sum([own.size[j][positions[:, k]] for k, own in enumerate(normals)], axis=0))
     felt = scale > 0.0
     scale[~felt] = 1.0
     gram = _with_ridge(gram / (scale[:, :, None] * scale[:, None, :]), felt)
     rhs = [own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None] for k, own in enumerate(normals)]
-    x = (
-        _of_each(
-            lambda A, b: np.asarray(np.linalg.solve(A, b), np.float64), gram, np.sum(rhs, axis=0) / scale[which], which
-        )
-        / scale[which]
-    )
+    x = _of_each(_solution, gram, np.sum(rhs, axis=0) / scale[which], which) / scale[which]
     left, rows, free = (np.empty(number.shape) for _ in range(3))
     for k, (own, products) in enumerate(zip(normals, rhs, strict=True)):
         explained = np.sum(x * (2.0 * products - _of_each(np.matmul, own.gram[j], x, number[:, k])), axis=1)
@@ -187,8 +178,12 @@ def _solved(
     return np.maximum(left, 0.0), rows, free.sum(axis=1, keepdims=True) - felt.sum(axis=1)[which, None]
 
 
+def _solution(A: Array, b: Array) -> Array:
+    return np.asarray(np.linalg.solve(A, b), np.float64)
+
+
 def _of_each(act: Callable[[Array, Array], Array], matrices: Array, x: Array, which: Indices) -> Array:
-    """A matrix each, and a product or a solution with it, of many vectors (u, p) that mostly share one of them."""
+    """Products or solutions of vectors (u, p) with one matrix each; most vectors have the same matrix."""
     found, times = np.empty_like(x), np.bincount(which, minlength=len(matrices))
     alone = np.flatnonzero(times[which] == 1)
     found[alone] = act(matrices[which[alone]], x[alone][..., None])[..., 0]
@@ -210,10 +205,10 @@ def _normals(
     hypotheses: Sequence[Hypothesis],
     columns: Sequence[Sequence[_Columns]],
 ) -> tuple[Indices, list[_Normal]]:
-    """Normal equations of every log under every reading of it, each once; those of one arm in one recursion.
+    """Return the normal equations of every log under every distinct hypothesis; those of one arm in one recursion.
 
     Returns:
-        Which of its equations are those of each reading, shape (K, logs), and the equations of each log.
+        Index of the equations of each hypothesis, shape (K, logs), and the equations of each log.
     """
     asked = [[_state(k, each) for k in range(len(at))] for each in hypotheses]
     wanted = {state: each for each, own in zip(hypotheses, asked, strict=True) for state in own}
@@ -244,7 +239,7 @@ def _normals(
 
 
 def _columns(arm: Arm, q: Array, dq: Array, ddq: Array, moving: Array) -> Array:
-    """Each joint's row of the regressor, zero where it does not move, instants last, shape (n, p, N)."""
+    """Each joint's row of the regressor, zero where it does not move, samples last, shape (n, p, N)."""
     ((_, columns),) = regressor_blocks(arm, q, dq, ddq, weight=moving, size=len(q))
     return columns
 
@@ -252,7 +247,7 @@ def _columns(arm: Arm, q: Array, dq: Array, ddq: Array, moving: Array) -> Array:
 def _by_gravity(
     arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array, moving: Array
 ) -> Array:
-    """The same, in which gravity is linear: of the same states under many gravities four are found."""
+    """The same for many gravities, by linearity: four regressors per state are sufficient."""
     key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
     if key not in known:
         still = np.zeros_like(q)
@@ -266,13 +261,13 @@ def _by_gravity(
 
 
 def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array, Array]:
-    """States of the arm at the instants of a log that is read so, and which joints move."""
+    """Subsampled states of a log under a hypothesis, and a mask of the joints that move."""
     q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
     return q + how.zero, dq / how.clock, ddq / how.clock**2, at.moving[:, how.q_order].astype(np.float64)
 
 
 def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
-    """Equations of a log, (N, n) currents, under S readings: columns (n, p, S N), instants that move (S, N, n)."""
+    """Equations of a log, currents (N, n), under S hypotheses: columns (n, p, S N), mask of motion (S, N, n)."""
     readings, n = len(moving), v.shape[1]
     found = _Normal([], [], [], moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1), np.zeros((readings, n)))
     for j, each in enumerate(columns):
@@ -298,12 +293,12 @@ def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _
 
 
 def _with_ridge(gram: Array, felt: Mask) -> Array:
-    """Equations of unit columns, (..., p, p), that have a solution whatever columns are dependent or not felt."""
+    """Gram matrices of unit columns, (..., p, p), regularised for dependent and for zero columns."""
     return gram + np.where(felt, RIDGE, 1.0)[..., None] * np.eye(gram.shape[-1])
 
 
 def _joined(parts: Sequence[_Normal]) -> _Normal:
-    """Equations of one log under more readings."""
+    """Concatenate equations of one log under several sets of hypotheses."""
     return _Normal(
         gram=[np.concatenate(each) for each in zip(*(part.gram for part in parts), strict=True)],
         rhs=[np.concatenate(each) for each in zip(*(part.rhs for part in parts), strict=True)],
@@ -315,7 +310,7 @@ def _joined(parts: Sequence[_Normal]) -> _Normal:
 
 
 def _columns_of(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
-    """Columns of each log and joint: the arm's own are common, friction and payload are a later log's own."""
+    """Columns of each log and joint: those of the arm are common; later logs have their own friction and payload."""
     of_arm, of_payload = _unknowns(logs.structure, upright=upright)
     motions, found = logs.problem.motions, list[list[_Columns]]()
     for motion in motions:
@@ -330,9 +325,9 @@ def _columns_of(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
 
 @lru_cache(maxsize=8)
 def _unknowns(structure: Structure, *, upright: bool) -> tuple[tuple[Indices, ...], tuple[Indices, ...]]:
-    """Base columns of each joint alone, and those of the payload that it can tell apart, under any gravity if not its.
+    """Base columns of each joint alone, and independent ones of the payload, for the model's or for any gravity.
 
-    What no torque shows under gravity along no axis, none shows under any.
+    Parameters that are unidentifiable with a general gravity are so with any.
     """
     if not upright and structure.arm.gravity.any():
         structure = structure_of(replace(structure.arm, gravity=ASLANT))

@@ -1,7 +1,7 @@
-"""What a motion is at some instants: coarser than decimation, and a hundred times as fast.
+"""States of a motion at some samples: less accurate than decimation, and a hundred times as fast.
 
-Currents are filtered, the regressor is not: taken of filtered positions at single instants, it lacks what the filter of
-the currents does to products and to the steps of friction, which are left out with the reversals.
+Currents are filtered, the regressor is not: from filtered positions at single samples, it lacks the effect of the
+currents' filter on products and on friction steps; the latter are masked with the reversals.
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, Mask
 
 SLOW = 0.2
-"""Speed below which an instant of a joint tells nothing sure of it, as a share of its rms speed."""
+"""Speed below which a joint's sample is not used, as a share of its rms speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SubsampledStates:
-    """What a log says of some instants of one motion, N of them.
+    """States of one motion at N samples.
 
     Attributes:
         q: Positions [rad], shape (N, n).
         dq: Velocities [rad/s], shape (N, n).
         ddq: Accelerations [rad/s^2], shape (N, n).
         v: Currents, low-passed [drive units], shape (N, n).
-        moving: Which joints are away from a reversal, shape (N, n).
+        moving: Mask of joints away from a reversal, shape (N, n).
     """
 
     q: Array
@@ -38,11 +38,11 @@ class SubsampledStates:
 
 
 def subsampled_states(recording: Recording, most: int, options: ObserveOptions) -> SubsampledStates:
-    """Look at a recording at instants spread evenly over it.
+    """Return states at samples distributed evenly over a recording.
 
     Args:
         recording: One motion, long enough for the filters.
-        most: Number of instants at most; closer ones than `options.rows_per_second` would repeat each other.
+        most: Largest number of samples; samples closer than `options.rows_per_second` would be redundant.
         options: Filters.
     """
     recording = resampled(recording)

@@ -1,9 +1,8 @@
 """Cross-validation: gains from part of each motion, currents predicted on the rest.
 
-Each motion is cut into stretches of time. To first order, an estimate without one stretch differs by the influence of
-its rows times the residual they have when they are not fitted to (`ident.estimation.uncertainty.jackknife`); no fit is
-repeated.
-What the model lacks in every stretch alike stays unseen: of that only another weight can tell.
+Each motion is divided into time blocks. To first order, leaving out a block changes the estimate by the influence of
+its rows times their residuals in a fit without the block (`ident.estimation.uncertainty.jackknife`), so that no fit is
+repeated. A model error common to all blocks is not detected; only a motion with another payload can reveal it.
 """
 
 from collections.abc import Sequence
@@ -17,18 +16,19 @@ from ident.estimation.uncertainty.jackknife import left_out
 from ident.support.arrays import Array, Indices
 
 TIME_BLOCKS = 5
-"""Parts that each motion is cut into; gains come from the others."""
+"""Number of time blocks of each motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class JointPrediction:
-    """How well a joint's currents are predicted where the estimate has not seen them.
+    """How well a joint's currents are predicted on rows that were not fitted.
 
     Attributes:
         joint: The joint, from 0.
-        share: Norm of the prediction's error over that of the currents.
-        fitted: The same of the residual where all rows are fitted to.
-        gain_change: Relative changes of the gain without each stretch, shape (parts,); empty for a refused joint.
+        share: Ratio of the norm of the prediction error to that of the currents.
+        fitted: Ratio of the norm of the residual of the fit to all rows to that of the currents.
+        gain_change: Relative change of the gain if a block is left out, one per block, shape (parts,); empty for a
+            refused joint.
     """
 
     joint: int
@@ -38,18 +38,18 @@ class JointPrediction:
 
 
 def cross_validated(estimate: GainEstimate, blocks: int = TIME_BLOCKS) -> tuple[JointPrediction, ...]:
-    """Predict every stretch of every motion from the others, joint by joint.
+    """Predict every time block of every motion from the others, joint by joint.
 
     Args:
-        estimate: Gains with the rows they were found from.
-        blocks: Parts that each motion is cut into.
+        estimate: Gains with the rows that they were estimated from.
+        blocks: Number of time blocks of each motion.
 
     Returns:
         One result for each joint that has rows.
     """
     solution, rows = estimate.solution, estimate.solution.rows
     parts = left_out(rows, blocks)
-    # 1/g without a block is 1/g less the influence of its rows times what they would be off by; dg / g = -g d(1/g)
+    # without a block, 1/g changes by minus the influence of its rows times their residuals; dg / g = -g d(1/g)
     moved = np.array([solution.influence[:, block] @ fresh for block, fresh in parts])  # (parts, k)
     changes = moved / solution.inverse
     given = {
@@ -62,7 +62,7 @@ def cross_validated(estimate: GainEstimate, blocks: int = TIME_BLOCKS) -> tuple[
 
 
 def predicted(rows: Rows, blocks: int = TIME_BLOCKS) -> tuple[JointPrediction, ...]:
-    """As `cross_validated`, of a fit that gives no gains."""
+    """As `cross_validated`, for a fit without gains."""
     return _predicted(rows, left_out(rows, blocks))
 
 

@@ -1,4 +1,4 @@
-"""What identification found, with what proves it: a gain or a reason a joint, rows, residuals, influence."""
+"""Result of an identification: a gain or a reason for each joint, with rows, residuals and influence."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,11 +17,10 @@ class IdentifiedGain:
     Attributes:
         joint: Name of the joint.
         value: Joint torque per unit of current reference [N m / drive unit].
-        residual_std: Share of its standard deviation from the residuals [N m / drive unit].
-        payload_rel_std: Share from the payload's own uncertainty, relative.
-        model_rel_std: Share from what the model takes for granted, relative.
-        predicted_rel_std: Relative standard deviation to expect of data like these, never less than `residual_std`
-            implies.
+        residual_std: Contribution of the residuals to the standard deviation [N m / drive unit].
+        payload_rel_std: Contribution of the payload's specified uncertainty, relative to the gain.
+        model_rel_std: Contribution of the model's assumptions, relative to the gain.
+        predicted_rel_std: Relative standard deviation expected of such data, at least that of `residual_std`.
     """
 
     joint: str
@@ -33,28 +32,28 @@ class IdentifiedGain:
 
     @property
     def payload_std(self) -> float:
-        """Standard deviation from the payload's own uncertainty [N m / drive unit]."""
+        """Contribution of the payload's specified uncertainty [N m / drive unit]."""
         return self.payload_rel_std * abs(self.value)
 
     @property
     def model_std(self) -> float:
-        """Standard deviation from what the model takes for granted [N m / drive unit]."""
+        """Contribution of the model's assumptions [N m / drive unit]."""
         return self.model_rel_std * abs(self.value)
 
     @property
     def std(self) -> float:
-        """Standard deviation from residuals, payload and model together [N m / drive unit]."""
+        """Total standard deviation, from residuals, payload and model [N m / drive unit]."""
         return float(np.linalg.norm((self.residual_std, self.payload_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RefusedGain:
-    """A joint whose gain the data cannot give.
+    """A joint whose gain the data do not determine.
 
     Attributes:
         joint: Name of the joint.
         reason: Why.
-        predicted_rel_std: Relative standard deviation to expect of its gain, None where nothing can be known.
+        predicted_rel_std: Predicted relative standard deviation of its gain, None if it cannot be predicted.
     """
 
     joint: str
@@ -67,12 +66,12 @@ JointResult = IdentifiedGain | RefusedGain
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundParameter:
-    """An inertial parameter of the payload that an estimator found on its way, at the origin of the last frame.
+    """An inertial parameter of the payload, at the origin of the last frame, estimated with the gains.
 
     Attributes:
         name: One of `INERTIAL`.
         value: Estimate [kg m^2, kg m or kg].
-        std: Its standard deviation, that of the gains included.
+        std: Its standard deviation, including the contribution of the gains.
     """
 
     name: str
@@ -82,7 +81,7 @@ class FoundParameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LoadFriction:
-    """Coefficients of friction in proportion to the load, and how gains depend on them.
+    """Coefficients of load-dependent friction, and how the gains depend on them.
 
     Attributes:
         std: Standard deviation of each joint's coefficient, shape (k,).
@@ -95,26 +94,25 @@ class LoadFriction:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainSolution:
-    """What an estimator hands over: 1/g of k joints as a function of the currents, before it is judged.
+    """The output of an estimator: 1/g of k joints and its derivatives, before identifiability is judged.
 
     Attributes:
-        rows: Rows it was found from, with their residuals, r of the k joints (or of more).
+        rows: The r rows of the fit with their residuals, of the k joints or of more.
         joints: The k joints, from 0, shape (k,).
         inverse: 1/g, shape (k,).
         influence: Derivative of each 1/g by the current of each row, shape (k, r).
-        payload: Relative change of each gain per deviation of what is stated of the payloads, shape (k, p).
-        model: Relative change of each gain per deviation of what the model takes for granted, shape (k, m).
+        payload: Relative change of each gain per standard deviation of each specified payload value, shape (k, p).
+        model: Relative change of each gain per standard deviation of each model assumption, shape (k, m).
         load_rms: Root mean square of the known payload's torque on each joint [N m], shape (k,).
-        friction: Friction torque over g at typical speed, and the dry part of it alone, whose sign is that of g, shape
+        friction: Friction torque over g at typical speed, and its Coulomb part alone; their sign is that of g. Shape
             (k, 2).
         friction_influence: Its derivative by the current of each row, shape (k, 2, r).
-        unsolved: Why the other joints have no 1/g at all, by joint.
-        softened: Change of each row's current if joints were as soft as drives may be [drive units], shape (r,); None
-            if it was not found.
-        load_friction: What friction in proportion to the load does to gains that were found beside it; None if it was
-            not.
-        stiff: The same of a model without yielding joints, where data chose these, so that a fault that they imitate
-            can be told; None where they did not.
+        unsolved: Reasons of the joints without 1/g, by joint.
+        softened: Change of each row's current if the joints had the largest compliance of real drives [drive units],
+            shape (r,); None if not computed.
+        load_friction: Effect on the gains of load-dependent friction, if it was estimated with them; else None.
+        stiff: The solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else
+            None.
     """
 
     rows: Rows
@@ -133,27 +131,27 @@ class GainSolution:
 
     @property
     def payload_rel_std(self) -> Array:
-        """Relative standard deviation of each gain from what is stated of the payloads, shape (k,)."""
+        """Contribution of the payloads' specified uncertainty, relative to each gain, shape (k,)."""
         return np.linalg.norm(self.payload, axis=1)
 
     @property
     def model_rel_std(self) -> Array:
-        """Relative standard deviation of each gain from what the model takes for granted, shape (k,)."""
+        """Contribution of the model's assumptions, relative to each gain, shape (k,)."""
         return np.linalg.norm(self.model, axis=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainEstimate:
-    """Drive gains of an arm, and what proves them.
+    """Drive gains of an arm, with the data that they follow from.
 
     Attributes:
         method: Name of the method.
-        joints: One result a joint.
+        joints: One result per joint.
         solution: Rows, residuals and the influence of each row.
-        covariance: Of the k values 1/g of the solution, from the residuals, shape (k, k).
-        options: What decided about covariance and refusals.
-        payload: Payload parameters that the method found on its way.
-        remarks: What the method decided on its way, in words.
+        covariance: Covariance of the k values 1/g of the solution, from the residuals, shape (k, k).
+        options: Options of covariance and refusals.
+        payload: Payload parameters that the method estimated with the gains.
+        remarks: What the method selected, in words.
     """
 
     method: str
@@ -176,27 +174,27 @@ class GainEstimate:
 
     @property
     def std(self) -> MaskedArray:
-        """Standard deviations from residuals, payload and model together, shape (n,), masked where refused."""
+        """Total standard deviations, from residuals, payload and model, shape (n,), masked where refused."""
         return self._each("std")
 
     @property
     def residual_std(self) -> MaskedArray:
-        """Standard deviations from the residuals, shape (n,), masked where refused."""
+        """Contributions of the residuals to `std`, shape (n,), masked where refused."""
         return self._each("residual_std")
 
     @property
     def payload_std(self) -> MaskedArray:
-        """Standard deviations from the payload's own uncertainty, shape (n,), masked where refused."""
+        """Contributions of the payload's specified uncertainty to `std`, shape (n,), masked where refused."""
         return self._each("payload_std")
 
     @property
     def model_std(self) -> MaskedArray:
-        """Standard deviations from what the model takes for granted, shape (n,), masked where refused."""
+        """Contributions of the model's assumptions to `std`, shape (n,), masked where refused."""
         return self._each("model_std")
 
     @property
     def reasons(self) -> tuple[str | None, ...]:
-        """Why each joint is refused, None where it has a gain."""
+        """Reason of each joint's refusal, None where it has a gain."""
         return tuple(None if isinstance(joint, IdentifiedGain) else joint.reason for joint in self.joints)
 
     def _each(self, name: str) -> MaskedArray:
@@ -206,7 +204,7 @@ class GainEstimate:
 
     @property
     def rows(self) -> int:
-        """Rows used, all joints together."""
+        """Number of rows used, of all joints."""
         return len(self.solution.rows.V)
 
     @property
@@ -216,7 +214,7 @@ class GainEstimate:
 
     @property
     def rel_error_norm(self) -> float:
-        """Norm of the residuals over the norm of the currents, all joints together."""
+        """Ratio of the norm of the residuals to that of the currents, of all joints."""
         return self.error_norm / float(np.linalg.norm(self.solution.rows.V))
 
     @property
@@ -226,6 +224,6 @@ class GainEstimate:
         return self.error_norm / float(np.sqrt(len(rows.V) - sum(rows.unknowns.values())))
 
     def residual_share(self, joint: int) -> float | None:
-        """Norm of a joint's residual over that of its currents, None if no row of the joint (from 0) was used."""
+        """Ratio of the norms of a joint's residual and currents, None if no row of the joint (from 0) was used."""
         rows = self.solution.rows
         return rows.residual_share(joint) if joint in rows.unknowns else None

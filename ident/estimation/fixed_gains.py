@@ -1,7 +1,7 @@
-"""Gains that are held in the model of all joints, and what their uncertainty adds to whatever is found beside them.
+"""Gains that are fixed in the model of all joints, and the contribution of their uncertainty to other estimates.
 
-A gain is held by a row of the prior on log h, of next to no deviation (`GivenGain`). What that row does to an estimate
-is exact to first order what the gain does, so that the covariance of the gains takes the place of the row's.
+A gain is fixed by a prior on log h with a very small standard deviation (`GivenGain`). To first order the sensitivity
+of an estimate to this prior is its sensitivity to the gain, so the covariance of the gains replaces that of the prior.
 """
 
 from collections.abc import Sequence
@@ -18,15 +18,15 @@ from ident.support.arrays import Array
 
 
 def held(gains: KnownGains) -> list[GivenGain]:
-    """The gains, to be held."""
+    """Return the gains as fixed gains."""
     return [GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)]
 
 
 def braked_gain(columns: Sequence[JointColumns], *, per_motion: bool) -> GivenGain:
-    """A gain of size 1 for the joint whose friction shows surest, with the sign by which it brakes.
+    """Return a gain of magnitude 1 for the joint with the most significant friction, signed so that friction brakes.
 
     Args:
-        columns: Rows of every joint, n.
+        columns: Rows of each of the n joints.
         per_motion: Whether friction differs between motions.
     """
     z = list[float]()
@@ -38,33 +38,23 @@ def braked_gain(columns: Sequence[JointColumns], *, per_motion: bool) -> GivenGa
 
 
 def gain_sensitivity(belief: Array, gains: KnownGains) -> Array:
-    """Change of parameters per change of the logarithm of each gain that is held, shape (p, k).
+    """Derivative of parameters by the logarithm of each fixed gain, shape (p, k).
 
     Args:
-        belief: Their change per deviation of every belief, those on the n gains last, shape (p, beliefs).
-        gains: Those that are held, k of n.
+        belief: Their change per standard deviation of each prior, those of the n gains last, shape (p, beliefs).
+        gains: The fixed gains, k of n.
     """
     return -belief[:, -len(gains.names) :][:, gains.joints] / GIVEN_STD  # log h = -log g
 
 
 def own_beliefs(belief: Array, gains: KnownGains) -> Array:
-    """Change of parameters per deviation of every belief but those in gains that are held, shape (p, beliefs - k).
-
-    Args:
-        belief: As for `gain_sensitivity`.
-        gains: Those that are held, k of n.
-    """
+    """Change of parameters per standard deviation of each prior except those of fixed gains, shape (p, beliefs - k)."""
     of_gains = np.zeros(belief.shape[1], dtype=bool)
     of_gains[belief.shape[1] - len(gains.names) + gains.joints] = True
     return belief[:, ~of_gains]
 
 
 def gain_covariance(belief: Array, gains: KnownGains) -> Array:
-    """Covariance of parameters from that of the gains that are held, shape (p, p).
-
-    Args:
-        belief: As for `gain_sensitivity`.
-        gains: Those that are held.
-    """
+    """Contribution of the fixed gains' covariance to that of parameters, shape (p, p)."""
     by_gain = gain_sensitivity(belief, gains)
     return by_gain @ gains.log_covariance @ by_gain.T

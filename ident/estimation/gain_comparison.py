@@ -1,8 +1,8 @@
-"""Two sets of gains of one kind of robot: what moved beyond its interval, joint by joint and together.
+"""Comparison of two sets of gains of one kind of robot: significant changes, of each joint and of all together.
 
-x = log |g_B / g_A| with covariance C, that of both sets together. A scale common to all joints, as another payload
-scale or supply voltage makes it, is told apart: s = (1^T C^-1 x) / (1^T C^-1 1), the generalised mean. A joint that
-moved alone would draw it along: where no scale is common to all, s is that of the most joints that have one.
+x = log |g_B / g_A| has covariance C, the sum of those of both sets. A change common to all joints, as from an error of
+the payload's mass or another supply voltage, is separated: s = (1^T C^-1 x) / (1^T C^-1 1), the generalised mean. As
+one changed joint would bias it, s is that of the largest set of joints with a common change if not all joints have one.
 """
 
 from dataclasses import dataclass
@@ -18,22 +18,22 @@ from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import GainsError
 
 LEVEL = 0.05
-"""How often one of the joints may be told to have moved where none has."""
+"""Probability of a false alarm on any joint."""
 APART = 1e-3
-"""How rarely chance alone makes changes as different as those of joints that have no scale in common."""
+"""Significance level at which joints are said to have no common change."""
 MOST_APART = 3
-"""Joints at most, and fewer than half, that a common scale may leave out."""
+"""Largest number of joints without the common change; also fewer than half."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moved:
-    """A relative change with its deviation.
+    """A relative change with its standard deviation.
 
     Attributes:
         log: log |g_B / g_A|.
         std: Its standard deviation.
-        limit: Deviations beyond which it moved.
-        turned: Whether the gain's sign differs as well.
+        limit: Number of standard deviations beyond which it is significant.
+        turned: Whether the gain's sign also differs.
     """
 
     log: float
@@ -43,22 +43,22 @@ class Moved:
 
     @property
     def rel(self) -> float:
-        """Relative change of the size, g_B / g_A - 1."""
+        """Relative change of the magnitude, g_B / g_A - 1."""
         return float(np.expm1(self.log))
 
     @property
     def rel_std(self) -> float:
-        """Standard deviation of `rel`, to first order: as `rel`, a share of the size of g_A."""
+        """Standard deviation of `rel`, to first order."""
         return float(np.exp(self.log)) * self.std
 
     @property
     def moved(self) -> bool:
-        """Whether it moved beyond its interval, or turned."""
+        """Whether the change is significant or the sign differs."""
         return self.turned or abs(self.log) > self.limit * self.std
 
     @property
     def beyond_two(self) -> bool:
-        """Whether it is more than two standard deviations of the change from none."""
+        """Whether the change exceeds two of its standard deviations."""
         return abs(self.rel) > 2.0 * self.rel_std
 
 
@@ -67,9 +67,9 @@ class Together:
     """A test of all joints at once.
 
     Attributes:
-        chi2: Sum of squared deviations, correlations counted.
+        chi2: Statistic, with correlations included.
         freedom: Its degrees of freedom.
-        p: How often chance alone makes it as large.
+        p: Probability of a statistic at least as large without a change.
     """
 
     chi2: float
@@ -78,23 +78,23 @@ class Together:
 
     @property
     def moved(self) -> bool:
-        """Whether it is no accident."""
+        """Whether the change is significant."""
         return self.p < LEVEL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainComparison:
-    """What moved from one set of gains to another.
+    """Changes from one set of gains to another.
 
     Attributes:
         joints: The k joints that have a gain in both, from 0, shape (k,).
-        each: Change of each of them.
-        together: Whether any moved.
-        scale: Change common to all, or to the most that have one in common.
-        sharing: Joints, from 0, that have this scale, all or more than half; empty if not so many have one.
-        apart: Change of each beside the common one.
-        pattern: Test that all changed by the common scale alone; None for a single joint.
-        missing: Joints, from 0, that have a gain in one set only, with the name of the set, `A` or `B`, that has it.
+        each: Change of each joint.
+        together: Test of no change at all.
+        scale: Change common to all joints, or to the largest set with a common change.
+        sharing: Joints, from 0, with this change: all, or more than half; empty if there is no such set.
+        apart: Change of each joint relative to the common one.
+        pattern: Test of a change common to all joints; None for a single joint.
+        missing: Joints, from 0, with a gain in only one set, and the name of that set, `A` or `B`.
     """
 
     joints: Indices
@@ -108,19 +108,19 @@ class GainComparison:
 
     @property
     def moved(self) -> bool:
-        """Whether anything moved: together, or a joint on its own."""
+        """Whether any change is significant, of all joints together or of one."""
         return self.together.moved or any(one.moved for one in self.each)
 
 
 def compared(A: KnownGains, B: KnownGains) -> GainComparison:
-    """Compare two sets of gains, taken as found independently of each other.
+    """Compare two sets of gains, assumed to be independent.
 
     Args:
         A: The first set.
         B: The second, of a robot with the same joints.
 
     Raises:
-        GainsError: If the joints differ, no joint has a gain in both, or a change has no deviation at all.
+        GainsError: If the joints differ, no joint has a gain in both, or a change has no standard deviation.
     """
     if len(A.names) != len(B.names) or not all(map(same_joint, range(1, len(A.names) + 1), A.names, B.names)):
         raise GainsError(
@@ -167,7 +167,7 @@ class CommonScale:
         value: s.
         std: Its standard deviation.
         weights: w, shape (k,).
-        rest: A test of what is left of x.
+        rest: A test of the rest of x.
     """
 
     value: float
@@ -177,7 +177,7 @@ class CommonScale:
 
 
 def common_scale(x: Array, C: Array) -> CommonScale:
-    """The change that k joints have in common, of x (k,) with covariance C (k, k)."""
+    """Return the common change of k joints, from x (k,) with covariance C (k, k)."""
     white = _whitening(C, np.sqrt(np.diag(C)))
     ones, y = white @ np.ones(len(x)), white @ x
     weight = float(ones @ ones)
@@ -187,9 +187,9 @@ def common_scale(x: Array, C: Array) -> CommonScale:
 
 
 def sharing_joints(x: Array, C: Array) -> Indices:
-    """The most joints whose changes x (k,) of covariance C (k, k) one scale explains, more than half; empty if none.
+    """Return the largest set, more than half of the joints, whose changes are one common change; empty if none.
 
-    Of as many, those that it explains best.
+    x has shape (k,), its covariance C shape (k, k). Of sets of one size, the one with the best fit is returned.
     """
     for many in range(min((len(x) - 1) // 2, MOST_APART) + 1):
         kept = [np.setdiff1d(np.arange(len(x)), out) for out in combinations(range(len(x)), many)]
@@ -208,10 +208,10 @@ def _changes(x: Array, std: Array, limit: float, turned: Mask) -> tuple[Moved, .
 
 
 def _whitening(C: Array, std: Array) -> Array:
-    """L^-1 with C = L L^T: makes of changes numbers of unit deviation, unrelated to each other.
+    """Return L^-1 with C = L L^T, which whitens the changes.
 
     Raises:
-        GainsError: If a combination of the gains has no deviation.
+        GainsError: If a combination of the gains has no variance.
     """
     try:
         L = linalg.cholesky(C / np.outer(std, std), lower=True)

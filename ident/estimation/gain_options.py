@@ -1,4 +1,4 @@
-"""When a gain counts as identifiable, and how its uncertainty is found."""
+"""Options: when a gain counts as identifiable, and how its uncertainty is estimated."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -13,7 +13,7 @@ from ident.support.ranges import refuse_outside
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainOptions:
-    """How sure a gain has to be, and how its uncertainty is found.
+    """Required accuracy of a gain, and estimation of its uncertainty.
 
     Attributes:
         max_rel_std: Largest predicted relative standard deviation of a gain that is not refused.
@@ -31,11 +31,7 @@ class GainOptions:
     uncertainty: str = field(default="cautious", metadata={NAMES: UNCERTAINTIES})
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If one makes no sense.
-        """
+        """Check the values; raises `OptionError`."""
         refuse_outside(self, OptionError)
         if self.uncertainty not in UNCERTAINTIES:
             raise unknown_name("uncertainty", self.uncertainty, UNCERTAINTIES)

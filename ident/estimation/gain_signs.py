@@ -1,4 +1,4 @@
-"""The sign of a gain, told twice: by the payload's torque and by friction, which always brakes."""
+"""Two determinations of the sign of a gain: from the payload's torque, and from friction, which always brakes."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,17 @@ from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.arrays import Array
 
 FRICTION_Z = 10.0
-"""Standard deviations above which the sign of the friction is trusted."""
+"""Number of standard deviations beyond which the sign of friction is significant."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointSigns:
-    """What tells the sign of each solved gain.
+    """Significance of the sign of each solved gain.
 
     Attributes:
-        load_z: 1/g over its standard deviation: how visible the payload is, shape (k,).
-        friction_z: Friction over g over its deviation, total or dry, whichever is surer; its sign is that of g,
-            shape (k,). A residual below the least that real drives have counts as that.
+        load_z: 1/g over its standard deviation, shape (k,).
+        friction_z: Friction over g, divided by its standard deviation, of total or Coulomb friction, whichever is more
+            significant; its sign is that of g, shape (k,). Residuals are at least the noise floor of real drives.
     """
 
     load_z: Array
@@ -27,11 +27,11 @@ class JointSigns:
 
 
 def joint_signs(estimate: GainEstimate) -> JointSigns:
-    """How sure load and friction are of the sign of each solved gain."""
+    """Return the significance of each solved gain's sign, by load and by friction."""
     solution, options = estimate.solution, estimate.options
     flat = solution.friction_influence.reshape(solution.friction.size, len(solution.rows.V))
     covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat, options.serial_s)
-    least = solution.rows.least_std(flat, options.noise_floor)  # residuals of an ideal simulation make anything sure
+    least = solution.rows.least_std(flat, options.noise_floor)  # without noise everything would be significant
     std = np.maximum(np.sqrt(np.diag(covariance)), least).reshape(solution.friction.shape)
     z = np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)
     surer = np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]

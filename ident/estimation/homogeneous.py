@@ -1,4 +1,4 @@
-"""All joints at once, in torque units: gains are unknowns beside the arm's parameters, the known payload is given.
+"""All joints at once, in torque units: unknowns are the gains and the arm's parameters; the known payload is given.
 
     V_j g_j - A_j theta - F_j phi_j = k_j
 
@@ -7,8 +7,8 @@
     F_j, phi_j   columns of the joint's own friction and offset, and their values [N m, ...]
     k_j          torque of the known payload parameters [N m]
 
-The currents, the only noisy part, stand among the columns, so that no method on this form is free of bias. Here are
-the weights of the rows, the stacked equations, and what makes gains of a solution; methods solve them.
+The currents, the only noisy part, are columns, so every method in this form is biased. This module has the weights of
+the rows, the stacked equations, and the conversion of a solution to gains; the methods solve the equations.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,15 +32,15 @@ UNSEEN = "its rows do not determine the gain"
 
 
 def equal(problem: Problem, columns: Sequence[JointColumns]) -> Array:
-    """A newton metre counts the same on every joint, shape (n,)."""
+    """Equal weights for all joints, shape (n,)."""
     return np.ones(len(columns))
 
 
 def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
-    """One over the deviation of each joint's residual in torque units, shape (n,).
+    """Inverse standard deviation of each joint's residual in torque units, shape (n,).
 
-    It is that of the joint's own free least squares in current units, times a gain in current units (eq. 27). From the
-    residual of the homogeneous form itself a gain of zero would weigh its joint without limit.
+    It is that of the joint's own least squares in current units, times the gain of eq. 27. With the residual of the
+    homogeneous form, a gain of zero would give its joint an infinite weight.
     """
     own = [own_columns(each, {}, per_motion=False) for each in columns]
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
@@ -56,17 +56,13 @@ class HomogeneousOptions:
     """Options of the methods in homogeneous form.
 
     Attributes:
-        weights: How rows of different joints count.
+        weights: Weighting of the joints' rows.
     """
 
     weights: str = field(default="joint", metadata={NAMES: WEIGHTS})
 
     def __post_init__(self) -> None:
-        """Check the name.
-
-        Raises:
-            OptionError: If there is none such.
-        """
+        """Check the name; raises `OptionError`."""
         if self.weights not in WEIGHTS:
             raise unknown_name("weights", self.weights, WEIGHTS)
 
@@ -77,12 +73,12 @@ class HomogeneousSystem:
 
     Attributes:
         problem: Motions and payloads.
-        shared: Which parameters joints share.
-        columns: Rows of every joint, n.
-        own: Own columns of every joint, n.
+        shared: The parameters that joints share.
+        columns: Rows of each of the n joints.
+        own: Own columns of each of the n joints.
         H: Currents of each joint, -A of the shared parameters, -F of each joint, shape (r, u).
         k: Torque of the known payload parameters, shape (r,).
-        weight: Of each row [1/(N m)], shape (r,).
+        weight: Weight of each row [1/(N m)], shape (r,).
         joint: Joint of each row, from 0, shape (r,).
     """
 
@@ -101,20 +97,16 @@ class HomogeneousSystem:
         return len(self.columns)
 
     def friction_at(self, joint: int) -> int:
-        """Place of the first own column of a joint in H."""
+        """Index of a joint's first own column in H."""
         return self.n + self.shared.count + sum(each.F.shape[1] for each in self.own[:joint])
 
 
 def homogeneous_system(problem: Problem, weights: str) -> HomogeneousSystem:
     """Stack the equations of a problem.
 
-    Args:
-        problem: Motions, bare and loaded.
-        weights: A name in `WEIGHTS`.
-
     Raises:
-        NotIdentifiable: If no motion is bare, none is loaded, or nothing that is known of a payload puts a torque on
-            the arm that its own parameters cannot imitate.
+        NotIdentifiable: If no motion is bare, none is loaded, or the torque of the known payload cannot be separated
+            from that of the arm.
         TooFewRows: If there are no more rows than unknowns.
     """
     problem.check_difference()
@@ -149,7 +141,7 @@ def homogeneous_system(problem: Problem, weights: str) -> HomogeneousSystem:
 
 
 def _check_load(W: Array, k: Array, rank_tol: float) -> None:
-    """Refuse a known torque that the arm's own parameters explain: gains of zero would solve the equations."""
+    """Refuse a known torque in the column space of the arm: zero gains would solve the equations."""
     Q = factors(W, rank_tol=rank_tol).Q
     if np.linalg.norm(k - Q @ (Q.T @ k)) <= rank_tol * np.linalg.norm(k):
         raise NotIdentifiable(
@@ -165,8 +157,8 @@ class Unknowns:
         x: Gains, shared parameters, own friction, shape (u,).
         by_current: Derivative of x by the current of each row, shape (u, r).
         by_load: Derivative of x by the known torque of each row [1/(N m)], shape (u, r).
-        explained: Orthonormal columns that span what the unknowns explain, shape (r, e).
-        seen: Which gains the equations determine, shape (n,).
+        explained: Orthonormal basis of the column space, shape (r, e).
+        seen: Mask of the gains that the equations determine, shape (n,).
     """
 
     x: Array
@@ -177,7 +169,7 @@ class Unknowns:
 
 
 def gain_solution(system: HomogeneousSystem, found: Unknowns) -> GainSolution:
-    """Gains, residuals and influence in the form that every estimator hands over."""
+    """Convert a solution to the output of an estimator: gains, residuals and influence."""
     solved = np.flatnonzero(found.seen)
     kept = found.seen[system.joint]
     g = found.x[: system.n]
@@ -208,7 +200,7 @@ def gain_solution(system: HomogeneousSystem, found: Unknowns) -> GainSolution:
 
 
 def _friction(system: HomogeneousSystem, found: Unknowns) -> tuple[Array, Array]:
-    """Friction torque of each joint, total and dry, shape (n, 2), and its derivative by the currents, (n, 2, r)."""
+    """Total and Coulomb friction torque of each joint, shape (n, 2), and its derivative by the currents, (n, 2, r)."""
     friction, by_current = np.zeros((system.n, 2)), np.zeros((system.n, 2, len(system.k)))
     for j, own in enumerate(system.own):
         for k, name in enumerate(own.names):
@@ -223,7 +215,7 @@ def _friction(system: HomogeneousSystem, found: Unknowns) -> tuple[Array, Array]
 def _rows(system: HomogeneousSystem, found: Unknowns) -> Rows:
     """Rows of the joints that have a gain, in current units.
 
-    A joint wired backwards has its residual's sign turned between torque and current, and so its rows of `explained`.
+    With a negative gain, residual and rows of `explained` change sign between torque and current.
     """
     kept = found.seen[system.joint]
     gain = found.x[system.joint[kept]]

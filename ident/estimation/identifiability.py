@@ -1,4 +1,4 @@
-"""From a solution to an estimate: covariance, predicted deviation, the payload's share, refusals."""
+"""From a solution to an estimate: covariance, predicted standard deviation, contribution of the payload, refusals."""
 
 import numpy as np
 
@@ -23,15 +23,15 @@ def judge_identifiability(
 
     Args:
         method: Name of the method.
-        problem: What it was given.
-        solution: What it found.
-        payload: Payload parameters that it found on its way.
+        problem: The problem that it solved.
+        solution: Its solution.
+        payload: Payload parameters that it estimated with the gains.
     """
     options, rows = problem.options, solution.rows
     covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence, options.serial_s)
     predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
     shares = (predicted, solution.payload_rel_std, solution.model_rel_std)
-    predicted = np.linalg.norm(shares, axis=0)  # the interval that a refusal judges is the whole one
+    predicted = np.linalg.norm(shares, axis=0)  # refusals use the total standard deviation
     joints: dict[int, JointResult] = {
         j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
         for j, reason in solution.unsolved.items()
@@ -63,13 +63,13 @@ def judge_identifiability(
 
 
 def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: Array, noise_floor: float) -> Array:
-    """Relative standard deviations of gains to expect of data like these.
+    """Predict the relative standard deviations of gains from such data.
 
     Args:
-        rows: Rows that the gains were found from.
+        rows: Rows that the gains were estimated from.
         influence: Derivative of each 1/g by each row's current, shape (k, r).
         inverse: 1/g, shape (k,).
-        covariance: Of 1/g from the residuals, shape (k, k).
+        covariance: Covariance of 1/g from the residuals, shape (k, k).
         noise_floor: Residual that any real drive has, as a share of the joint's rms current.
 
     Returns:
@@ -80,13 +80,13 @@ def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: 
 
 
 def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit: str) -> str | None:
-    """Why a gain is refused, None if it is not.
+    """Return the reason if a gain is refused, else None.
 
     Args:
-        predicted_rel_std: Relative standard deviation to expect.
+        predicted_rel_std: Predicted relative standard deviation.
         load_rms: Root mean square of the payload's torque or force on the joint.
-        max_rel_std: Largest one that is allowed.
-        unit: Of `load_rms`.
+        max_rel_std: Largest one that is accepted.
+        unit: Unit of `load_rms`.
     """
     if predicted_rel_std <= max_rel_std:
         return None
@@ -98,11 +98,11 @@ def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit:
 
 
 def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:
-    """Why the ratio of a gain to that of another joint is refused, None if it is not.
+    """Return the reason if the ratio of a gain to that of another joint is refused, else None.
 
     Args:
-        rel_std: Relative standard deviation of the ratio, inf where nothing ties the two.
-        max_rel_std: Largest one that is allowed.
+        rel_std: Relative standard deviation of the ratio, inf if the data do not relate the joints.
+        max_rel_std: Largest one that is accepted.
         reference: The other joint, from 0.
     """
     if rel_std <= max_rel_std:

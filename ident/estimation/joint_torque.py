@@ -1,7 +1,7 @@
 """Joint torques of a recording from its currents, tau = g v (paper, eq. 7), with intervals from those of the gains.
 
-It is what the drive gives: friction and the amplifier's offset are in it. The interval is that of the gain; noise of
-the currents is the recording's own.
+This is the torque of the drive, including friction and the amplifier's offset. The interval is that of the gain; it
+does not include noise of the currents.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class JointTorque:
 
 
 def joint_torque(recording: Recording, gains: KnownGains) -> JointTorque:
-    """Torques at every sample, of joints that have a gain.
+    """Return the torques at every sample, of joints that have a gain.
 
     Raises:
         GainsError: If recording and gains have other numbers of joints, or no joint has a gain.

@@ -1,4 +1,4 @@
-"""Drive gains as others use them: values with their covariance, and the joints that have none."""
+"""Drive gains for further use: values with their covariance, and the joints that have none."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,24 +11,24 @@ from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import GainsError
 
 ROUNDING = 1e-6
-"""Asymmetry and negative eigenvalue of a covariance, with unit diagonal, that rounding explains."""
+"""Largest asymmetry and negative eigenvalue of a covariance, scaled to unit diagonal, that are rounding errors."""
 OTHER_UNIT = 15.0
-"""Ratio of two gains of one drive beyond which their units differ: midway, by factors, from 4, which published gains of
-one drive differ by, to the smallest factor of a unit, 57.3 of degrees."""
+"""Ratio of two gains of one drive beyond which their units differ: geometric mean of 4, the difference of published
+gains of one drive, and 57.3, the smallest factor between units (degrees)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KnownGains:
-    """Drive gains of an arm, of all its joints or of some. Checked when built.
+    """Drive gains of all or some joints of an arm, checked when created.
 
     Attributes:
         names: Names of all n joints.
-        joints: The k joints that have a gain, from 0, in rising order, shape (k,).
+        joints: The k joints that have a gain, from 0, in ascending order, shape (k,).
         value: Their gains [N m / drive unit, N / drive unit where a joint slides], shape (k,).
-        covariance: Of these, all shares together, shape (k, k).
+        covariance: Their total covariance, shape (k, k).
 
     Raises:
-        GainsError: If shapes disagree, a gain is zero or not finite, or no gains can have that covariance.
+        GainsError: If shapes disagree, a gain is zero or not finite, or the covariance is invalid.
     """
 
     names: tuple[str, ...]
@@ -53,7 +53,7 @@ class KnownGains:
             raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected increasing numbers from 1 to {n}")
         for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
             if not np.isfinite(value) or value == 0.0:
-                raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g}; refuse the joint instead")
+                raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g} is invalid; refuse the joint instead")
         variance = np.diag(self.covariance)
         if not np.isfinite(self.covariance).all() or (variance < 0.0).any():
             raise GainsError("gains: the covariance has a negative variance or is not finite")
@@ -75,10 +75,10 @@ class KnownGains:
         return self.covariance / np.outer(self.value, self.value)
 
     def check_arm(self, arm: Arm) -> None:
-        """Check that gains are of an arm with these joints.
+        """Check that the gains are those of an arm with these joints.
 
         Raises:
-            GainsError: If their number or a name differs, or no joint has a gain.
+            GainsError: If the number or a name of joints differs, or no joint has a gain.
         """
         if len(self.names) != arm.n:
             raise GainsError(f"gains of {len(self.names)} joints, but robot {arm.name} has {arm.n}")
@@ -90,7 +90,7 @@ class KnownGains:
 
 
 def check_signs(gains: KnownGains, other: KnownGains) -> None:
-    """Check that others have the sign that each gain has, which currents tell as friction brakes.
+    """Check that other gains have the same signs.
 
     Raises:
         GainsError: Naming the joint.
@@ -100,12 +100,12 @@ def check_signs(gains: KnownGains, other: KnownGains) -> None:
         if stated.get(joint, value) * value < 0.0:
             raise GainsError(
                 f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
-                "one sign, that of torque over current"
+                "the same sign, that of torque over current"
             )
 
 
 def check_comparable(gains: KnownGains, other: KnownGains) -> None:
-    """Check that others may be gains of the same drives: of the same sign, which currents tell, and in the same unit.
+    """Check that other gains can be those of the same drives: of the same sign and in the same unit.
 
     Raises:
         GainsError: Naming the joint.
@@ -115,12 +115,12 @@ def check_comparable(gains: KnownGains, other: KnownGains) -> None:
 
 
 def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
-    """Check that gains of the same drives are in the same unit.
+    """Check that two sets of gains of the same drives are in the same unit.
 
     Args:
-        gains: Those found.
-        other: Others.
-        which: What these are.
+        gains: The identified gains.
+        other: The other gains.
+        which: Name of the other gains in the message.
 
     Raises:
         GainsError: Naming the joint.
@@ -136,19 +136,19 @@ def check_unit(gains: KnownGains, other: KnownGains, which: str) -> None:
 
 
 def same_joint(number: int, one: str, other: str) -> bool:
-    """Whether two names may be of one joint; one whose name is its number, from 1, has none."""
+    """Whether two names can be those of one joint; a name that is the joint's number, from 1, matches any."""
     return one == other or str(number) in (one, other)
 
 
 def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
-    """Gains of a data sheet, taken as exact.
+    """Return data-sheet gains, taken as exact.
 
     Args:
         arm: The arm.
-        values: Of all its joints [N m / drive unit], shape (n,).
+        values: Gains of all its joints [N m / drive unit], shape (n,).
 
     Raises:
-        GainsError: If there is not one a joint, or one is zero or not finite.
+        GainsError: If there is not one per joint, or one is zero or not finite.
     """
     k = len(values)
     gains = KnownGains(
@@ -163,10 +163,10 @@ def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
 
 
 def estimated_gains(estimate: GainEstimate) -> KnownGains:
-    """The gains of an estimate with the covariance of all shares, refused ones left out.
+    """Return the gains of an estimate with their total covariance, without refused ones.
 
-    What is stated of payloads and what the model takes for granted moves joints together: these shares are in the
-    covariance beside that of the residuals.
+    Errors of specified payload values and of model assumptions are correlated between joints; the covariance includes
+    them.
     """
     solution = estimate.solution
     given: dict[int, IdentifiedGain] = {

@@ -1,4 +1,4 @@
-"""What an estimator is given: the arm's structure, the motions with what was mounted, and the options."""
+"""Input of an estimator: the arm's structure, the motions with their payloads, and options."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ from ident.support.errors import NotIdentifiable
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObservedMotion:
-    """One motion: its linear system, and what was mounted.
+    """One motion: its linear system and its payload.
 
     Attributes:
         observation: Its linear system.
-        payload: What is believed of the mounted payload, None for a bare flange. Motions of one mounting share one
-            object: two payloads of the same description are two mountings, each with unknown parameters of its own.
+        payload: The specified payload, None for a bare flange. Motions with one mounting share the object; two equal
+            objects are two mountings, each with its own unknown parameters.
     """
 
     observation: Observation
@@ -25,12 +25,12 @@ class ObservedMotion:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Motions of one arm, bare and loaded, from which gains are to be found.
+    """Motions of one arm, bare and loaded, from which gains are identified.
 
     Attributes:
         structure: Identifiable structure of the arm.
         motions: One or more, bare and loaded in any order.
-        options: When a gain counts as identifiable, and how its uncertainty is found.
+        options: When a gain counts as identifiable, and how its uncertainty is estimated.
     """
 
     structure: Structure
@@ -38,7 +38,7 @@ class Problem:
     options: GainOptions
 
     def check_difference(self) -> None:
-        """Check that a payload makes a difference.
+        """Check that there are bare and loaded motions.
 
         Raises:
             NotIdentifiable: If no motion is bare, or none is loaded.
@@ -65,5 +65,5 @@ class Problem:
 
 
 def pair(unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions) -> Problem:
-    """The problem of one motion with a bare flange and one with the payload."""
+    """Return the problem of one bare and one loaded motion."""
     return Problem(loaded.structure, (ObservedMotion(unloaded, None), ObservedMotion(loaded, payload)), options)

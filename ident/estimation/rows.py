@@ -1,4 +1,4 @@
-"""The rows an estimate was found from: currents, residuals, and where each row belongs."""
+"""The rows of an estimate: currents, residuals, and joint and motion of each row."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,20 +11,19 @@ from ident.support.arrays import Array, Indices
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rows:
-    """Rows of one or more joints, those of a joint together, of a joint those of a motion together.
+    """Rows of one or more joints, in order of joints, then of motions.
 
     Attributes:
         V: Currents [drive units], shape (r,).
-        residual: What the fitted model leaves of them [drive units], shape (r,).
+        residual: Residuals [drive units], shape (r,).
         joint: Joint of each row, from 0, shape (r,).
-        motion: Motion of each row, its place in `Problem.motions`, shape (r,).
-        position: Number of each row in its motion, those left out counted, shape (r,).
+        motion: Motion of each row, an index into `Problem.motions`, shape (r,).
+        position: Number of each row in its motion, including omitted rows, shape (r,).
         row_period: Time from one row to the next [s].
-        unknowns: Unknowns solved for on the rows of each joint that has rows, by joint; a share of those that several
-            joints' rows show together.
-        weight: Of each row in the fit, shape (r,).
-        explained: Orthonormal columns that span what the unknowns explain of the weighted currents, shape (r, u); of a
-            fit with prior knowledge, their part on the rows.
+        unknowns: Number of unknowns of each joint that has rows, by joint, including a share of common unknowns.
+        weight: Weight of each row in the fit, shape (r,).
+        explained: Orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the
+            rows.
     """
 
     V: Array
@@ -52,7 +51,7 @@ class Rows:
         return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
 
     def least_std(self, influence: Array, noise_floor: float) -> Array:
-        """Standard deviations that white residuals of no less than a share of each joint's rms current make.
+        """Standard deviations from white residuals, of at least a share of each joint's rms current.
 
         Args:
             influence: Derivative of k quantities by the current of each row, shape (k, r).
@@ -67,7 +66,7 @@ class Rows:
         return np.linalg.norm(influence * floor, axis=1)
 
     def residual_share(self, joint: int) -> float:
-        """Norm of a joint's residual over the norm of its currents."""
+        """Ratio of the norm of a joint's residual to that of its currents."""
         rows = self.of(joint)
         return float(np.linalg.norm(self.residual[rows]) / np.linalg.norm(self.V[rows]))
 

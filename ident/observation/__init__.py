@@ -1,4 +1,4 @@
-"""From a recording to linear systems: filtered, differentiated, cleared of velocity reversals, decimated.
+"""From a recording to linear systems: filtering, differentiation, masking of velocity reversals, decimation.
 
-It may know `model`, `recordings` and `numerics`.
+It may import `model`, `recordings` and `numerics`.
 """

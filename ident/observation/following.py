@@ -1,6 +1,6 @@
-"""Filters that follow the rate of the logs: defaults that are too fast for a slow log are lowered, never others.
+"""Filters for slow logs: default cut-offs that are too high for a log's rate are lowered; specified ones are not.
 
-A motion that such a filter bends is refused: inertias would come out too small.
+A motion that the lowered filter attenuates is refused, as inertias would be estimated too small.
 """
 
 from collections.abc import Sequence
@@ -15,22 +15,22 @@ from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
 MOST_BENT = 0.05
-"""Share of a joint's speed, as rms, that a lowered filter may take; friction at reversals is up to 2 %."""
+"""Largest share of a joint's rms speed that a lowered filter may remove; friction at reversals causes up to 2 %."""
 DEFAULTS = ObserveOptions()
 
 
 def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple[ObserveOptions, str | None]:
-    """Filters for recordings that are estimated from together, and what was lowered for the slowest of them.
+    """Return the filters for recordings that are used together, lowered if the slowest requires it.
 
     Args:
-        options: Those that are wanted; defaults among them follow the rate.
+        options: Requested filters; defaults among them may be lowered.
         recordings: One or more.
 
     Returns:
-        The filters, and a note; None where nothing was lowered.
+        The filters, and a note; None if nothing was lowered.
 
     Raises:
-        RecordingError: If a joint moves too fast for a filter that its log can have.
+        RecordingError: If a joint moves too fast for the cut-off that its log allows.
     """
     slowest = max(recordings, key=lambda each: each.period)
     rate = 1.0 / slowest.period
@@ -50,7 +50,7 @@ def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple
 
 
 def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
-    """Refuse a motion of whose speed a low-pass takes a part.
+    """Refuse a motion whose speed a low-pass attenuates.
 
     Raises:
         RecordingError: Naming the joint.
@@ -59,14 +59,14 @@ def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
     window = np.hanning(len(q))[:, None]
     f = np.fft.rfftfreq(len(q), period)
     power = np.abs(np.fft.rfft(window * (q - q.mean(axis=0)), axis=0)) ** 2
-    steps = np.array([quantum(column) or 0.0 for column in q.T])  # lines of a slow joint's steps are no motion
+    steps = np.array([quantum(column) or 0.0 for column in q.T])  # quantisation, not motion
     density = np.maximum(noise_density(q, period), 2.0 * period * steps**2 / 12.0)
     noise = density * np.sum(window**2) / (2.0 * period)
     square = (2.0 * np.pi * f[:, None]) ** 2
     speeds = square * np.where(power > 10.0 * noise, power, 0.0)
     taken = 1.0 - 1.0 / (1.0 + (f[:, None] / cutoff_hz) ** (2 * FILTER_ORDER))  # forward and backward
     whole, lost = speeds.sum(axis=0), (taken**2 * speeds).sum(axis=0)
-    lost = np.where(lost > 2.0 * (taken**2 * square * noise).sum(axis=0), lost, 0.0)  # single lines are no motion
+    lost = np.where(lost > 2.0 * (taken**2 * square * noise).sum(axis=0), lost, 0.0)  # not motion
     bent = np.sqrt(lost / np.where(whole > 0.0, whole, 1.0))
     j = int(np.argmax(bent))
     if bent[j] > MOST_BENT:

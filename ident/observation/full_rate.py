@@ -1,4 +1,4 @@
-"""The motion behind a linear system at full rate, for columns that no linear combination of its own gives."""
+"""The motion of a linear system at full rate, for columns that are not linear combinations of its own."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -11,31 +11,32 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices, Mask
 
 TORQUE_RATE = 8.0
-"""Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+"""Rate at which torques are evaluated, in multiples of the position cut-off; splines interpolate."""
 DATED = 0.1
-"""Noise of the speeds that date reversals, as a share of each joint's rms speed; rows leave out as much."""
+"""Noise of the speeds that locate reversals in time, as a share of each joint's rms speed; rows omit as much."""
 SHARPEST = 10.0
-"""Low-pass of these speeds at most, in cut-offs of the positions: a reversal is then dated to a tenth of their blur."""
+"""Highest cut-off of these speeds, in multiples of the position cut-off: it locates reversals ten times as
+accurately."""
 KEPT = 4
-"""Recordings whose motion is kept: those that are looked at together."""
+"""Number of recordings whose motion is cached: those that are used together."""
 
 
 @dataclass(frozen=True, eq=False)
 class FullRate:
-    """Filtered samples of a motion, and how they become rows.
+    """Filtered samples of a motion, and their conversion to rows.
 
     Attributes:
         q: Joint positions [rad or m], shape (N, n).
         dq: Joint velocities, shape (N, n).
         ddq: Joint accelerations, shape (N, n).
-        moving: Samples at which each joint is away from reversal, shape (N, n).
+        moving: Mask of the samples at which each joint is away from reversals, shape (N, n).
         period: Time from one sample to the next [s].
         cutoff_hz: Low-pass of the positions [Hz].
-        decimator: What makes rows of samples.
-        edge: Samples of the recording that are left out at either end.
-        group: Samples of the recording that one sample here is the mean of.
+        decimator: Filter that converts samples to rows.
+        edge: Number of samples of the recording that are omitted at each end.
+        group: Number of samples of the recording that are averaged to one sample here.
         noise: Density of white noise in the recorded positions [rad^2/Hz or m^2/Hz], shape (n,).
-        recording: What was filtered, on a uniform clock.
+        recording: The filtered recording, on a uniform clock.
         current_delay: Time from the stamp of its currents to the middle of their action [s].
     """
 
@@ -59,22 +60,22 @@ class FullRate:
 
     @cached_property
     def at(self) -> Indices:
-        """Samples at which torques are evaluated, shape (S,)."""
+        """Indices of the samples at which torques are evaluated, shape (S,)."""
         stride = max(1, int(1.0 / (TORQUE_RATE * self.cutoff_hz * self.period)))
         return np.append(np.arange(0, len(self.q) - 1, stride), len(self.q) - 1)
 
     @cached_property
     def states(self) -> States:
-        """The motion there."""
+        """The motion at these samples."""
         return States(self.q[self.at], self.dq[self.at], self.ddq[self.at])
 
     @cached_property
     def dating(self) -> Array:
-        """Speeds that date reversals, at the rate of the recording, each its samples, shape (., n)."""
+        """Speeds that locate reversals, at the rate of the recording, shape (samples, n)."""
         return smooth_motion(self.recording.q, self.recording.period, self._dating_hz())[1]
 
     def _dating_hz(self) -> float:
-        """Low-pass of these speeds: white noise in positions gives them (2 pi)^2 N f^3 / 3."""
+        """Cut-off of these speeds: white noise in positions gives them a variance of (2 pi)^2 N f^3 / 3."""
         allowed = 3.0 * DATED**2 * np.mean(self.dq**2, axis=0)
         noise = (2.0 * np.pi) ** 2 * self.noise
         quiet = float(np.min(np.cbrt(np.divide(allowed, noise, out=np.full_like(noise, np.inf), where=noise > 0.0))))
@@ -82,7 +83,7 @@ class FullRate:
         return max(self.cutoff_hz, min(quiet, highest))
 
     def sampled(self, x: Array) -> Array:
-        """A signal at the rate of the recording as the samples here have it, shape (N, ...)."""
+        """Convert a signal from the rate of the recording to the samples here, shape (N, ...)."""
         return group_means(x[self.edge : max(self.edge, len(x) - self.edge)], self.group)
 
     def spread(self, row_weights: Array, joint: int, samples: int) -> Array:
@@ -91,7 +92,7 @@ class FullRate:
         Args:
             row_weights: Shape (rows,).
             joint: The joint, from 0.
-            samples: Of the recording.
+            samples: Number of samples of the recording.
 
         Returns:
             Shape (samples,).
@@ -105,7 +106,7 @@ class FullRate:
         return weights
 
     def decimated(self, x: Array, joint: int) -> Array:
-        """Signals of a joint, cleared of reversals and decimated like its current, shape (rows, ...).
+        """Signals of a joint, masked at reversals and decimated like its current, shape (rows, ...).
 
         Args:
             x: Signals at full rate, shape (N, ...).
@@ -117,12 +118,7 @@ class FullRate:
 
 @lru_cache(maxsize=KEPT)
 def filtered_motion(recording: Recording, cutoff_hz: float) -> tuple[Array, Array, Array]:
-    """Positions, velocities and accelerations as `smooth_motion` gives them, read-only, each of shape (N, n).
-
-    Args:
-        recording: On a uniform clock.
-        cutoff_hz: Cut-off frequency [Hz].
-    """
+    """Return positions, velocities and accelerations of `smooth_motion`, read-only, each of shape (N, n)."""
     found = smooth_motion(recording.q, recording.period, cutoff_hz)
     for each in found:
         each.flags.writeable = False

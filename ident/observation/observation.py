@@ -1,8 +1,8 @@
-"""The linear system of one motion, joint by joint: filtered, cleared of velocity reversals and decimated.
+"""The linear system of one motion, joint by joint: filtered, masked at velocity reversals and decimated.
 
-Near a reversal sign(dq) is wrong: the filtered velocity crosses zero a little early or late, and real friction
-sticks. Those samples of a joint are left out before decimation, by the same mask on its current and on every
-column, so that every row is still a linear combination of exact equations (paper, eq. 15; `docs/derivations.md`).
+Near a reversal sign(dq) is wrong: the filtered velocity crosses zero too early or too late, and real friction sticks.
+Those samples of a joint are masked before decimation, in its current and in every column, so that every row is still a
+linear combination of exact equations (paper, eq. 15; `docs/derivations.md`).
 """
 
 from dataclasses import dataclass, field
@@ -37,40 +37,40 @@ from ident.support.options import MEASURED
 from ident.support.ranges import refuse_outside
 
 PIECE = 128
-"""Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
+"""Number of samples that D is applied to at once: D is banded, and longer pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
-"""Sampling interval below which a clock is not believed [s]."""
+"""Smallest plausible sampling interval [s]."""
 LONGEST_DELAY = 1.0
-"""Longest time between the stamp of a current and its action [s]; a real one is a few periods of the controller."""
+"""Longest delay between the stamp of a current and its action [s]; real ones are a few periods of the controller."""
 REGRESSOR_RATE = 32.0
-"""Rate at which the regressor is evaluated at least, in cut-offs of the positions.
+"""Lowest rate at which the regressor is evaluated, in multiples of the position cut-off.
 
-Faster recordings are averaged in groups first. The regressor of a mean is not the mean of regressors: content at the
-cut-off is off by (pi / 32)^2 / 6 = 2e-3 of itself, content at a tenth of it by 2e-5.
+Faster recordings are first averaged in groups. The regressor of a mean differs from the mean of regressors: components
+at the cut-off have a relative error of (pi / 32)^2 / 6 = 2e-3, at a tenth of it of 2e-5.
 """
 
 
 BLUR = 0.5
-"""Time around a reversal that is left out, in periods of the cut-off of the positions.
+"""Time around a reversal that is masked, in periods of the position cut-off.
 
-The acceleration steps where dry friction changes sign, and the low-pass of the positions spreads the step over half a
-period to either side, the current's not."""
+Coulomb friction that changes sign makes a step of the acceleration; the low-pass of the positions blurs it by half a
+period to each side, but not the step of the current."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObserveOptions:
-    """How a recording becomes a linear system. The defaults suit motions with harmonics below 1 Hz.
+    """Conversion of a recording to a linear system. The defaults suit motions with harmonics below 1 Hz.
 
     Attributes:
         cutoff_hz: Low-pass of the positions before differentiation [Hz].
         decimation_cutoff_hz: Low-pass of currents and regressor columns [Hz].
         rows_per_second: Rows kept per second [1/s].
-        reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed. Unless it is 0,
-            those within half a period of `cutoff_hz` of a reversal are left out as well.
-        current_delay: Time from the stamp of a current to the middle of its action [s]: half a period for a reference
-            that is held, negative for currents that are logged late, 0 for a measured current or if half a period is
-            negligible.
-        min_weight: Smallest share of a row's filter weight that is away from reversals; other rows are left out.
+        reversal_speed: Speed below which a joint's samples are masked, as a share of its rms speed. Unless it is 0,
+            samples within half a period of `cutoff_hz` around a reversal are also masked.
+        current_delay: Time from the stamp of a current to the middle of its action [s]: half a control period for a
+            reference that is held, negative for currents that are logged late, 0 for a measured current or if half a
+            period is negligible.
+        min_weight: Smallest share of a row's filter weight on unmasked samples; other rows are omitted.
     """
 
     cutoff_hz: Annotated[float, Interval(ge=1e-3, le=1e5), Unit("Hz")] = 15.0
@@ -83,11 +83,7 @@ class ObserveOptions:
     min_weight: Annotated[float, Interval(ge=-1.0, le=1.0)] = 0.5
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If one makes no sense.
-        """
+        """Check the values; raises `OptionError`."""
         refuse_outside(self, OptionError)
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
             raise OptionError(
@@ -104,10 +100,10 @@ class JointObservation:
         V: Currents [drive units], shape (r,).
         W: Base columns of the arm that act on the joint, shape (r, b).
         columns: Their indices in the structure's base columns, shape (b,).
-        W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
-        weight: What a constant becomes in each row: less than 1 where reversals are left out, shape (r,).
+        W_L: The payload's ten columns, shape (r, 10).
+        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
         t: Time at the middle of each row's filter [s], shape (r,).
-        position: Number of each row, those left out counted, shape (r,).
+        position: Number of each row, including omitted rows, shape (r,).
         row_period: Time from one row to the next [s].
     """
 
@@ -128,8 +124,8 @@ class Observation:
     Attributes:
         structure: Identifiable structure of the arm.
         joints: One `JointObservation` per joint.
-        notes: What was done to the recording that its owner should know.
-        full_rate: The motion behind the rows, None for rows that come from no recording.
+        notes: Changes of the recording that the user should know.
+        full_rate: The motion of the rows at full rate, None without a recording.
     """
 
     structure: Structure
@@ -139,18 +135,18 @@ class Observation:
 
     @property
     def recorded(self) -> FullRate:
-        """The motion behind the rows, where there is one by what was asked before."""
+        """The motion of the rows, which must exist."""
         assert self.full_rate is not None, "asked of recordings only"
         return self.full_rate
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """The arm along the motion, at the samples where torques are evaluated."""
+        """Kinematics along the motion, at the samples where torques are evaluated."""
         return Kinematics.of(self.structure.arm, self.recorded.states)
 
     @cached_property
     def link_motions(self) -> LinkMotions:
-        """The same, for torques of given parameters."""
+        """Motion of the links, for torques of given parameters."""
         states = self.recorded.states
         return LinkMotions.of(self.structure.arm, states.q, states.dq, states.ddq)
 
@@ -158,16 +154,16 @@ class Observation:
 def observe(
     recording: Recording, structure: Structure, options: ObserveOptions, spoilt: Mask | None = None
 ) -> Observation:
-    """Turn a recording into the linear system of its motion (paper, eq. 14 and 15).
+    """Convert a recording to the linear system of its motion (paper, eq. 14 and 15).
 
     Args:
         recording: One motion, n joints; a jittered clock is resampled and noted.
-        structure: Of the same arm.
+        structure: Structure of the same arm.
         options: Filters and thresholds.
-        spoilt: Samples that each joint's rows shall not rest on, shape (N, n); none if None.
+        spoilt: Mask of samples that each joint's rows must not use, shape (N, n), or None.
 
     Returns:
-        One linear system a joint.
+        One linear system per joint.
 
     Raises:
         RecordingError: If the number of joints differs from the arm's, or the recording is too short or too
@@ -228,7 +224,7 @@ def observe(
 
 
 def _uneven(recording: Recording) -> str:
-    """How uneven a clock is, gaps apart, as a check of the log says it."""
+    """Describe the jitter of a clock without gaps, as the check of a log does."""
     found = intervals_of(recording.t)
     varied = f"sampling intervals vary by {100.0 * found.jitter:.3g} %"
     return varied if not found.lost else f"{varied}, and {found.lost} samples are missing"
@@ -237,18 +233,18 @@ def _uneven(recording: Recording) -> str:
 def reduced(
     structure: Structure, motion: tuple[Array, Array, Array], v: Array, moving: Mask, D: Decimator
 ) -> tuple[Array, list[Array]]:
-    """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
+    """Decimate the unmasked samples, block by block, so that the full-rate regressor is never stored.
 
     Args:
-        structure: Of the arm, n joints.
+        structure: Structure of the arm, n joints.
         motion: q, dq, ddq, each of shape (N, n).
         v: A signal of each joint, shape (N, n).
-        moving: Samples of each joint to be kept, shape (N, n).
+        moving: Mask of each joint's samples that are used, shape (N, n).
         D: Filter.
 
     Returns:
-        The signals, shape (rows, n), and the regressor of each joint from its own link's columns on:
-        those of the links before it are zero.
+        The signals, shape (rows, n), and the regressor of each joint, beginning with the columns of its own link: those
+        of the links before it are zero.
     """
     n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
     piece = D.factor * max(1, PIECE // D.factor)
@@ -272,13 +268,13 @@ def reduced(
 
 
 def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
-    """Samples at which each joint, and each sum of coupled joints that acts on it, is away from reversal, (N, n).
+    """Mask of samples at which each joint, and each coupled sum that acts on it, is away from reversals, shape (N, n).
 
     Args:
-        structure: Of the arm.
+        structure: Structure of the arm.
         dq: Speeds, shape (N, n).
-        share: Of the rms speed, below which a sample is none of these.
-        reach: Samples to either side of a reversal that are none of these.
+        share: Share of the rms speed below which a sample is masked.
+        reach: Number of masked samples to each side of a reversal.
     """
 
     def away(speed: Array) -> Mask:
@@ -294,9 +290,9 @@ def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
 def _kept(
     structure: Structure, j: int, V: Array, W: Array, t: Array, row_period: float, options: ObserveOptions
 ) -> JointObservation:
-    """The rows of joint j that lost little to reversals; V and W as `reduced` returns them."""
+    """Rows of joint j with a sufficient weight; V and W as returned by `reduced`."""
     own, columns = len(STANDARD) * j, structure.joint_columns[j]
-    weight = W[:, STANDARD.index("off")]  # the column of ones has become the weight left
+    weight = W[:, STANDARD.index("off")]  # the column of ones is now the remaining weight
     keep = weight >= options.min_weight
     return JointObservation(
         V=readonly(V[keep, j]),

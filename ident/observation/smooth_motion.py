@@ -1,7 +1,7 @@
-"""The smooth motion that a recording is an echo of: a spline of fifth degree with as few knots as data ask for.
+"""The smooth motion of a recording: a quintic spline with as few knots as the data require.
 
-Encoder noise has all frequencies up to the cut-off of the positions, a motion only low ones: of the noise, a fit with
-few knots keeps a small share, and of the noise of velocity and acceleration a smaller one.
+Encoder noise has all frequencies up to the position cut-off, a motion only low ones: a fit with few knots retains a
+small share of the noise, and a smaller one of the noise of velocity and acceleration.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,14 @@ from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
 
 DEGREE = 5
-"""Of the spline: accelerations of a third degree between knots."""
+"""Degree of the spline: accelerations are cubic between knots."""
 SAMPLES = 4.0
-"""Samples that are fitted to, in cut-offs of the positions: two hold all they have, the rest is for their edge."""
+"""Rate of the fitted samples, in multiples of the position cut-off: two contain all information; the rest allows for
+the filter's transition band."""
 MOST = 0.5
 """Largest share of the independent samples that coefficients may take."""
 FINER = 1.15
-"""Ratio of numbers of knots that are tried."""
+"""Ratio of successive numbers of knots that are tried."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,9 +31,9 @@ class Reference:
         q: Joint positions [rad or m], shape (N, n).
         dq: Joint velocities, shape (N, n).
         ddq: Joint accelerations, shape (N, n).
-        kept: Share of the variance of the filtered positions' noise that each joint's fit keeps: its coefficients over
-            the independent samples, shape (n,).
-        left: Root mean square of what each joint's fit leaves of the filtered positions, shape (n,).
+        kept: Share of the variance of position noise that each joint's fit retains: number of coefficients over that of
+            independent samples, shape (n,).
+        left: Root mean square of the residual of each joint's fit to the filtered positions, shape (n,).
     """
 
     q: Array
@@ -43,12 +44,9 @@ class Reference:
 
 
 def reference(behind: FullRate) -> Reference:
-    """Fit the positions of a motion, each joint with the knots of least Bayesian information criterion (Schwarz 1978).
+    """Fit the positions of a motion; each joint has the number of knots with the smallest BIC (Schwarz 1978).
 
-    Positions that are filtered at f have 2 f T samples that are independent of each other in a time T.
-
-    Args:
-        behind: Filtered samples of a motion.
+    Positions that are filtered at f have 2 f T independent samples in a time T.
     """
     samples = len(behind.q)
     t = np.asarray(behind.period * np.arange(samples), np.float64)
@@ -69,7 +67,7 @@ def reference(behind: FullRate) -> Reference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fit:
-    """A spline through all joints' positions, its coefficients a joint, and the mean squares it leaves, shape (n,)."""
+    """A spline of all joints' positions, its number of coefficients per joint, and its mean squares of residuals."""
 
     spline: "scipy.interpolate.BSpline"
     size: int

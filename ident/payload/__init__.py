@@ -1,4 +1,4 @@
-"""Payloads as stated by the user, and payload files.
+"""Payloads as specified by the user, and payload files.
 
 It may import `model`, for the order of inertial parameters.
 """

@@ -96,7 +96,7 @@ class Payload:
         return KnownPayload(names=names, chi=chi, spread=self._spread())
 
     def _spread(self) -> Array:
-        """Factor F of the covariance F F^T of the known parameters, from stated standard deviations, (10, 10)."""
+        """Factor F of the covariance F F^T of the known parameters, from specified standard deviations, (10, 10)."""
         if self.known == "none":
             return np.zeros((10, 10))
         if self.known == "mass":

@@ -45,7 +45,7 @@ class CommonError:
 
     Attributes:
         joints: Agreeing joints, from 0.
-        rel_error: (found - stated) / stated.
+        rel_error: (estimated - specified) / specified.
         rel_std: Standard deviation of `rel_error`, including that of the scale.
         apart: Joints that differ significantly from them.
     """
@@ -122,7 +122,7 @@ def negative_mass(mass: Quantity) -> NegativeMass | None:
     if mass.value >= -SURE * mass.std:
         return None
     return NegativeMass(
-        f"the mass found is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
+        f"the estimated mass is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
         "loaded recordings are probably swapped, or the signs of gains and currents differ"
     )
 
@@ -143,7 +143,7 @@ def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> 
 
 
 def _as_stated(body: FoundBody) -> Payload | None:
-    """Return the estimate as a stated payload."""
+    """Return the estimate as a specified payload."""
     mass, centre = body.of("mass"), [each for each in map(body.of, CENTRE) if each is not None]
     if mass is None or not SURE * mass.std < mass.value or not LIGHTEST <= mass.value <= HEAVIEST:
         return None

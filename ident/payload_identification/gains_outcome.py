@@ -96,7 +96,7 @@ def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options:
 
     Args:
         problem: Bare motions and those of one mounting, with an unknown payload.
-        weight: The stated payload; its known shape is used for single joints.
+        weight: The specified payload; its known shape is used for single joints.
         gains: Gains of all or some joints.
         options: Options of the method of the gains; for methods other than `nls`, `PLAIN` is used.
 
@@ -114,7 +114,7 @@ def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object)
 
     Args:
         problem: Bare and loaded motions.
-        gains: Gains, for example of a data sheet.
+        gains: Gains, such as data-sheet gains.
         options: As in `gains_outcome`.
 
     Raises:
@@ -129,12 +129,7 @@ def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object)
 
 
 def with_unknown_weight(problem: Problem, loaded: Sequence[ObservedMotion]) -> Problem:
-    """Return the bare motions of a problem, and loaded ones with an unknown payload.
-
-    Args:
-        problem: Bare and loaded motions.
-        loaded: Motions of one mounting.
-    """
+    """Return the bare motions of a problem, and loaded ones with an unknown payload."""
     bare = [motion for motion in problem.motions if motion.payload is None]
     unknown = [ObservedMotion(motion.observation, UNKNOWN) for motion in loaded]
     return replace(problem, motions=(*bare, *unknown))

@@ -51,7 +51,7 @@ def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tu
 
     Args:
         found: The payload estimated from all joints, with the model.
-        payload: The stated payload, whose known shape is used.
+        payload: The specified payload, whose known shape is used.
         gains: The gains.
     """
     n = found.ready.n

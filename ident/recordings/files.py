@@ -64,10 +64,6 @@ def read_recording(path: str | Path, description: LogDescription | None = None) 
 def read_log(path: str | Path, description: LogDescription) -> Log:
     """Read a recording, with the columns that were used.
 
-    Args:
-        path: The file.
-        description: Description of the log.
-
     Raises:
         RecordingError: As `read_recording`.
     """
@@ -160,11 +156,6 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
 
 def converted(path: Path, table: Columns, description: LogDescription) -> Recording:
     """Return the recording of columns.
-
-    Args:
-        path: The file, for messages.
-        table: Its columns.
-        description: Complete description of the columns.
 
     Raises:
         RecordingError: If no row is selected, or the values fail the checks of `Recording`.

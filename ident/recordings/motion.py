@@ -20,8 +20,8 @@ class Motion:
 
     Attributes:
         recording: Recording of one motion.
-        payload: The stated payload, None for a bare flange. Recordings of one mounting share one object, and thus its
-            unknown parameters.
+        payload: The specified payload, None for a bare flange. Recordings of one mounting share one object, and thus
+            its unknown parameters.
     """
 
     recording: Recording

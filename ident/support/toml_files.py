@@ -18,10 +18,6 @@ _PLACE = re.compile(r"at line (\d+), column (\d+)")
 def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
     """Parse a TOML file.
 
-    Args:
-        path: The file.
-        error: Class of the error.
-
     Raises:
         ValueError: Of class `error`, one line that begins with the path, if it cannot be read, is not TOML, or is
             nested deeper than `DEEPEST`.

@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
-    add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
+    add_gains_argument(parser, needed=False, said="for bare recordings only: known or a-priori gains")
     said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"

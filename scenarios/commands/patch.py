@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = "gains that the effort limits of MODEL are based on, for example of a data sheet, same format; without "
+    said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without "
     add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it, efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)
@@ -108,14 +108,14 @@ def _unseen(
     models: tuple[bytes, bytes],
     fitted: "BareFile | None",
 ) -> "Unseen | None":
-    """Return the predictions of a motion by the copy and by its rival; None if no motion is given.
+    """Return the predictions of a motion by the copy and by the other model; None if no motion is given.
 
     Args:
         options: Options of the command.
         structure: Identifiable structure of the arm.
         gains: Gains of the copy.
-        nominal: Gains of the rival, None for the same.
-        models: Content of the copy and of the rival.
+        nominal: Gains of the other model, None for the same.
+        models: Content of the copy and of the other model.
         fitted: Cross-validation of the fit of the links, None if they are those of the model file.
 
     Raises:

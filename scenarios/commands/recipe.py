@@ -54,7 +54,7 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing():
         write_markdown(report, options.out)
     written, other = _write_payloads(payloads, held)
-    parts = [Paragraph(printable(f"{name}: the payload as stated in the scenario")) for name in written]
+    parts = [Paragraph(printable(f"{name}: the payload as specified in the scenario")) for name in written]
     parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
     result = Written.model_validate({"out": str(options.out), "payloads": written})
     title = printable(f"{options.out}: {report.title}")
@@ -66,7 +66,7 @@ def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[lis
     """Write payload files; existing ones may have measured values and are kept.
 
     Returns:
-        Return written files, and kept files that differ from the scenario.
+        Written files, and kept files that differ from the scenario.
     """
     from ident.payload.files import read_payload, write_payload
     from ident.support.errors import PayloadError

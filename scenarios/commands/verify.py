@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, needed=False, said="gains to test with the payload's known mass; without them, cross-validation"
     )
     add_motion_arguments(parser)
-    said = "gains of a data sheet, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
+    said = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     add_compared_gains(parser, said)
     said = (
         "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "

@@ -47,7 +47,7 @@ SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
 
 
 def objective(deviations: Array) -> float:
-    """Return the objective: logarithms of the standard deviations of the gains to identify, mostly of the worst.
+    """Return the objective: logarithms of the standard deviations of the gains to identify, mainly of the largest.
 
     `deviations` are relative standard deviations of the gains to identify, shape (w,).
     """

@@ -88,7 +88,7 @@ def first_load(
     elif not isinstance(payload, Path):
         stated, source = bar(payload, com), "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
     else:
-        stated, source = read_payload(payload), f"as stated in {payload.name}"
+        stated, source = read_payload(payload), f"as specified in {payload.name}"
         if stated.com is None or stated.inertia is None:
             raise PayloadError(f"{payload}: a simulation needs com and inertia of the payload; state both")
     return Load(stated, source, _warning(stated.mass, rated, own), rated)
@@ -100,8 +100,8 @@ def _allowed(rated: float | None, own: float, moving: float) -> tuple[float, str
         return min(rated, HEAVIEST), f"within the rated load of {rated:g} kg"
     usual = RATED * moving
     if own >= usual:
-        return min(own, HEAVIEST), f"no rated load is stated, so at most the last link's own mass, {own:.2g} kg"
-    words = f"no rated load is stated, so at most {100.0 * RATED:g} % of the moving links' mass, {usual:.2g} kg"
+        return min(own, HEAVIEST), f"no rated load is specified, so at most the last link's own mass, {own:.2g} kg"
+    words = f"no rated load is specified, so at most {100.0 * RATED:g} % of the moving links' mass, {usual:.2g} kg"
     return min(usual, HEAVIEST), f"{words}; data sheets state 8 to 30 %"
 
 
@@ -137,6 +137,6 @@ def _warning(mass: float, rated: float | None, own: float) -> str:
     if mass <= 1.005 * own:
         return ""
     return (
-        f"{mass:g} kg is more than the last link's own {own:.2g} kg, and no rated load is stated: look it up in the "
+        f"{mass:g} kg is more than the last link's own {own:.2g} kg, and no rated load is specified: look it up in the "
         "data sheet and state it with --rated-load"
     )

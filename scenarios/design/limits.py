@@ -39,7 +39,7 @@ class Limits:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Those of `SHARES`, as far as these limits have none of their own."""
+        """Usable shares of the limits: those of `SHARES`, except that of the torque."""
         return SHARES | {"torque": self.torque_share}
 
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:

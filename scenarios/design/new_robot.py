@@ -41,7 +41,8 @@ CLEAR = 2.0 * CLEARANCE
 SHOWN = 0.04
 """Largest predicted relative standard deviation of a gain that the scenario requires.
 
-Above 0.1 a gain is refused, and for a weak arm friction increases the deviation to up to 2.5 times the predicted one.
+Above 0.1 a gain is refused, and for a weak arm friction increases the standard deviation to up to 2.5 times the
+predicted one.
 """
 
 Searching = Callable[[Design, Series, int], Sequence[Point]]

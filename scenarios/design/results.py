@@ -102,8 +102,8 @@ class Searched(ResultModel):
     cost_of_start: float = Field(description="Cost of the initial motion of the search, a sum of logarithms as `cost`")
     cost: float = Field(
         description=(
-            "Cost that the search minimises: logarithms of the relative standard deviations of the gains to identify, "
-            "mostly of the worst, and a penalty on limits that the motion exceeds"
+            "Cost that the search minimises: a sum of logarithms of the relative standard deviations of the gains to "
+            "identify, dominated by the largest, plus a penalty for exceeded limits"
         )
     )
     predicted_rel_std: list[float | None] = Field(

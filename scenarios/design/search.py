@@ -1,7 +1,7 @@
 """Search for a motion that minimises the largest predicted standard deviation of the gains.
 
 The search starts with the best of 300 random motions, and continues with CMA-ES. The cost is not smooth where the
-sample that limits the motion changes; gradient descent stops there with deviations 1.5 times as large.
+sample that limits the motion changes; gradient descent stops there with standard deviations 1.5 times as large.
 """
 
 import pickle
@@ -36,7 +36,7 @@ POSITIONS, ADMISSIBLE = 2000, 30
 """Number of random positions if home is not feasible, and number of feasible ones that are used."""
 
 Judge = Callable[[Sequence[Array]], list[float]]
-"""Return costs of motions."""
+"""Function that returns the costs of motions."""
 
 
 Searchable: TypeAlias = "Series | Holds"

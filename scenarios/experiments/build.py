@@ -158,7 +158,7 @@ def true_plants(scenario: Scenario) -> dict[str, Plant]:
 
 @lru_cache(maxsize=DRIVES_KEPT)
 def _drives(**stated: tuple[float, ...]) -> DriveTruth:
-    """The drives of given numbers, one object: scenarios that differ in something else have equal plants."""
+    """Return the drives of given numbers, cached, so that scenarios that differ in something else share them."""
     return DriveTruth(**{name: readonly(values) for name, values in stated.items()})
 
 

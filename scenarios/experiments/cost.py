@@ -1,7 +1,7 @@
 """Effect of a-priori gains: an additional payload, estimated with a-priori and with identified gains.
 
-The arm is identified from the bare motions. Its torque with the payload is predicted on the first loaded motion, which
-was used for the gains.
+The arm is identified from the bare motions. Its torque, with the payload, is predicted on the first loaded motion, from
+which the gains were identified.
 """
 
 from ident.estimation.known_gains import estimated_gains, stated_gains
@@ -42,7 +42,7 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
 
 
 def _exact(body: PayloadBody) -> Payload:
-    """Return the payload of a body that is weighed and drawn without error."""
+    """Return the payload of a body, specified without error."""
     return Payload(mass=body.mass, com=body.com, inertia=body.inertia)
 
 

@@ -46,12 +46,12 @@ class GainVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The claim of a method on one joint.
+    """The answer of a method for one joint.
 
     Attributes:
         value: The gain [N m / drive unit], None if refused.
-        std: Its total standard deviation, None if refused or not stated.
-        reason: Why it is refused, if stated.
+        std: Its total standard deviation, None if refused or not estimated.
+        reason: Why it is refused, None if unknown.
     """
 
     value: float | None
@@ -84,7 +84,7 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
 
 
 def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """Judge the claims of any method, one per joint."""
+    """Judge the answers of any method, one per joint."""
     rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(
@@ -106,9 +106,7 @@ def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refus
     within = error is not None and bool(np.abs(error / true) <= tolerance)
     reason = claim.reason
     if error is not None and refusal_in is not None:
-        reason = (
-            f"identified, although these data do not identify it according to tolerance.identifiable in {refusal_in}"
-        )
+        reason = f"identified, but tolerance.identifiable in {refusal_in} expects a refusal"
     elif error is not None:
         reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(
@@ -135,7 +133,7 @@ class RelError:
     Attributes:
         quantity: `MOMENTS` or `INERTIAS`.
         a_priori: Norm of the error over norm of the true parameters, with the a-priori gains.
-        a_priori_std: Root mean square of this error that the standard deviations of the parameters imply.
+        a_priori_std: Expected root mean square of this error, from the standard deviations of the parameters.
         found: As `a_priori`, with the identified gains; None if there are none.
         found_std: As `a_priori_std`, with the identified gains.
     """

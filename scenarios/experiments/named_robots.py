@@ -17,7 +17,7 @@ class NamedRobot:
 
     Attributes:
         structure: Identifiable structure of the arm.
-        gain: Nominal drive gains [N m / drive unit], None if not stated.
+        gain: A-priori drive gains [N m / drive unit], None if unknown.
         model: Path of the model file.
         flange: Last body of the arm, None if all joints belong to the arm.
     """

@@ -1,6 +1,6 @@
-"""Whether identification and simulation mount a payload at the same place of a robot.
+"""Check that identification and simulation mount a payload at the same place of a robot.
 
-Apart from the check of kinematics, which a command without a simulation makes too.
+It is separate from the check of kinematics, which commands without a simulation also need.
 """
 
 import numpy as np
@@ -18,13 +18,14 @@ from sim.plant import PayloadBody
 from sim.robot import Robot
 
 ROUNDING = 1e-12
-"""Of torques that are subtracted, as a share of their size; an arm of a ton leaves more than a payload's millionth."""
+"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
+millionth."""
 PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
 """A payload without any symmetry."""
 
 
 def check_same_payload(arm: Arm, robot: Robot) -> None:
-    """Compare what a payload adds to the torques at random states, by the identification model and by MuJoCo.
+    """Compare the torques of a payload at random states, by the identification model and by MuJoCo.
 
     Its frame, that of the last link, must be the same for both.
 

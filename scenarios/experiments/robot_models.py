@@ -37,7 +37,7 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
     Args:
         path: MJCF or URDF file.
         couplings: Pairs of coupled joints, from 0.
-        flange: Last body of the arm; joints that do not lead to it are held.
+        flange: Last body of the arm; joints outside the chain to it are locked.
 
     Raises:
         RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint that

@@ -46,7 +46,7 @@ CONTRACT = pa.schema(
 """Columns of every study.
 
 `residual_std`, `payload_std` and `model_std` [N m / drive unit] are the contributions to `std`: from the residual, from
-the payload's stated uncertainty, and from the model's assumptions. `failure` is the kind of error of a trial without
+the payload's specified uncertainty, and from the model's assumptions. `failure` is the kind of error of a trial without
 any estimate, null if there was none.
 """
 
@@ -56,7 +56,7 @@ OUTSIDE = ("WorkerDied", "WorkerFailed", "MemoryError")
 TIDY_EVERY = 8
 """Trials after which free memory is given back."""
 LOGS_AT_ONCE = 3.2e7
-"""Size of what the motions of a batch log [bytes]: eight pairs of 20 s. More at once save 1.6 % of the time at most."""
+"""Largest size of the logs of a batch [bytes]: eight pairs of 20 s. More at once save 1.6 % of the time at most."""
 
 
 def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
@@ -103,9 +103,9 @@ class Work:
     """Functions that run the trials of a study. Must be picklable: functions of modules, and plain values.
 
     Attributes:
-        finished: Simulates trials that are ready in one batch; yields the place of each, with its rows or why there
-            are none. Takes the trials and the threads to step with.
-        failed: The rows of a trial that failed.
+        finished: Simulates prepared trials in one batch, with a number of threads; yields the index of each, with its
+            rows or its failure.
+        failed: Returns the rows of a failed trial.
     """
 
     finished: Callable[[Sequence[ReadyTrial], int], Iterator[tuple[int, Rows | Failure]]]
@@ -168,7 +168,7 @@ def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work:
 
 
 def _batches(ready: Sequence[ReadyTrial]) -> Iterator[list[ReadyTrial]]:
-    """Trials in their order, as many at once as log no more than `LOGS_AT_ONCE`, one at least."""
+    """Yield batches of consecutive trials whose logs do not exceed `LOGS_AT_ONCE`, with at least one trial each."""
     batch, size = list[ReadyTrial](), 0.0
     for trial in ready:
         own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in trial.experiments)
@@ -196,7 +196,7 @@ def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[in
     for i, outcome in run_batch(trials, threads=threads):
         each = trials[i]
         found = _judged_rows(each, outcome) if isinstance(outcome, Run) else failure_of(each, outcome)
-        del outcome  # its observations would be there beside those of the next trial
+        del outcome  # else its observations would coexist with those of the next trial
         yield i, found
 
 
@@ -288,13 +288,13 @@ def _field(named: tuple[str, pa.DataType]) -> pa.Field:
 
 
 def collect_garbage() -> None:
-    """Let go of what only refers to itself, in a worker: what a trial leaves in circles holds 40 MB."""
-    if gc.get_freeze_count():  # of a worker; elsewhere looking for circles takes longer than they are worth
+    """Collect garbage in a worker: reference cycles of a trial hold 40 MB."""
+    if gc.get_freeze_count():  # only in a worker; elsewhere the search takes longer than it is worth
         gc.collect()
 
 
 def give_back_memory() -> None:
-    """Return free memory of the C library to the system.
+    """Give free memory of the C library back to the system.
 
     Between small objects that persist, glibc keeps freed memory of large arrays, up to several hundred megabytes.
     """

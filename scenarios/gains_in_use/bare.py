@@ -81,7 +81,7 @@ def bare_answer(
         observing: Filters and thresholds.
         gains: Limits for accepting a gain.
         options: Model of the arm.
-        known: Known or nominal gains.
+        known: Known or a-priori gains.
         payload: A planned payload; needs `known`.
         policy: Policy for checks and repairs of the recordings.
 

@@ -105,7 +105,7 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
     """Check that no loaded motion was used for the gains, and that no bare motion was loaded then.
 
-    A loaded one, or a part of it, would reproduce the stated mass.
+    A loaded one, or a part of it, would reproduce the specified mass.
 
     Raises:
         ScenarioError: If one was.
@@ -123,7 +123,7 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         if seen is not None:
             raise ScenarioError(
                 f"{one_line(recording.name)}: the gains were identified from this recording or a part of it "
-                f"({seen.name}), so they reproduce the payload that was stated then; use a recording with another "
+                f"({seen.name}), so they reproduce the payload that was specified then; use a recording with another "
                 "payload"
             )
 

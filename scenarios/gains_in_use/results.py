@@ -31,13 +31,7 @@ class Torques(ResultModel):
 
 
 def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
-    """Return the result of written torques.
-
-    Args:
-        found: The torques.
-        file: The gains file.
-        out: The file.
-    """
+    """Return the result of written torques."""
     return Torques(
         out=str(out),
         samples=len(found.t),

@@ -65,7 +65,7 @@ class Weighed(ResultModel):
         residual_std: Contribution of the residuals to `std` [kg].
         gain_std: Contribution of the gains' standard deviations to `std` [kg].
         model_std: Contribution of the model's assumptions to `std` [kg].
-        rel_error: Relative error of the mass, (estimate - stated) / stated, which equals that of the gains.
+        rel_error: Relative error of the mass, (estimate - weighed) / weighed, which equals that of the gains.
         rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
         verdict: "agrees", "differs" or, if inconclusive, "says nothing".
         reason: Why the estimate is inconclusive.
@@ -102,7 +102,7 @@ class CommonError(ResultModel):
 
     Attributes:
         joints: Numbers of the joints, from 1.
-        rel_error: Relative error, (estimate - stated) / stated.
+        rel_error: Relative error, (estimate - weighed) / weighed.
         rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
         apart: Joints that differ significantly from them.
     """

@@ -119,7 +119,7 @@ class Deviations:
 
     Attributes:
         noise: Contribution of the residual.
-        payload: Contribution of the stated standard deviations of the payload's known parameters.
+        payload: Contribution of the specified standard deviations of the payload's known parameters.
     """
 
     noise: Array

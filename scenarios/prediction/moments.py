@@ -78,7 +78,8 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points[Settings]:
         used += len(base)
         if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
             raise StudyError(
-                f"{place}: distribution {draw.distribution} with these parameters has no finite mean or deviation"
+                f"{place}: distribution {draw.distribution} with these parameters has no finite mean or "
+                "standard deviation"
             )
         mean[place], std = {
             "replace": (spread.mean, spread.std),

@@ -70,7 +70,7 @@ class Predictor:
         """Return the error from a drawn source, all others off.
 
         Raises:
-            StudyError: As `error`; if a number has no mean or deviation.
+            StudyError: As `error`; if a number has no mean or standard deviation.
             ScenarioError: If the draw is not possible.
         """
         return points_of(source, self._off.table).moments(lambda settings: self.error(source, settings))

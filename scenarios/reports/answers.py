@@ -7,7 +7,7 @@ from pathlib import Path
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
 from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Report, Table, column, plus_minus, table
 
-MEANING = "Gains with two stated standard deviations, where the method states any."
+MEANING = "Gains with two standard deviations, if the method estimates these."
 
 
 def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:

@@ -28,7 +28,7 @@ from scenarios.results.models.links import Links
 
 PARAMETERS = (
     Column(title="Parameter", words=True),
-    Column(title="Found"),
+    Column(title="Estimate"),
     Column(title="2 sigma"),
     Column(title="Unit", words=True),
 )
@@ -64,7 +64,7 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
         Paragraph(
             f"Ratio of each gain to that of joint {result.reference}, from link parameters that joints share. Without "
             "a payload the gains are known up to a common factor, which one known gain or a motion with a weighed "
-            "payload determines. Predicted: the currents of each fifth of the motions, from a fit of the rest."
+            "payload determines. Prediction error: of the currents of each fifth of the motions, by a fit to the rest."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}
@@ -115,7 +115,7 @@ def _verdict(result: BareResult, mood: Mood) -> Paragraph:
 
 def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
     def verdict(each: BareJoint) -> str:
-        return "reference" if each.joint == reference else "refused" if each.ratio is None else "found"
+        return "reference" if each.joint == reference else "refused" if each.ratio is None else "identified"
 
     return table(
         joints,
@@ -123,7 +123,7 @@ def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
         column("Name", lambda each: each.name, words=True),
         column("Gain ratio", lambda each: number(each.ratio, ".4f")),
         column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
-        column("Predicted within [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+        column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
         column("Verdict", verdict, words=True),
     )
 

@@ -30,19 +30,19 @@ from scenarios.reports.content import (
 from scenarios.reports.gains import sentence
 
 RULE = (
-    f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong claims, over the number "
-    "of gains that the data should determine, so refusing everything scores 0. A claim is a gain that a method gives. "
-    f"It is wrong if its error exceeds both {100.0 * FAR:g} % and {SURE:g} of its stated standard deviations. If the "
-    "scenario says that the data do not determine the gain, a claim is wrong unless its error is below both limits "
-    f"and its stated standard deviation is below {100.0 * FAR:g} %. A gain lost to a crash, a time-out or an invalid "
-    "answer is neither solved nor refused. Time: median of a call, including process start and reading of files."
+    f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong gains, over the number of "
+    "gains that the data should determine, so refusing everything scores 0. A gain is wrong if its error exceeds both "
+    f"{100.0 * FAR:g} % and {SURE:g} of its estimated standard deviations. If the scenario says that the data do not "
+    "determine the gain, it is wrong unless its error is below both limits and its estimated standard deviation is "
+    f"below {100.0 * FAR:g} %. A gain lost to a crash, a time-out or an invalid answer is neither solved nor refused. "
+    "Time: median of a call, including process start and reading of files."
 )
 MEANING = (
-    "Bias, spread: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
-    "stated standard deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
+    "Bias, std: mean and standard deviation of the error. Within: share of trials with an error below 1 or 2 "
+    "estimated standard deviations (68.3 % and 95.4 % if these are correct), with the 95 % interval of the latter "
     "(Clopper and Pearson). Bound: Cramer-Rao, of all joints together for the injected current noise at "
     "its level in the band of the rows, without encoder noise and errors of payload or model. If a scenario draws "
-    "values, the bound is computed with its stated values."
+    "values, the bound is computed with the values in its file."
 )
 
 
@@ -84,7 +84,7 @@ def _ranks(compared: ComparedScenario) -> Table:
         *(column(f"Within\n{100.0 * share:g} % [%]", within(k)) for k, share in enumerate(SOLVED)),
         column("Refused\nrightly", lambda each: each.refused_rightly),
         column("Refused\nwrongly", lambda each: each.refused_wrongly),
-        column("Wrong\nclaims", lambda each: _bad(each.wrong_claims)),
+        column("Wrong\ngains", lambda each: _bad(each.wrong_claims)),
         column("Wrong\nsigns", lambda each: _bad(each.wrong_signs)),
         column("Crashes", lambda each: _bad(each.crashes), file_only=True),
         column("Time\nouts", lambda each: _bad(each.time_outs), file_only=True),
@@ -100,16 +100,16 @@ def _joints(compared: ComparedScenario) -> Table:
         column("Joint", lambda row: row[1].joint),
         column("Gains", lambda row: row[1].gains),
         column("Bias [%]", lambda row: percent(row[1].bias, "+.3f")),
-        column("Spread [%]", lambda row: percent(row[1].spread)),
+        column("Std [%]", lambda row: percent(row[1].spread)),
         column("Rms [%]", lambda row: percent(row[1].rms)),
         column("95 %\nbelow [%]", lambda row: percent(row[1].p95)),
         column("Within\n1 sigma [%]", lambda row: _held(row[1].cover_1)[0], file_only=True),
         column("Within\n2 sigma [%]", lambda row: _held(row[1].cover_2)[0]),
         column("95 % interval [%]", lambda row: _held(row[1].cover_2)[1], file_only=True),
-        column("Claimed [%]", lambda row: percent(row[1].claimed)),
+        column("Estimated\nstd [%]", lambda row: percent(row[1].claimed)),
         column("Bound [%]", lambda row: percent(row[1].bound)),
-        column("Spread\nover bound", lambda row: number(row[1].spread_over_bound, ".2f"), file_only=True),
-        column("Claimed\nover bound", lambda row: number(row[1].claimed_over_bound, ".2f"), file_only=True),
+        column("Std\nover bound", lambda row: number(row[1].spread_over_bound, ".2f"), file_only=True),
+        column("Estimated std\nover bound", lambda row: number(row[1].claimed_over_bound, ".2f"), file_only=True),
     )
 
 

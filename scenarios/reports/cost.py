@@ -23,7 +23,9 @@ from scenarios.results.models.cost import CostJoint, CostQuantity, ResultCost
 
 SHOWN = 7
 """Mass, centre and moments of inertia; the products of inertia are only in files."""
-STATED = "Intervals with a-priori gains include the errors of these gains only as far as they are stated."
+STATED = (
+    "Intervals with a-priori gains include the errors of these gains only if their standard deviations are specified."
+)
 JUDGED = (
     f"The payload was not used for identification. {STATED} Errors of the arm and of torques are norms, in % of "
     "the true ones; 2 sigma of the arm's error follows from the standard deviations of its parameters."
@@ -43,13 +45,13 @@ def cost_parts(cost: ResultCost | None, revolute: Array) -> list[Part]:
 
 
 def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
-    found = (Column(title="Gains found"), Column(title="2 sigma")) if judged else ()
+    found = (Column(title="Identified"), Column(title="2 sigma")) if judged else ()
     columns = (
         Column(title="With the gains", words=True),
-        Column(title="A priori"),
+        Column(title="A-priori"),
         Column(title="2 sigma"),
         *found,
-        Column(title="True" if judged else "Stated"),
+        Column(title="True" if judged else "Specified"),
         Column(title="Unit", words=True),
     )
     rows = [_weight_row(each, judged=judged) for each in cost.payload]
@@ -81,14 +83,17 @@ def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) 
     columns = [
         Column(title="Joint"),
         Column(title="A-priori gain", unit=unit),
-        Column(title="Gain found", unit=unit, file_only=True),
+        Column(title="Identified gain", unit=unit, file_only=True),
         Column(title="Difference", unit="%"),
-        Column(title="Mass,\na priori", unit="kg"),
+        Column(title="Mass,\na-priori", unit="kg"),
         Column(title="2 sigma", unit="kg"),
     ]
     if judged:
-        columns += [Column(title="Mass,\nfound", unit="kg"), Column(title="2 sigma", unit="kg")]
-        columns += [Column(title="Torque\nerror,\na priori", unit="%"), Column(title="Torque\nerror,\nfound", unit="%")]
+        columns += [Column(title="Mass,\nidentified", unit="kg"), Column(title="2 sigma", unit="kg")]
+        columns += [
+            Column(title="Torque\nerror,\na-priori", unit="%"),
+            Column(title="Torque\nerror,\nidentified", unit="%"),
+        ]
     rows = list[tuple[Cell, ...]]()
     for each in joints:
         row = [number(each.a_priori_gain, ".4f"), number(each.gain, ".4f"), percent(each.rel_difference, "+.1f")]
@@ -106,7 +111,7 @@ def _twice(std: float | None) -> float | None:
 
 
 def _said(cost: ResultCost) -> Paragraph:
-    """Return a sentence on the mass with either gains, and on the single joint with the largest error."""
+    """Return a sentence on the mass with both sets of gains, and on the single joint with the largest error."""
     mass = cost.payload[0]
     weight = mass.stated if mass.true is None else mass.true
     assert weight is not None, "a weight has a mass"

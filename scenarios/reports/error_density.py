@@ -1,4 +1,4 @@
-"""Errors of a joint in a study, and the density that its stated standard deviations imply, as data of a plot."""
+"""Errors of a joint in a study, and the density that its estimated standard deviations imply, as data of a plot."""
 
 from collections.abc import Sequence
 
@@ -9,7 +9,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.studies.joint_rows import JointRows
 
 MOST = 500
-"""Least number of stated standard deviations in the mean density, if available."""
+"""Least number of estimated standard deviations in the mean density, if available."""
 
 
 def panels(joints: Sequence[JointRows]) -> dict[int, JointRows]:
@@ -18,7 +18,7 @@ def panels(joints: Sequence[JointRows]) -> dict[int, JointRows]:
 
 
 def varies(values: Array) -> bool:
-    """Return whether the spread of values exceeds their rounding."""
+    """Return whether the variation of values exceeds their rounding."""
     return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
 
@@ -28,10 +28,6 @@ def reach(rows: JointRows) -> float:
 
 
 def promised(rows: JointRows, x: Array) -> Array:
-    """Return the mean of the normal densities with the stated standard deviations [1/%], at errors `x` [%], shape (k,).
-
-    Returns:
-        Shape (k,).
-    """
+    """Return the mean normal density by the estimated standard deviations [1/%], at errors `x` [%], shape (k,)."""
     some = 100.0 * rows.claimed[:: max(1, len(rows.claimed) // MOST)]
     return stats.norm.pdf(x[:, None], scale=some).mean(axis=1)

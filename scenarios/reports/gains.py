@@ -41,8 +41,9 @@ def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
 
 
 MEANING = (
-    "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
-    "together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not included."
+    "2 sigma: two standard deviations of the gain, from the residual, the payload's specified uncertainty and the "
+    "model together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not "
+    "included."
 )
 
 
@@ -52,7 +53,7 @@ def gain_unit(revolute: Array) -> str:
 
 
 def meaning(revolute: Array) -> Paragraph:
-    """What units and interval of a table of gains mean. `revolute`, shape (n,), states which joints are revolute."""
+    """Return the meaning of a table of gains: units and interval; `revolute`, (n,), is the mask of revolute joints."""
     sliding = np.flatnonzero(revolute == 0) + 1
     if sliding.size == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")
@@ -120,7 +121,7 @@ def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:
     rows = tuple(quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in found)
     columns = (
         Column(title="Payload", words=True),
-        Column(title="Found"),
+        Column(title="Estimate"),
         Column(title="2 sigma"),
         Column(title="Unit", words=True),
     )

@@ -64,7 +64,7 @@ def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | 
         column("Name", lambda gain: gain.name or "", words=True),
         column(f"Gain [{gain_unit(revolute)}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
         *interval_columns(),
-        column("Unexplained [% of rms]", lambda gain: percent(left[gain.joint], ".1f")),
+        column("Residual [% of rms]", lambda gain: percent(left[gain.joint], ".1f")),
         column("Verdict", lambda gain: found if gain.identifiable else refused, words=True),
     )
 

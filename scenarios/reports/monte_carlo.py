@@ -13,9 +13,9 @@ MOODS = {True: Mood.PLAIN, False: Mood.BAD}
 """Verdicts for a pass rate that holds and one that does not."""
 HISTOGRAM, QQ, AGAINST_TRUE = "errors", "z-scores", "error-against-gain"
 MEANING = (
-    "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each "
-    "trial states it, all contributions included. Within: trials with an error below 1 or 2 of these; "
-    "correct deviations give 68.3 % and 95.4 %. A joint passes if refused as the scenario expects."
+    "Bias, std: mean and standard deviation of the error. Estimated std: rms of the standard deviations that "
+    "the trials estimate, all contributions included. Within: trials with an error below 1 or 2 of these; "
+    "correct ones give 68.3 % and 95.4 %. A joint that is refused passes if the scenario expects it."
 )
 
 
@@ -37,8 +37,8 @@ def _table(joints: Sequence[JointStatistics]) -> Table:
         joints,
         column("Joint", lambda joint: joint.joint),
         column("Bias [%]", lambda joint: percent(joint.bias, "+.3f")),
-        column("Spread [%]", lambda joint: percent(joint.spread)),
-        column("Claimed [%]", lambda joint: percent(joint.claimed)),
+        column("Std [%]", lambda joint: percent(joint.spread)),
+        column("Estimated\nstd [%]", lambda joint: percent(joint.claimed)),
         column("95 %\nbelow [%]", lambda joint: percent(joint.p95)),
         column("Within\n1 sigma [%]", lambda joint: percent(joint.cover_1, ".1f")),
         column("Within\n2 sigma [%]", lambda joint: percent(joint.cover_2, ".1f")),
@@ -79,7 +79,11 @@ def _figures(result: StudyResult, rows: StudyRows) -> list[Figure]:
     if not shown:
         return []
     figures = [
-        Figure(HISTOGRAM, "Errors and the density that is claimed", lambda: plots.histograms(shown, subject)),
+        Figure(
+            HISTOGRAM,
+            "Errors and the density estimated for them",
+            lambda: plots.histograms(shown, subject),
+        ),
         Figure(QQ, "z-scores against normal quantiles", lambda: plots.quantiles(shown, subject)),
     ]
     drawn = {joint: own for joint, own in shown.items() if varies(own.true)}

@@ -13,14 +13,14 @@ NOTES = (
 )
 
 AS_GIVEN = "the model as it is"
-"""What the copy is held against where no gains of a data sheet are given."""
+"""Model with which the copy is compared if no data-sheet gains are given."""
 COPY = "Predictions use the copy as written: its links, damping and friction, but no offsets of the currents."
 AS_IT_IS = (
     "A copy with friction alone predicts better than the unchanged model, so this comparison does not test the gains. "
-    "Give --nominal to compare them with the gains of a data sheet."
+    "Give --nominal to compare them with the data-sheet gains."
 )
 DRAWN = (
-    "The copy has the links of MODEL, so the gains are tested against the link masses stated there. To test them "
+    "The copy has the links of MODEL, so the gains are tested against the link masses in that file. To test them "
     "against a payload, give --links and a motion with a weighed payload."
 )
 

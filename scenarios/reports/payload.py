@@ -28,7 +28,7 @@ def payload_report(design: PayloadDesign) -> Report:
     ]
     flange, most = design.carrying.flange, design.carrying.most
     where = flange.name or "last joint's axis, as the robot has no flange"
-    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load stated"
+    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load specified"
     parts.append(
         Paragraph(
             f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'payload as made' "
@@ -72,7 +72,7 @@ def payload_design_result(design: PayloadDesign) -> results.PayloadDesign:
 
 
 def _told(design: PayloadDesign, found: Mounted) -> dict[str, Any]:
-    """The values of a `DesignedPayload`."""
+    """Return the values of a `DesignedPayload`."""
     shown, noise = design.shows(found.deviations), found.deviations.noise
     joints = [
         results.DesignedJoint(
@@ -145,7 +145,7 @@ def _shapes(design: PayloadDesign) -> Table:
 
 
 def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
-    """Return a sentence if the scenario's own payload is better, disregarding what is known of either."""
+    """Return a sentence if the scenario's own payload is better when both are taken as fully known."""
     own, new = (design.worst(each.deviations) for each in (design.before, design.after))
     if own > new:
         return []

@@ -13,7 +13,7 @@ from scenarios.reports.gains import quantity_row, sentence
 
 COLUMNS = (
     Column(title="Payload", words=True),
-    Column(title="Found"),
+    Column(title="Estimate"),
     Column(title="2 sigma"),
     Column(title="Residual", file_only=True),
     Column(title="Gains", file_only=True),

@@ -19,8 +19,8 @@ from scenarios.results.run_folder import identify_command, model_words, payload_
 SHOWN_HZ = 1000.0
 """Sampling rate for the speeds of the motion."""
 SETTINGS = (
-    "State the mounted payload in the controller, as its manual requires: motor currents, measured or commanded, stay "
-    "valid whatever is fed forward. Never log a payload-compensated current."
+    "Set the mounted payload in the controller, as its manual requires. Motor currents, measured or commanded, remain "
+    "valid with any feedforward. Never log a current from which the controller has subtracted the payload."
 )
 """Advice on payload settings of the robot: u = K i holds for the motor current in any case."""
 BEFORE = (

@@ -41,7 +41,7 @@ def run_report(run: Run) -> Report:
 
 
 def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
-    """Injected against identified gains. `revolute`, shape (n,), states which joints are revolute."""
+    """Return the table of injected and identified gains; `revolute`, shape (n,), is the mask of revolute joints."""
     unit, (interval, *shares) = gain_unit(revolute), interval_columns()
     return table(
         gains,
@@ -105,7 +105,7 @@ def _worst(gains: Sequence[ResultGain]) -> str:
 
 
 def _tolerances(gains: Sequence[ResultGain]) -> list[Paragraph]:
-    """Return the tolerances of gains if they differ; otherwise the verdict states them."""
+    """Return the tolerances of gains if they differ; otherwise the verdict contains the tolerance."""
     each = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
     told = ", ".join(f"{size} % (joint {joint})" for joint, size in each.items())
     return [Paragraph(f"Tolerances: {told}.")] if len(set(each.values())) > 1 else []

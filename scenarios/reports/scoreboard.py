@@ -76,9 +76,9 @@ PREDICTIONS = (
 WEIGHTS = (
     Column(title="Payload of", words=True),
     Column(title="Gains", words=True),
-    Column(title="Found from", words=True),
+    Column(title="Estimated from", words=True),
     Column(title="Scale", unit="kg"),
-    Column(title="Found", unit="kg"),
+    Column(title="Estimate", unit="kg"),
     Column(title="2 sigma", unit="kg"),
     Column(title="Error", unit="%"),
 )

@@ -21,9 +21,9 @@ IDENTIFIED = (
 TOLD = (
     "Errors are norms, in % of the rms current of the joint; explained is the share of its squared currents. At most "
     "expected: three times the cross-validation error of the fit, combined with the standard deviations of arm, gain "
-    "and payload; 15 % at most. Gain error by payload: error of the gain, with 2 sigma, if the payload is as stated; "
-    "positive if the gain is too large. The test fails if this error exceeds both 15 % and 3 sigma; rx90 verify tests "
-    "smaller errors."
+    "and payload; 15 % at most. Gain error by payload: error of the gain, with 2 sigma, if the payload is as "
+    "specified; positive if the gain is too large. The test fails if this error exceeds both 15 % and 3 sigma; rx90 "
+    "verify tests smaller errors."
 )
 DOUBTED = (
     "WARNING: according to the payload on this motion, gains are off by {}. Load-dependent friction and elastic "
@@ -55,11 +55,11 @@ def unseen_verdict(
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
         why += (
             f". The prediction of {log} fails on {listed}; at most {less} % is expected. Its payload, unit or sign is "
-            f"not as stated, or gains, arm model or friction are wrong"
+            f"not as specified, or gains, arm model or friction are wrong"
         )
     wrong = [each for each in found.joints if each.misjudged]
     if wrong:
-        why += f". By its payload the gains are off by {_gain_errors(wrong)}, or the payload is not as stated"
+        why += f". By its payload the gains are off by {_gain_errors(wrong)}, or the payload is not as specified"
     doubted = [each for each in found.joints if each.doubted and not each.misjudged]
     doubt = [Paragraph(DOUBTED.format(_gain_errors(doubted)), Mood.DOUBTFUL, strong=True)] if doubted else []
     if found.passed and found.verdict is None:

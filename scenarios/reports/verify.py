@@ -145,7 +145,7 @@ def prediction_report(
         f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict "
         "the currents "
         "of the block left out. An error common to all blocks, such as a wrong mass or model, is not detected; to "
-        "detect it, record a motion with another weight: --gains G.toml --loaded B --payload P.toml."
+        "detect it, record a motion with another payload: --gains G.toml --loaded B --payload P.toml."
     )
     parts = (
         _predicted(found),

@@ -16,8 +16,8 @@ class Clock(Values):
     """Jitter of time stamps.
 
     Attributes:
-        clock_jitter: Standard deviation of the error of a time stamp [s], evenly distributed; a quarter of the period
-            at most, so that time increases. The samples themselves are taken on time.
+        clock_jitter: Standard deviation of the uniformly distributed error of a time stamp [s]; at most a quarter of
+            the period, so that time increases. The samples themselves are taken on time.
     """
 
     clock_jitter: Annotated[float, Interval(ge=0.0, le=10.0), Unit("s")] = 0.0

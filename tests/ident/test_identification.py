@@ -117,7 +117,7 @@ def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
 
 def test_swapped_files_are_named(axes):
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
 
 
@@ -127,7 +127,7 @@ def test_swapped_files_are_named_where_the_method_does_not_converge(axes, monkey
 
     monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
     with pytest.raises(NotConverged, match="the gains do not converge"):
         identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)
@@ -175,7 +175,7 @@ def faint() -> tuple[Recording, Recording, Payload]:
 
 def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
     bare, loaded, payload = faint
-    with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
+    with pytest.raises(NotIdentifiable, match="ls-2011 finds no torque of the payload on any joint"):
         identify(ur, mounted(bare, loaded, payload), method="ls-2011", policy=SIMULATED)
     right = AllJointsOptions(zero_std=0.0, tilt_std=0.0)  # zeros that may be off leave joint 2 beyond 10 %
     estimate = identify(ur, mounted(bare, loaded, payload), options=right, policy=SIMULATED).estimate

@@ -102,7 +102,10 @@ def test_either_law_keeps_the_arm_on_the_same_motion():
             r'^motion: controller\.law = "native" does not integrate, but integral_hz = 0\.5; set it to 0, or use '
             r'controller\.law = "filtered"$',
         ),
-        ({"step": 5e-4}, r"acts in every physics step, but 2 of them make a control period; set step = 0\.001, or use"),
+        (
+            {"step": 5e-4},
+            r"needs one physics step per control period, but there are 2; set step = 0\.001, or use",
+        ),
         (
             {"plant": nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))},
             "cannot simulate a model error that acts in every control period, as cogging does; use",

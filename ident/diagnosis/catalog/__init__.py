@@ -1,4 +1,4 @@
-"""Families of alternatives, one file each: a function that lists gross ones, and one that lists small ones."""
+"""Families of alternatives, one file each: a function for large ones, and one for small ones."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ class Family:
     """A kind of fault.
 
     Attributes:
-        alternatives: Gross ones, as readings.
-        directions: Small ones, as columns of currents; none where all are gross.
-        name: What its directions are called.
-        seldom: Whether it is wrong more seldom than others, so that of alternatives that predict as well it comes last.
+        alternatives: Large ones, as hypotheses.
+        directions: Small ones, as columns of currents; none if all are large.
+        name: Name of its directions.
+        seldom: Whether it is a rare fault, so that it comes last of alternatives that predict equally well.
     """
 
     alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
@@ -40,7 +40,7 @@ FAMILIES: dict[str, Family] = {
     "zeros": Family(zeros.alternatives, zeros.directions, "zero"),
     "orders": Family(orders.alternatives),
     "base": Family(base.alternatives, base.directions, "base"),
-    "lengths": Family(lengths.alternatives, lengths.directions, "lengths", seldom=True),  # drawn once, cells set daily
+    "lengths": Family(lengths.alternatives, lengths.directions, "lengths", seldom=True),  # from a drawing
     "clocks": Family(clocks.alternatives, clocks.directions, "clock"),
     "delays": Family(delays.alternatives, delays.directions, "delay"),
     "current scales": Family(current_scales.alternatives, current_scales.directions, "current scale"),
@@ -54,4 +54,4 @@ FAMILIES: dict[str, Family] = {
     "current drift": Family(directions=terms.current_drift),
     "offsets": Family(directions=terms.offsets),
 }
-"""What logs are compared with."""
+"""All families that logs are compared with."""

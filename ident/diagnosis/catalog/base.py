@@ -1,4 +1,4 @@
-"""Gravity otherwise than the model's: of a base on a wall, on a ceiling or tilted; or taken out of the currents."""
+"""Gravity that differs from the model's: a base on a wall, on a ceiling or tilted; or gravity-compensated currents."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,9 +12,9 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 SAME = 1e-6
-"""Difference of unit vectors under which gravity points the same way."""
+"""Difference of unit vectors below which directions of gravity are equal."""
 LARGEST = np.deg2rad(15.0)
-"""Tilt up to which the derivative by it says its size [rad]."""
+"""Largest tilt for which the first order is valid [rad]."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
@@ -33,7 +33,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """The base tilted by a little about two axes across gravity."""
+    """The base tilted slightly about two horizontal axes."""
     arm = logs.structure.arm
     if not arm.gravity.any():
         return
@@ -46,11 +46,11 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def tilted(logs: Logs, turn: Array) -> Alternative:
-    """The base turned about two axes across gravity.
+    """Return the base rotated about two horizontal axes.
 
     Args:
         logs: The logs.
-        turn: Angle about either axis [rad], shape (2,).
+        turn: Angle about each axis [rad], shape (2,).
     """
     gravity = logs.structure.arm.gravity
     axes, angle = across(logs.structure.arm), float(np.linalg.norm(turn))
@@ -66,7 +66,7 @@ def tilted(logs: Logs, turn: Array) -> Alternative:
 
 
 def compensated(logs: Logs) -> Iterator[Alternative]:
-    """Links and payload that weigh nothing: a controller has taken out what gravity asks for."""
+    """Links and payload without weight: the controller has subtracted the gravity torque."""
     if logs.structure.arm.gravity.any():
         yield Alternative(
             family="gravity compensation",
@@ -90,6 +90,6 @@ def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
 
 
 def _rotated(x: Array, axis: Array, angle: float) -> Array:
-    """A vector turned about a unit axis (Rodrigues)."""
+    """A vector rotated about a unit axis (Rodrigues)."""
     c, s = np.cos(angle), np.sin(angle)
     return c * x + s * np.cross(axis, x) + (1.0 - c) * float(axis @ x) * axis

@@ -1,4 +1,4 @@
-"""Seconds that are not seconds: the clock of all logs, or of one, runs at another rate."""
+"""Clocks with a wrong rate, of all logs or of one."""
 
 from collections.abc import Iterator
 
@@ -9,13 +9,13 @@ from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.logs import Logs
 
 FACTORS = (0.5, 2.0)
-"""That are tried: samples logged half or twice as often as the stamps say; others are found from the derivative."""
+"""Tested factors: half or twice the sampling rate of the stamps; others are found by first-order steps."""
 LARGEST = 0.2
-"""Relative change up to which the derivative says its size."""
+"""Largest relative change for which the first order is valid."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """Clocks that run twice or half as fast, and those that make the rates of two logs equal."""
+    """Clocks that run twice or half as fast, and those that make the sampling rates of two logs equal."""
     rates = [1.0 / each.period for each in logs.recordings]
     for scope in scopes(len(rates)):
         factors = set(FACTORS)
@@ -27,7 +27,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Clocks that run a little slower."""
+    """Clocks that run slightly slower."""
     parts = [motion.rows(motion.hurried()[..., None]) for motion in reference.motions]
     for scope in scopes(len(parts)):
         yield Direction(
@@ -38,7 +38,7 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
-    """Logs whose seconds are a factor of those that they say."""
+    """Return logs with time multiplied by a factor."""
     return Alternative(
         family="clock",
         words=in_logs(f"the clock is wrong: t must be multiplied by {factor:.4g}", scope, logs.names),

@@ -1,4 +1,4 @@
-"""Currents of one log in another unit, of another scale or sign than those of the others."""
+"""Currents of one log with another unit, scale or sign than those of the others."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,15 +12,15 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
-"""Where scales are looked for; neighbours are a fifth apart."""
+"""Grid of scales, in steps of a fifth."""
 ROUNDING = 1e-9
-"""Of the grid, whose every twelfth point is a power of ten."""
+"""Ratio of the grid, every twelfth point of which is a power of ten."""
 LARGEST = 0.3
-"""Relative change up to which the derivative says its size."""
+"""Largest relative change for which the first order is valid."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """Of every later log, each current and all together, by the scale on the grid that leaves least of the currents."""
+    """For every later log, each current and all together, with the scale on the grid that has the smallest residual."""
     n, count = logs.structure.arm.n, len(logs.recordings)
     if count < 2:
         return
@@ -35,7 +35,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents of one log that are a little larger, all of them or one: what the fit explains of them."""
+    """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
     n, count = logs.structure.arm.n, len(logs.recordings)
     if count < 2:
         return
@@ -51,7 +51,7 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
-    """Currents of a log that are a factor of what they would be in the unit of the others."""
+    """Return currents of a log with a factor relative to the unit of the others."""
     own = np.isin(np.arange(logs.structure.arm.n), joints) | (not joints)
     what = "all currents" if not joints else f"v{joints[0] + 1}"
     verb = "are" if not joints else "is"
@@ -70,15 +70,15 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
 
 
 def _of_units(scale: float) -> bool:
-    """Whether a factor is one that units differ by: a power of ten, of either sign."""
+    """Whether a factor is typical of units: a power of ten, of either sign."""
     power = float(np.log10(abs(scale)))
     return abs(power - round(power)) < ROUNDING
 
 
 def _left(logs: Logs, joint: int, k: int) -> Array:
-    """Logarithm of the likelihood that each scale of log k loses of a joint's currents, log k and the others apart.
+    """Loss of log-likelihood of a joint's currents by each scale of log k, with its own variance for log k.
 
-    Each side has a variance of its own, as in the comparison: in one sum of squares the side of larger units decides.
+    The other logs have a common variance: in one sum of squares the part with larger units would dominate.
     """
     held = logs.model.fits.parts[joint]
     if held is None:
@@ -86,8 +86,8 @@ def _left(logs: Logs, joint: int, k: int) -> Array:
     own = (logs.model.rows[joint].motion == k).astype(np.float64)
     V = held.fit.V
     other, mine = held.fit.without(V * (1.0 - own)), held.fit.without(V * own)
-    a, b = other * (1.0 - own), mine * (1.0 - own)  # of the other logs' rows: a + b / s
-    c, d = other * own, mine * own  # of log k's: s c + d in its own unit
+    a, b = other * (1.0 - own), mine * (1.0 - own)  # rows of the other logs: a + b / s
+    c, d = other * own, mine * own  # rows of log k: s c + d in its own unit
     others = a @ a + 2.0 * (a @ b) / SCALES + (b @ b) / SCALES**2
     of_k = SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d
     share = float(own.mean())
@@ -97,5 +97,5 @@ def _left(logs: Logs, joint: int, k: int) -> Array:
 
 
 def _least(V: Array) -> float:
-    """Squares of rounding."""
+    """Sum of squares of rounding errors."""
     return max(1e-20 * float(V @ V), 1e-300)

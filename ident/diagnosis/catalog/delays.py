@@ -1,4 +1,4 @@
-"""Currents that are logged later than positions, or smoothed, which is late as well."""
+"""Currents that are logged later than positions, or smoothed, which also delays them."""
 
 from collections.abc import Iterator
 
@@ -10,19 +10,19 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 LARGEST = 0.03
-"""Delay up to which the rate of the currents says its size [s]."""
+"""Largest delay for which the first order is valid [s]."""
 ADVICE = "log both with one clock, unfiltered"
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """None: what is long is found from what is short, step by step."""
+    """None: long delays are found by first-order steps."""
     return iter(())
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents a little late: of all joints together, of each alone, and in one log each by a time of its own.
+    """Currents with a small delay: of all joints together, of each alone, and in one log different for each joint.
 
-    In all logs, times of their own would imitate backlash and friction before sliding.
+    In all logs, different delays would imitate backlash and presliding friction.
     """
     n = logs.structure.arm.n
     parts = [[-each for each in motion.rows(motion.rate()[..., None])] for motion in reference.motions]
@@ -40,13 +40,13 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Array) -> Alternative:
-    """Currents that are logged late.
+    """Return currents that are logged late.
 
     Args:
-        logs: As they were observed.
-        scope: Logs that it is about, from 0.
-        joints: Joints that it is about, from 0; none for all of them together.
-        delays: One of each joint, or one of all together [s], shape (1,) or (joints,).
+        logs: The observed logs.
+        scope: Logs concerned, from 0.
+        joints: Joints concerned, from 0; empty for all together.
+        delays: One delay per joint, or one for all together [s], shape (1,) or (joints,).
     """
     of_joints = np.zeros(logs.structure.arm.n)
     of_joints[list(joints) if joints else slice(None)] = delays

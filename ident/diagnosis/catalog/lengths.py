@@ -1,4 +1,4 @@
-"""Lengths that differ from the model's: all of them, or one from joint to joint."""
+"""Lengths that differ from the model's: all of them, or one between two joints."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,9 +11,9 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 FACTORS = (0.8, 1.25)
-"""That are tried; what lies between is found from the derivative."""
+"""Tested factors; others are found by first-order steps."""
 LARGEST = 0.2
-"""Relative change up to which the derivative says its size."""
+"""Largest relative change for which the first order is valid."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
@@ -24,7 +24,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Every length, or one, longer by a little."""
+    """Every length, or one, slightly longer."""
     arm = logs.structure.arm
     for which in _which(logs):
         longer = replace(arm, translation=_length_factors(arm.n, which, 1.0 + STEP)[:, None] * arm.translation)
@@ -38,7 +38,7 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
-    """Every length, or that before a joint, from 0, times a factor."""
+    """Return every length, or that before a joint, from 0, times a factor."""
     n = logs.structure.arm.n
     what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
     return Alternative(
@@ -55,7 +55,7 @@ def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
 
 
 def _which(logs: Logs) -> list[int | None]:
-    """All, and each that is not zero; what precedes the first joint shows nowhere."""
+    """All, and each that is not zero, without that before the first joint, which has no effect."""
     long = np.flatnonzero(logs.structure.arm.translation.any(axis=1)).tolist()
     return [None, *(j for j in long if j > 0)] if long else []
 

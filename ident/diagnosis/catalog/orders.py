@@ -12,7 +12,7 @@ from ident.support.arrays import Indices
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """Exchanges of two joints, of their positions, currents or both, in all logs or one; other orders in all."""
+    """Exchanges of positions, currents or both of two joints, in all logs or one; other orders in all logs."""
     arm = logs.structure.arm
     every = scopes(len(logs.recordings))
     for i, j in combinations(range(arm.n), 2):
@@ -56,7 +56,7 @@ def _other_orders(arm: Arm) -> Iterator[tuple[str, Indices]]:
     by_name = sorted(range(arm.n), key=lambda j: arm.joint_names[j])
     known = {tuple(each.tolist())}
     for words, order in (
-        ("in alphabetical order of the joints' names", np.argsort(by_name)),  # where the column of joint j stands
+        ("in alphabetical order of the joints' names", np.argsort(by_name)),  # column of joint j
         ("in reverse order", each[::-1]),
         ("shifted by one place, the first joint last", np.roll(each, 1)),
         ("shifted by one place, the last joint first", np.roll(each, -1)),

@@ -1,4 +1,4 @@
-"""A payload that is not as stated: its centre of mass, its inertia, or how it is turned."""
+"""A payload that is not as specified: its centre of mass, inertia or orientation."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -13,9 +13,9 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array
 
 KNOWN_CENTRE = ("all", "com")
-"""Payloads of which a centre of mass is stated."""
+"""Payloads with a specified centre of mass."""
 FAMILIES = ("payload centre", "payload inertia")
-"""Names of the directions."""
+"""Names of the directions' families."""
 CENTRE = Term(
     words=lambda offset: (
         "the payload's centre of mass seems to differ from the stated one by "
@@ -32,7 +32,7 @@ INERTIA = Term(
 
 
 def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
-    """The centre and the inertia of each payload elsewhere than stated."""
+    """Errors of the specified centre of mass and inertia of each payload."""
     for which, payload in enumerate(problem.payloads):
         if payload.known in KNOWN_CENTRE:
             yield _of(problem, estimate, which, FAMILIES[0], CENTRE, per_metre(payload), "mm", 1e3, payload.com_std)
@@ -58,7 +58,7 @@ def _of(
     scale: float,
     prior_std: Sequence[float] = (),
 ) -> Direction:
-    """Currents by a change of a payload's standard parameters, (10, m)."""
+    """Return the currents from a change of a payload's standard parameters, shape (10, m)."""
     inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
     columns = tuple(
         inverse[j] * (joint_rows(problem, j).W_L[which] @ change) if j in inverse else None

@@ -1,4 +1,4 @@
-"""What a model of stiff joints with ordinary friction may lack: no fault of the logs, though it may look like one."""
+"""Effects that a model of rigid joints with simple friction lacks; they may look like faults of the logs."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -15,7 +15,7 @@ from ident.support.arrays import Array, readonly
 
 ELASTICITY = "joint elasticity"
 OFFSET, OFFSET_DRIFT = "offset", "offset drift"
-"""Of a current sensor: no model of the arm would have it."""
+"""Families of the current sensor, which are not effects of the arm."""
 MESSAGES = {
     ELASTICITY: (
         "the joints are elastic, which is not modelled",
@@ -43,24 +43,24 @@ MESSAGES = {
         "warm the drives up before recording, and zero the current sensors",
     ),
 }
-"""What a term says, and what to do about it."""
+"""Description and remedy of each term."""
 DEGREE = 6
-"""Of the polynomials in the position, and of those in the speed in either direction."""
+"""Degrees of the polynomials in position, and of those in speed for each direction."""
 
 
 def elasticity(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Joints that yield, each with a compliance of its own."""
+    """Elastic joints, each with its own compliance."""
     size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
     yield _term(ELASTICITY, (), logs, tuple(each * size for each in reference.softened))
 
 
 def position(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Torque that depends on a joint's own position: a spring, a cable, an error of the kinematics."""
+    """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
     yield from _curves("position-dependent torque", logs, lambda q, dq: _polynomials(q, DEGREE))
 
 
 def speed(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Friction that follows another law of the speed."""
+    """Friction with another dependence on speed."""
 
     def columns(q: Array, dq: Array) -> Array:
         even = _polynomials(np.abs(dq), DEGREE // 2)
@@ -84,7 +84,7 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Friction of a motor that turns with two joints, another in a later log than in the first."""
+    """Friction of a motor that turns with two joints, different in a later log."""
     for rows in logs.model.rows:
         coupled = [k for k, name in enumerate(rows.names) if name.rstrip("0123456789") in COUPLED]
         later = range(1, len(logs.recordings))
@@ -94,7 +94,7 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents of one log whose scale drifts while it is recorded, of all joints or of one."""
+    """Currents of one log whose scale drifts during the log, of all joints or of one."""
     n = logs.structure.arm.n
     for log in range(len(logs.recordings)):
         columns = list[Array]()
@@ -107,7 +107,7 @@ def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def offsets(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Offsets of currents that differ between logs, or drift within one: of a joint alone, and of all, each its own."""
+    """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
     n = logs.structure.arm.n
     for log in range(len(logs.recordings)):
         level, drift = list[Array](), list[Array]()
@@ -130,7 +130,7 @@ def _curves(family: str, logs: Logs, columns: Callable[[Array, Array], Array]) -
 
 
 def states(logs: Logs, rows: JointRows) -> tuple[Array, Array]:
-    """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
+    """Position and speed of a joint at the middle of its rows' filters, each of shape (r,)."""
     q, dq = np.zeros(len(rows.V)), np.zeros(len(rows.V))
     for log, motion in enumerate(logs.problem.motions):
         behind, own = motion.observation.recorded, rows.motion == log
@@ -155,7 +155,7 @@ def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array
 
 
 def _polynomials(x: Array, degree: int) -> Array:
-    """Legendre's of a range, of degree 1 on, shape (r, degree)."""
+    """Legendre polynomials over the range of x, from degree 1, shape (r, degree)."""
     low, high = float(x.min(initial=0.0)), float(x.max(initial=0.0))
     scaled = (2.0 * x - low - high) / max(high - low, 1e-300)
     return readonly(legendre.legvander(scaled, degree)[:, 1:])

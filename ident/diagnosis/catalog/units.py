@@ -1,4 +1,4 @@
-"""Positions in another unit than radians and metres, or counted on the motor's side of a gear."""
+"""Positions in other units than radians and metres, or on the motor side of a gear."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,15 +11,15 @@ from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
-"""What makes radians of an angle in another unit."""
+"""Factors from units of angle to radians."""
 LENGTHS = {"millimetres": 1e-3}
-"""What makes metres of a length."""
+"""Factors from units of length to metres."""
 RATIOS = np.geomspace(2.0, 500.0, 280)
-"""Plausible gears, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
+"""Plausible gear ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """Positions of all joints or of one in another unit, in all logs or one, where that puts them within reach."""
+    """Positions of all joints or of one in another unit, in all logs or one, if they are then within the limits."""
     arm = logs.structure.arm
     for kind, units in ((arm.revolute, ANGLES), (~arm.revolute.astype(bool), LENGTHS)):
         joints = np.flatnonzero(kind)
@@ -31,18 +31,18 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
                     if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
                         yield found
     beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
-    if len(beyond) == 1 and arm.revolute[min(beyond)]:  # of several joints at once no ratio can be found alone
+    if len(beyond) == 1 and arm.revolute[min(beyond)]:  # the ratios of several joints cannot be found separately
         yield from gears(logs, min(beyond))
 
 
 def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
-    """Positions of one joint that count a motor's turns, by every plausible ratio, either sign."""
+    """Positions of one joint on the motor side, for every plausible ratio and both signs."""
     for ratio in np.concatenate((RATIOS, -RATIOS)).tolist():
         yield geared(logs, logs.every, joint, ratio)
 
 
 def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alternative:
-    """Positions of a joint on the motor's side of a gear."""
+    """Return positions of a joint on the motor side of a gear."""
     found = in_unit(logs, scope, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
 
     def refined(more: Array) -> Alternative:
@@ -52,7 +52,7 @@ def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alte
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
-    """Positions of some joints times a factor."""
+    """Return positions of some joints times a factor."""
     arm = logs.structure.arm
     every = len(joints) == int(np.sum(arm.revolute == arm.revolute[min(joints)])) and len(joints) > 1
     first = min(joints)

@@ -1,4 +1,4 @@
-"""A joint whose positions are counted from another zero, in the other sense, or both."""
+"""A joint whose positions have another zero, the opposite sign, or both."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -10,24 +10,24 @@ from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.logs import Logs
 
 TURNS = (0, 90, 180, 270)
-"""Zeros that conventions differ by [degrees]; others are found from the nearest of these."""
+"""Differences of zeros between conventions [degrees]; others are found from the nearest one."""
 LARGEST = np.deg2rad(15.0)
-"""Zero up to which the derivative of the torques by it says its size [rad]."""
+"""Largest error of a zero for which the first order is valid [rad]."""
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
-    """Each joint negated, turned by quarters, or both; a sliding joint has nothing to turn."""
+    """Each joint negated, offset by quarter turns, or both; a prismatic joint is only negated."""
     arm = logs.structure.arm
     for j, (turn, sign) in product(range(arm.n), product(TURNS, (1.0, -1.0))):
         if (turn or sign < 0.0) and (arm.revolute[j] or not turn):
             for scope in scopes(len(logs.recordings)):
                 yield turned(logs, j, scope, sign, np.deg2rad(turn))
-    if len(logs.recordings) > 1:  # in all logs it is the sign of the position alone, and of the gain
+    if len(logs.recordings) > 1:  # in all logs: a negated position and a negative gain
         yield from (reversed_joint(logs, j, (k,)) for j in range(arm.n) for k in range(len(logs.recordings)))
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """The zero of each joint off by a little."""
+    """A small error of each joint's zero."""
     arm = logs.structure.arm
     parts = [motion.rows(motion.displaced()) for motion in reference.motions]
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
@@ -44,14 +44,14 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
 
 
 def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: float) -> Alternative:
-    """A joint whose position in the arm is `sign q + zero` in some logs."""
+    """Return a joint with the position `sign q + zero` in some logs."""
     arm = logs.structure.arm
     own = np.arange(arm.n) == joint
     revolute = bool(arm.revolute[joint])
     size = float(np.rad2deg((zero + np.pi) % (2.0 * np.pi) - np.pi)) if revolute else 1e3 * zero
     size_text = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}"
     way = "plus" if size > 0.0 else "minus"
-    # what is wrong with the log is the inverse of how it is read
+    # the fault of the log is the inverse of the correction
     if sign < 0.0:
         words = f"q{joint + 1} is negated" + (f" and its zero off by {size_text}" if abs(size) > 1e-9 else "")
     else:
@@ -71,7 +71,7 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
 
 
 def reversed_joint(logs: Logs, joint: int, scope: tuple[int, ...]) -> Alternative:
-    """A joint whose position and current both count in the other sense in some logs."""
+    """Return a joint whose position and current both have the opposite sign in some logs."""
     own = np.where(np.arange(logs.structure.arm.n) == joint, -1.0, 1.0)
     return Alternative(
         family="joint reversed",

@@ -1,6 +1,6 @@
-"""What the samples of one log show by themselves, whatever arm they are of.
+"""Checks of the samples of one log, independent of the arm.
 
-One file a check; `SAMPLE_CHECKS` lists them, `SPOILING` those that tell which samples are spoilt, of which joints.
+One file per check; `SAMPLE_CHECKS` lists them, `SPOILING` those that mark spoilt samples of joints.
 """
 
 from collections.abc import Callable
@@ -25,7 +25,7 @@ SAMPLE_CHECKS: dict[str, Callable[[Recording, ObserveOptions], list[Diagnosis]]]
 FILTERED = ("noise", "columns", "motion")
 """Checks of logs that can be filtered."""
 OF_THE_MOTION = ("values", "noise", "motion")
-"""Checks of what logs are worth: the deviations of gains say the same, and bad values are refused."""
+"""Checks of the quality of logs: standard deviations of gains include it, and bad values are refused."""
 SPOILING: dict[str, Callable[[Recording], Mask]] = {
     "clipping": clipping.spoilt,
     "frozen": frozen.spoilt,
@@ -33,4 +33,4 @@ SPOILING: dict[str, Callable[[Recording], Mask]] = {
     "lost samples": lost_samples.lost_spoilt,
     "repeated samples": lost_samples.repeated_spoilt,
 }
-"""Samples that each joint's gain should not be judged by, shape (N, n), by the name of the diagnosis."""
+"""Functions that mark samples that each joint's gain must not use, shape (N, n), by the name of the diagnosis."""

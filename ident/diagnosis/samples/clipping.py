@@ -1,4 +1,4 @@
-"""Currents that stay at one extreme value: a drive at its limit, or a log that was clipped."""
+"""Currents that remain at one extreme value: a drive at its limit, or a clipped log."""
 
 from collections.abc import Iterator
 
@@ -11,18 +11,18 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 
 LEAST = 4
-"""Samples in a row at the very largest value from which it is a limit, not a peak."""
+"""Number of successive samples at the extreme value from which it is a limit, not a peak."""
 SHARE = 0.0005
-"""Share of the samples at it, besides."""
+"""Smallest share of the samples at it."""
 
 
 def clipped(v: Array, extreme: float) -> Mask:
-    """Samples of a current, shape (N,), in runs of at least `LEAST` at exactly its extreme value."""
+    """Mask of samples of a current, shape (N,), in runs of at least `LEAST` at exactly its extreme value."""
     return long_runs(v == extreme, LEAST)
 
 
 def clipping(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
-    """Which currents are clipped, and where."""
+    """Check currents for clipping."""
     found = [
         Diagnosis(
             name="clipping",
@@ -41,7 +41,7 @@ def clipping(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
 
 
 def spoilt(recording: Recording) -> Mask:
-    """Samples of currents that are clipped, shape (N, n)."""
+    """Mask of clipped samples of currents, shape (N, n)."""
     found = np.zeros(recording.v.shape, dtype=np.bool_)
     for j, _, _, at in _limits(recording):
         found[:, j] |= at
@@ -49,7 +49,7 @@ def spoilt(recording: Recording) -> Mask:
 
 
 def _limits(recording: Recording) -> Iterator[tuple[int, str, float, Mask]]:
-    """Joint, which limit, its value and the samples at it, of each current that is clipped."""
+    """Joint, kind of limit, its value and mask of the samples at it, for each clipped current."""
     for j, v in enumerate(recording.v.T):
         for name, extreme in (("largest", float(v.max())), ("smallest", float(v.min()))):
             if clipped(v, extreme).sum() > SHARE * len(v) and not _coarse(v, extreme):
@@ -57,7 +57,7 @@ def _limits(recording: Recording) -> Iterator[tuple[int, str, float, Mask]]:
 
 
 def _coarse(v: Array, extreme: float) -> bool:
-    """Whether the value before the extreme one is held as long: a coarse or slowly logged current, no limit."""
+    """Whether the value before the extreme one is held equally long: a coarse or slowly logged current, not a limit."""
     others = v[v != extreme]
     if not len(others):
         return False

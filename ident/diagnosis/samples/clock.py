@@ -1,4 +1,4 @@
-"""The clock of a log: its rate, how even it is, and the samples that its time stamps show to be missing."""
+"""The clock of a log: its rate, its jitter, and samples that are missing by the time stamps."""
 
 from itertools import pairwise
 
@@ -11,28 +11,28 @@ from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import JITTER_TOL, LARGEST_GAP, Recording
 
 ROOM = 4.0
-"""Samples in a period of the highest cut-off below which filters have little room."""
+"""Number of samples per period of the highest cut-off below which the rate is too low for the filters."""
 JITTERED = 0.5
-"""Largest deviation of an interval, as a share, that does not come of missing samples but is worth a word."""
+"""Relative deviation of an interval, without missing samples, that is reported."""
 
 
 ROWS_A_JOINT = 10
-"""Rows for each joint that an observation asks for (`ident.observation.observation`)."""
+"""Number of rows per joint that an observation requires (`ident.observation.observation`)."""
 SPARE = 1.2
-"""Factor on their duration: groups and decimation are whole numbers of samples."""
+"""Margin of their duration, as groups and decimation are whole numbers of samples."""
 
 
 def slowest_hz(observing: ObserveOptions) -> float:
-    """Rate of a log [Hz] below which filters have little room."""
+    """Rate of a log [Hz] below which it is too low for the filters."""
     return ROOM * max(observing.cutoff_hz, observing.decimation_cutoff_hz)
 
 
 SLOW = slowest_hz(ObserveOptions())
-"""Likewise of the default filters."""
+"""The same for the default filters."""
 
 
 def clock(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
-    """What the time stamps say."""
+    """Check the time stamps."""
     found = intervals_of(recording.t)
     duration = float(recording.t[-1] - recording.t[0])
     hertz = 1.0 / found.mean  # controllers that log every 10 or 12 ms do so at a rate between the two
@@ -62,9 +62,9 @@ def clock(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
 
 
 def usable_parts(recording: Recording, observing: ObserveOptions) -> list[slice]:
-    """Rows on either side of gaps that are too long to be bridged, where they are long enough for the filters.
+    """Rows between gaps that are too long to interpolate, if there are enough for the filters.
 
-    None where there is no such gap, or no side is long enough.
+    Empty without such a gap, or if no part is long enough.
     """
     intervals = np.diff(recording.t)
     gaps = np.flatnonzero(intervals > LARGEST_GAP * np.median(intervals)) + 1
@@ -76,7 +76,7 @@ def usable_parts(recording: Recording, observing: ObserveOptions) -> list[slice]
 
 
 def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosis:
-    """The samples that time stamps show to be missing, and what becomes of the gaps."""
+    """Check for samples that are missing by the time stamps, and describe the treatment of the gaps."""
     found = intervals_of(recording.t)
     if not found.lost:
         return Diagnosis(
@@ -107,7 +107,7 @@ def least_seconds(observing: ObserveOptions, n: int) -> float:
 
 
 def _used(recording: Recording, parts: list[slice]) -> str:
-    """What becomes of a log with gaps."""
+    """Describe how a log with gaps is used."""
     if len(parts) > 1:
         return f"used as {len(parts)} logs"
     return f"used from {recording.t[parts[0].start]:.4g} to {recording.t[parts[0].stop - 1]:.4g} s"

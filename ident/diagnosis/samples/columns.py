@@ -1,4 +1,4 @@
-"""Columns that are not what their names say: copies, a speed in place of a current, currents without signs."""
+"""Columns with another content than their names: copies, a speed in place of a current, currents without signs."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -13,17 +13,17 @@ from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
 
 ALIKE = 0.01
-"""Share of a column that another, with a factor and an offset, may leave for it to be that one.
+"""Residual of a column after a fit of another one, with factor and offset, below which it is a copy.
 
-What friction that is viscous alone leaves of a current is noise and steps of dry friction, some per cent.
+After a fit of viscous friction, a current retains noise and steps of Coulomb friction of some per cent.
 """
 
 
 def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
-    """Which columns are copies of others, and whether all currents lack their signs."""
+    """Check for columns that are copies of others, and for currents without signs."""
     found: list[Diagnosis] = []
     step = np.diff(recording.q, axis=0)
-    to_and_fro = ((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all()  # where friction has either sign
+    to_and_fro = ((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all()  # where friction has both signs
     if recording.n > 1 and to_and_fro and (recording.v >= 0.0).all():
         sentence = "v is never negative on any joint, though all joints move in both directions: v has no sign"
         found.append(_wrong(recording, tuple(range(recording.n)), sentence))
@@ -44,7 +44,7 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         for what, share in zip(("position", "speed", "acceleration"), left[:, j], strict=True):
             if share < ALIKE:
                 sentence = f"v{j + 1} is the {what} of joint {j + 1}, times a factor"
-                copied = _wrong(recording, (j,), sentence)  # without friction and gravity an inertia's current is one
+                copied = _wrong(recording, (j,), sentence)  # of an inertia alone
                 found.append(replace(copied, severity=Severity.WEAK) if what == "acceleration" else copied)
     return found or [Diagnosis(name="columns", sentence="no column is a copy of another", logs=(recording.name,))]
 
@@ -66,12 +66,12 @@ def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diag
 
 
 def _left(y: Array, x: Array) -> Array:
-    """Share of each column of y that each of x leaves, all less their means: sqrt(1 - r^2), r their correlation."""
+    """Residual share of each column of y after a fit of each of x, with offset: sqrt(1 - r^2), r their correlation."""
     return np.sqrt(np.maximum(1.0 - (_unit(y) @ _unit(x).T) ** 2, 0.0))
 
 
 def _unit(x: Array) -> Array:
-    """Columns less their means, of length 1, as rows, shape (n, N); zero where they are constant."""
+    """Columns minus their means, normalised, as rows, shape (n, N); zero for constant columns."""
     x = np.ascontiguousarray(x.T)
     x = x - x.mean(axis=1, keepdims=True)
     size = np.linalg.norm(x, axis=1, keepdims=True)

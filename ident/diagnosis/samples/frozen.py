@@ -1,11 +1,13 @@
-"""Positions and currents that stay exactly constant while the arm moves: a channel that stopped.
+"""Positions and currents that remain exactly constant while the arm moves: a channel that stopped.
 
-A position is frozen where it stays and then jumps by `AHEAD` times as much as its neighbouring steps, or where it stops
-at speed and stays to the end, while other joints move. A joint that rests slows down before, and starts slowly; a
-coarse encoder, or a column that is logged more slowly, jumps by as much as ever.
+A position is frozen if it remains constant and then jumps by `AHEAD` times its neighbouring steps, or if it stops at
+speed and remains constant to the end, while other joints move. A joint that comes to rest decelerates before, and
+starts slowly; the steps of a coarse encoder, or of a column that is logged at a lower rate, are as large as their
+neighbours.
 
-A current is frozen where it stays while its joint moves, for longer than chance allows: a current that changes with
-probability p from one row to the next of a moving joint stays for L rows somewhere with probability N (1 - p)^L.
+A current is frozen if it remains constant while its joint moves, for longer than is plausible by chance: a current that
+changes with probability p from row to row of a moving joint is constant for L rows somewhere with probability N (1 -
+p)^L.
 """
 
 from collections.abc import Iterator
@@ -19,21 +21,21 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 
 LEAST = 10
-"""Rows that a frozen column stays for at least; fewer are held samples and hardly move a gain."""
+"""Smallest number of constant rows of a frozen column; fewer are held samples with hardly an effect on gains."""
 AHEAD = 5.0
-"""Size of a step over that of its neighbours."""
+"""Ratio of a step to its neighbours."""
 BESIDE = 5
-"""Steps to either side that a step is compared with."""
+"""Number of steps to each side that a step is compared with."""
 AT_SPEED = 0.5
 """Speed, as a share of its root mean square, from which a joint does not stop between two samples."""
 CHANCE = 1e-9
-"""Probability with which a current stays that long in a sound log."""
+"""False-alarm probability for a current in a fault-free log."""
 MOVES = 0.1
-"""Speed, as a share of its root mean square, above which a joint moves: as where reversals are left out."""
+"""Speed, as a share of its root mean square, above which a joint moves: as for the mask of reversals."""
 
 
 def frozen(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
-    """Which positions and currents stop, and when."""
+    """Check for positions and currents that freeze."""
     found = list[Diagnosis]()
     for kind, per_joint in (("q", _frozen_positions(recording)), ("v", _frozen_currents(recording))):
         for j, at in per_joint:
@@ -57,7 +59,7 @@ def frozen(recording: Recording, _: ObserveOptions | None = None) -> list[Diagno
 
 
 def spoilt(recording: Recording) -> Mask:
-    """Samples of currents that stop, and of all joints where a position does, shape (N, n)."""
+    """Mask of samples of frozen currents, and of all joints where a position is frozen, shape (N, n)."""
     found = np.zeros(recording.q.shape, dtype=np.bool_)
     for _, at in _frozen_positions(recording):
         found |= at[:, None]
@@ -67,7 +69,7 @@ def spoilt(recording: Recording) -> Mask:
 
 
 def _frozen_positions(recording: Recording) -> Iterator[tuple[int, Mask]]:
-    """Joints with the samples of which their position stands still."""
+    """Joints with the mask of samples with a frozen position."""
     changes = np.diff(recording.q, axis=0) != 0.0  # (N - 1, n)
     rms = np.sqrt(np.mean(np.diff(recording.q, axis=0) ** 2, axis=0))  # a row
     for j in range(recording.n):
@@ -80,11 +82,11 @@ def _frozen_positions(recording: Recording) -> Iterator[tuple[int, Mask]]:
 
 
 def _stops(q: Array, at_speed: float) -> Iterator[tuple[int, int]]:
-    """First sample and the one after the last of each time that a position stands still and should not."""
+    """First sample, and the one after the last, of each interval with a frozen position."""
     steps = np.diff(q)
-    rows = np.flatnonzero(steps)  # after these the position changes
+    rows = np.flatnonzero(steps)  # the position changes after these
     edges = np.concatenate(([-1], rows, [len(q) - 1]))
-    sizes, lengths = np.abs(steps[rows]), np.diff(edges)  # of n steps, of the n + 1 times between them
+    sizes, lengths = np.abs(steps[rows]), np.diff(edges)  # n steps have n + 1 times between them
     for k in np.flatnonzero(lengths >= LEAST):
         if k == len(rows):  # to the end
             before = edges[k] - edges[max(0, k - 2)]
@@ -97,7 +99,7 @@ def _stops(q: Array, at_speed: float) -> Iterator[tuple[int, int]]:
 
 
 def _frozen_currents(recording: Recording) -> Iterator[tuple[int, Mask]]:
-    """Joints with the samples of which their current stands still."""
+    """Joints with the mask of samples with a frozen current."""
     for j, v in enumerate(recording.v.T):
         moving = _moving(recording.q[:, j])
         at = np.zeros(len(v), dtype=np.bool_)
@@ -108,11 +110,11 @@ def _frozen_currents(recording: Recording) -> Iterator[tuple[int, Mask]]:
 
 
 def _long_stays(v: Array, moving: Mask) -> Iterator[tuple[int, int]]:
-    """First sample and the one after the last of each time that a current stays longer than chance allows."""
+    """First sample, and the one after the last, of each interval with a current that is constant for too long."""
     step = np.diff(v)
     starts, ends = runs(step == 0.0)
     counted = moving[1:].copy()
-    longest = int((ends - starts).argmax()) if len(starts) else 0  # what may be frozen says nothing of chance
+    longest = int((ends - starts).argmax()) if len(starts) else 0  # possibly frozen samples are not used for p
     if len(starts):
         counted[starts[longest] : ends[longest]] = False
     changing = float(np.mean(step[counted] != 0.0)) if counted.any() else 0.0
@@ -120,23 +122,23 @@ def _long_stays(v: Array, moving: Mask) -> Iterator[tuple[int, int]]:
         return
     least = LEAST + np.log(CHANCE / len(v)) / np.log1p(-min(changing, 1.0 - 1e-6))
     stayed = np.concatenate(([0], np.cumsum(moving[1:])))
-    long = stayed[ends] - stayed[starts] >= least  # where a joint rests a current may stay
+    long = stayed[ends] - stayed[starts] >= least  # at rest a current may be constant
     if not long.any():
         return
     coarse = quantum(v)
     extremes = (float(v.min()), float(v.max()))
     for start, end in zip(starts[long], ends[long], strict=True):
-        clipped = float(v[start]) in extremes  # another check's
+        clipped = float(v[start]) in extremes  # reported by another check
         if not clipped and _jumps(step, start, end, coarse):
             yield int(start), int(end) + 1
 
 
 def _jumps(step: Array, start: int, end: int, coarse: float | None) -> bool:
-    """Whether a current jumps by more than the step of a coarse one where it starts to change again, or never does."""
+    """Whether a current never changes again, or does so by more than a step of a coarse sensor."""
     return coarse is None or end >= len(step) or bool(np.abs(step[end]) > 1.5 * coarse)
 
 
 def _moving(q: Array) -> Mask:
-    """Samples at which a joint moves, shape (N,)."""
+    """Mask of samples at which a joint moves, shape (N,)."""
     rate = np.gradient(q)
     return np.abs(rate) > MOVES * np.sqrt(np.mean(rate**2))

@@ -1,15 +1,15 @@
-"""Samples that were lost and whose time was filled in, and old ones that were written again: no time stamp shows them.
+"""Lost samples that time stamps do not reveal, and samples that were logged repeatedly.
 
-Where one sample of a moving arm is lost and the time stamps run on evenly, all joints advance twice as far from one row
-to the next; where one is repeated, none advances. The step of all joints is compared with that of the rows to either
-side, as a share of it:
+If one sample of a moving arm is lost and the time stamps remain uniform, all joints advance twice as far from one row
+to the next; if one is repeated, none advances. The step of all joints is compared with the steps to each side, as a
+ratio:
 
     share = sum_j s_j m_j / sum_j m_j^2         s_j the step of joint j, m_j the median of the steps beside it
 
-A share of 3 is two samples lost. Where the shares of all such steps are whole numbers, time stamps can be restored.
+A ratio of 3 means two lost samples. If the ratios of all such steps are whole numbers, time stamps can be corrected.
 
-Stamps that jitter are those of samples taken at these very times, or late ones of samples taken evenly. Speeds are
-smoother the right way, and steps are judged that way.
+With jitter, samples were either taken at these times, or taken uniformly and stamped late. The interpretation with the
+smoother speeds is used.
 """
 
 from dataclasses import dataclass
@@ -25,36 +25,36 @@ from ident.recordings.recording import LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask
 
 APART = 4
-"""Steps to either side whose median speed a step is compared with."""
+"""Number of steps to each side whose median speed a step is compared with."""
 SURE = 12.0
-"""Deviations by noise of the positions that a share must be off by."""
+"""Smallest significant error of a ratio, in standard deviations of position noise."""
 OFF = 0.5
-"""Share of a step by which it is too long or too short."""
+"""Relative error of a step that is too long or too short."""
 SHOWS, MOST = 3.0, 0.75
-"""Deviations that a joint must move by in a step to show it, and share of such joints that must agree."""
+"""Smallest step of a joint that is used, in standard deviations of noise, and share of such joints that must agree."""
 MANY = 0.002
-"""Share of the rows from which it is no accident."""
+"""Share of the rows from which it is reported."""
 HELD = 0.3
-"""Share of rows on which all currents stay as they are, from which they are logged more slowly than positions."""
+"""Share of rows with unchanged currents, from which these are logged at a lower rate than positions."""
 
 
 PLAIN = 0.25
-"""Deviation from a whole number of samples up to which the number lost is plain."""
+"""Largest difference from a whole number of samples for which the number of lost ones is unambiguous."""
 SHOWN = 0.9
-"""Share of the rows at which one lost sample must show: as many of those lost get their time back."""
+"""Smallest share of rows at which one lost sample would be detected, so that most lost samples are corrected."""
 SAME = 1e-9
-"""Difference of intervals, as a share of one, that is rounding of the time stamps."""
+"""Relative difference of intervals that is rounding of the time stamps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimestampAnomalies:
-    """Rows whose step is not that of their neighbours.
+    """Rows whose step differs from that of their neighbours.
 
     Attributes:
         long: Rows, from 0, after which all joints advance too far.
-        lost: Samples that were lost after each of these, 0 where their number is not plain.
-        still: Rows, from 0, after which none advances although the arm moves.
-        shown: Share of the rows at which one lost sample would show.
+        lost: Number of samples lost after each of these, 0 if ambiguous.
+        still: Rows, from 0, after which no joint advances although the arm moves.
+        shown: Share of the rows at which one lost sample would be detected.
     """
 
     long: Indices
@@ -64,13 +64,13 @@ class TimestampAnomalies:
 
     @property
     def plain(self) -> bool:
-        """Whether samples were lost, it shows where, and everywhere how many."""
+        """Whether samples were lost, and their places and numbers are unambiguous."""
         return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
 
 
 @lru_cache(maxsize=8)
 def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
-    """Steps of all joints together that are too long, or none at all, for the time that they take."""
+    """Find steps of all joints together that are too long, or zero, for their time interval."""
     clock = intervals_of(recording.t)
     step = np.diff(recording.q, axis=0)  # (N - 1, n)
     rounding = np.array([step or np.finfo(float).eps for step in position_quanta(recording)]) / np.sqrt(12.0)
@@ -84,11 +84,11 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
     alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
     periods = interval / clock.usual
-    sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # where a stamp is late, so is the step
-    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder steps alone
+    sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # a late stamp makes a long interval
+    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder does not count
     unmoved = (step == 0.0).all(axis=1)
     still = sure & unmoved
-    long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
+    long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after repeats
     lost = (share[long] - 1.0) * periods[long]
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
     return TimestampAnomalies(
@@ -100,10 +100,11 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
 
 
 def _smoother(stamped: Array, even: Array, step: Array, sigma: Array) -> tuple[Array, Array, Array]:
-    """Intervals of samples that were taken when stamped, or evenly, by which speeds are smoother.
+    """Select the intervals, as stamped or uniform, with the smoother speeds.
 
     Returns:
-        The intervals, shape (N - 1,), the speeds of the steps, and the median speeds beside them, both (N - 1, n).
+        The intervals, shape (N - 1,), the speeds of the steps, and the median speeds of their neighbours, both (N - 1,
+        n).
     """
     readings = (stamped,) if np.abs(stamped - even).max() < SAME * even.min() else (stamped, even)
     found = [(interval, rate := step / interval[:, None], _beside(rate)) for interval in readings]
@@ -111,10 +112,10 @@ def _smoother(stamped: Array, even: Array, step: Array, sigma: Array) -> tuple[A
 
 
 def _beside(rate: Array) -> Array:
-    """Median speed of the steps to either side of each, itself left out, shape (N - 1, n).
+    """Median speed of the steps to each side of every step, without the step itself, shape (N - 1, n).
 
-    The eight speeds x_-4 .. x_-1, x_1 .. x_4 are ordered by exchanges of pairs (Knuth, vol. 3, 5.3.4), of which the
-    first two rounds compare the same pairs for neighbouring steps.
+    The eight speeds x_-4 .. x_-1, x_1 .. x_4 are sorted by a network (Knuth, vol. 3, 5.3.4) whose first two rounds
+    compare the same pairs for neighbouring steps.
     """
     found = np.empty(rate.shape[::-1])
     for x, out in zip(rate.T, found, strict=True):
@@ -134,7 +135,7 @@ def _ordered(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
-    """What positions and currents say of lost and repeated samples."""
+    """Check positions and currents for lost and repeated samples."""
     odd = timestamp_anomalies(recording)
     found = [_lost(recording, odd), _repeated(recording, odd)]
     held = 100.0 * float((np.diff(recording.v, axis=0) == 0.0).all(axis=1).mean())
@@ -157,12 +158,12 @@ def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[
 
 
 def lost_spoilt(recording: Recording) -> Mask:
-    """Samples on both sides of lost ones, shape (N, n)."""
+    """Mask of samples on both sides of lost ones, shape (N, n)."""
     return _beside_steps(recording, timestamp_anomalies(recording).long)
 
 
 def repeated_spoilt(recording: Recording) -> Mask:
-    """Samples that were written again, shape (N, n)."""
+    """Mask of repeated samples, shape (N, n)."""
     return _beside_steps(recording, timestamp_anomalies(recording).still)
 
 

@@ -1,4 +1,4 @@
-"""What the motion of a log shows of an arm: ranges, speeds, accelerations, time beside reversals."""
+"""The motion of a log: ranges, speeds, accelerations, time near reversals."""
 
 from dataclasses import dataclass
 
@@ -13,14 +13,14 @@ from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
 
 SLOW_TIME = 0.4
-"""Share of the time beside reversals that leaves too little of a motion."""
+"""Share of the time near reversals above which too little of a motion remains."""
 LITTLE = 0.2
-"""Range of a joint that shows little of its gravity [rad or m]."""
+"""Range of a joint below which gravity hardly varies [rad or m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointMotion:
-    """How one joint moved.
+    """Motion of one joint.
 
     Attributes:
         low: Lowest position [rad or m].
@@ -28,9 +28,9 @@ class JointMotion:
         covered: Share of the joint's range, None where the model states no limits.
         speed: Largest speed [rad/s or m/s].
         speed_rms: Its root mean square.
-        acceleration_rms: The same of the acceleration [rad/s^2 or m/s^2].
-        slow: Share of the time below the speed at which samples are left out as beside a reversal.
-        current_rms: Of the current [drive units].
+        acceleration_rms: Root mean square of the acceleration [rad/s^2 or m/s^2].
+        slow: Share of the time in which samples are masked as near a reversal.
+        current_rms: Root mean square of the current [drive units].
     """
 
     low: float
@@ -44,9 +44,9 @@ class JointMotion:
 
 
 def _filtered(recording: Recording, options: ObserveOptions) -> tuple[Array, Array, Array, Array]:
-    """Positions, speeds and accelerations after the filters, edges left out, shape (N, n) each.
+    """Positions, speeds and accelerations after the filters, without edges, shape (N, n) each.
 
-    Last, the share of the time that each joint is beside a reversal or at rest, shape (n,).
+    Also the share of the time that each joint is near a reversal or at rest, shape (n,).
     """
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
@@ -56,7 +56,7 @@ def _filtered(recording: Recording, options: ObserveOptions) -> tuple[Array, Arr
 
 
 def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tuple[JointMotion, ...]:
-    """How the joints of a recording moved, after the filters."""
+    """Return the motion of the joints of a recording, after the filters."""
     q, dq, ddq, slow = _filtered(recording, options)
     speed_rms, acceleration_rms, current_rms = _rms(dq), _rms(ddq), _rms(recording.v)
     span = arm.upper - arm.lower
@@ -76,7 +76,7 @@ def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tu
 
 
 def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
-    """Which joints moved too little, or too slowly."""
+    """Check for joints that move too little or too slowly."""
     q, _, _, beside = _filtered(recording, observing)
     ranges = np.ptp(q, axis=0)
     j, k = int(ranges.argmin()), int(beside.argmax())

@@ -1,7 +1,7 @@
 """Noise and resolution of a log's columns, from the samples alone.
 
-Fourth differences are blind to what moves slowly and multiply the variance of white noise by 1 + 16 + 36 + 16 + 1 = 70;
-steps and spikes hardly change their median size.
+Fourth differences remove slow motion and multiply the variance of white noise by 1 + 16 + 36 + 16 + 1 = 70; steps and
+spikes hardly change their median magnitude.
 """
 
 from functools import lru_cache
@@ -20,11 +20,11 @@ from ident.support.arrays import Array, readonly
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
 NORMAL_MEDIAN = normal_quantile(0.75)
-"""Median size of a standard normal variable."""
+"""Median magnitude of a standard normal variable."""
 NOISY_CURRENT = 0.3
-"""White noise over the deviation of a current that makes deviations larger than a longer motion can pay for."""
+"""Ratio of white noise to standard deviation of a current above which a longer motion hardly helps."""
 NOISY_ACCELERATION = 0.1
-"""Noise of a filtered acceleration over its rms that biases least squares; `iv` bears it."""
+"""Ratio of noise to rms of a filtered acceleration that biases least squares, but not `iv`."""
 
 
 def noise_std(x: Array) -> Array:
@@ -39,7 +39,7 @@ def noise_std(x: Array) -> Array:
     return size / (NORMAL_MEDIAN * np.sqrt(FOURTH))
 
 
-@lru_cache(maxsize=4)  # the checks of one recording ask for it
+@lru_cache(maxsize=4)  # used by several checks of one recording
 def position_noise(recording: Recording) -> Array:
     """`noise_std` of the positions, shape (n,)."""
     return readonly(noise_std(recording.q))
@@ -47,15 +47,15 @@ def position_noise(recording: Recording) -> Array:
 
 @lru_cache(maxsize=4)  # likewise
 def position_quanta(recording: Recording) -> tuple[float | None, ...]:
-    """`quantum` of each joint's positions."""
+    """Quantisation step of each joint's positions (`quantum`)."""
     return tuple(quantum(q) for q in recording.q.T)
 
 
 def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
-    """Noise of the filtered accelerations over their rms, shape (n,): what white noise of the positions makes of them.
+    """Ratio of noise to rms of the filtered accelerations, from white noise of the positions, shape (n,).
 
-    The filter is fourth order both ways, of which a noise of unit variance leaves `(2 pi f_c)^2 sqrt(0.4 f_c / f_s)`
-    or so [1/s^2]; it is measured, on noise itself.
+    With the fourth-order filter, forward and backward, noise of unit variance gives about `(2 pi f_c)^2 sqrt(0.4 f_c /
+    f_s)` [1/s^2]; the value is computed from simulated noise.
     """
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
@@ -67,14 +67,14 @@ def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
 
 @lru_cache(maxsize=8)  # recordings of one robot are often of one length
 def _of_unit_noise(samples: int, period: float, cutoff_hz: float) -> float:
-    """Standard deviation of the filtered accelerations that white noise of unit variance has [1/s^2]."""
+    """Standard deviation of the filtered accelerations of white noise with unit variance [1/s^2]."""
     edge = edge_samples(period, cutoff_hz)
     white = np.random.default_rng(0).normal(size=(samples, 1))
     return float(np.std(smooth_motion(white, period, cutoff_hz)[2][edge : samples - edge]))
 
 
 def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
-    """How noisy and how fine positions and currents are; the worst joint of each."""
+    """Check noise and resolution of positions and currents; the worst joint of each is reported."""
     steps = [(step, j) for j, step in enumerate(position_quanta(recording)) if step is not None]
     coarsest, which = max(steps, default=(None, 0))
     resolution = Diagnosis(

@@ -1,8 +1,8 @@
-"""How much joints warmed, by logs that have temperatures, and what that may do to gains.
+"""Warming of joints, from logs with temperatures, and its possible effect on gains.
 
-Per kelvin magnets weaken by up to `GAIN`, viscous friction falls by up to `VISCOUS`, dry friction by less: the
-largest that the error budgets of this project draw (`gain and heat`, `friction and heat`). The default estimator has
-friction of its own for every motion, which accounts for what differs between motions, not for what drifts within one.
+Per kelvin, magnets weaken by up to `GAIN` and viscous friction falls by up to `VISCOUS`, Coulomb friction by less: the
+largest values in the error budgets of this project (`gain and heat`, `friction and heat`). The default estimator has
+separate friction for every motion, which accounts for differences between motions, but not for drift within one.
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from ident.support.arrays import Array
 GAIN, VISCOUS = 0.001, 0.03
 """Largest relative changes by temperature [1/K]: NdFeB magnets, oil."""
 MOST_GAIN, MOST_FRICTION = 0.005, 0.1
-"""Changes that are worth a warning: half a percent of a gain; a tenth of the friction."""
+"""Changes that cause a warning: 0.5 % of a gain, 10 % of friction."""
 COLDEST, HOTTEST, JUMP = -40.0, 150.0, 5.0
-"""Temperatures of drives, and what lies between two samples at most [degrees Celsius]."""
+"""Range of drive temperatures, and largest change between two samples [degrees Celsius]."""
 NAME = "temperature"
 ENDS = 0.05
-"""Share of a log, at either end, whose median is its temperature there."""
+"""Share of a log at each end whose median is the temperature there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,10 +50,10 @@ class Warmth:
 
 
 def temperature(warmths: Sequence[Warmth]) -> list[Diagnosis]:
-    """How much each joint warmed within each log, and from the first log to each other.
+    """Check how much each joint warmed within each log, and from the first log to each other one.
 
     Args:
-        warmths: Of the logs that have temperatures, in the order of the command line; none where none has.
+        warmths: Temperatures of the logs that have them, in the order of the command line; may be empty.
     """
     found = list[Diagnosis]()
     sound = list[Warmth]()
@@ -75,7 +75,7 @@ BETWEEN = "warm up first; record bare, loaded and bare again"
 
 
 def _strange(celsius: Array) -> int | None:
-    """The first joint whose column is no temperature of a drive."""
+    """The first joint whose column is not a plausible temperature."""
     inside = np.isfinite(celsius) & (celsius >= COLDEST) & (celsius <= HOTTEST)
     smooth = np.abs(np.diff(celsius, axis=0)).max(axis=0, initial=0.0) <= JUMP
     return next((j for j in range(celsius.shape[1]) if not (inside[:, j].all() and smooth[j])), None)
@@ -93,7 +93,7 @@ def _no_temperature(log: str, joint: int) -> Diagnosis:
 
 
 def _warming(log: str, words: tuple[str, str], rise: Array, mean: float, advice: str) -> Diagnosis:
-    """A rise of every joint; `mean` is the share of it by which the motion as a whole is off."""
+    """Return the diagnosis of a temperature rise; `mean` is the share of it that affects the motion on average."""
     gain, viscous = (float(np.abs(rise).max()) * mean * rate for rate in (GAIN, VISCOUS))
     joint, (verb, beside) = int(np.argmax(np.abs(rise))), words
     weak = gain > MOST_GAIN or viscous > MOST_FRICTION

@@ -1,4 +1,4 @@
-"""Values that no robot has: positions that jump, currents with spikes, time in other units."""
+"""Implausible values: positions that jump, currents with spikes, time in other units."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ident.support.arrays import Mask
 
 
 def values(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
-    """Jumps and spikes, of angles that are unwrapped."""
+    """Check for jumps and spikes, after unwrapping."""
     found = [
         Diagnosis(
             name="values",
@@ -29,7 +29,7 @@ def values(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
 
 
 def spoilt(recording: Recording) -> Mask:
-    """Samples of each joint's current that are spikes, and of all joints where a position is one, shape (N, n)."""
+    """Mask of samples with a spike of each joint's current, or of any position, shape (N, n)."""
     recording = continuous(recording)
     q, v = spikes(recording)
     jumped = np.column_stack([jumps(recording, j) for j in range(recording.n)])

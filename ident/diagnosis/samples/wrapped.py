@@ -12,11 +12,11 @@ from ident.support.arrays import Indices
 
 TURN = 2.0 * np.pi
 NEAR = 0.1
-"""Deviation of a jump from a turn, as a share of it, that the motion of one sample makes."""
+"""Largest relative difference of a jump from a turn, due to the motion within one sample."""
 
 
 def wraps(recording: Recording) -> Indices:
-    """Turns [2 pi] by which each position jumps after each row, shape (N - 1, n)."""
+    """Number of turns by which each position jumps after each row, shape (N - 1, n)."""
     step, interval = np.diff(recording.q, axis=0), np.diff(recording.t)
     turned = np.abs(np.abs(step) - TURN) < NEAR * TURN
     if not turned.any():
@@ -26,7 +26,7 @@ def wraps(recording: Recording) -> Indices:
 
 
 def continuous(recording: Recording) -> Recording:
-    """The recording with angles that do not jump by turns; the same object where none does."""
+    """Return the recording with unwrapped angles; the same object if none jumps."""
     turns = wraps(recording)
     if not turns.any():
         return recording
@@ -36,7 +36,7 @@ def continuous(recording: Recording) -> Recording:
 
 
 def wrapped(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
-    """Which angles jump by turns."""
+    """Check for angles that jump by turns."""
     turns = wraps(recording)
     joints, rows = np.flatnonzero(turns.any(axis=0)).tolist(), np.flatnonzero(turns.any(axis=1))
     if not joints:

@@ -1,4 +1,4 @@
-"""Whether the payload that a fit finds is a body, and what the gains are if it has to be one."""
+"""Physical consistency of the estimated payload, and the gains if it is imposed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,16 +13,16 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
 
 GYRATION = 0.1
-"""Radius of gyration of a body to begin with [m]."""
+"""Initial radius of gyration [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moved:
-    """What a condition on the payload does to a fit.
+    """Effect of a constraint on the payload.
 
     Attributes:
         log: Change of each log|h|, shape (n,).
-        remarks: What was done, in words.
+        remarks: A description of the change.
     """
 
     log: Array
@@ -30,18 +30,18 @@ class Moved:
 
 
 def free(ready: Setting, final: Fitted) -> Moved:
-    """Whatever fits best."""
+    """Impose no constraint."""
     return Moved(np.zeros(ready.n))
 
 
 def possible(ready: Setting, final: Fitted) -> Moved:
-    """The gains to expect if the payloads have the parameters nearest to those found that bodies can have.
+    """Return the gains for the physically consistent payload parameters nearest to the estimates.
 
-    Nearest in the metric of the fit's information, with everything else following: the conditional mean. What is
-    found of bodies that are possible stays as it is.
+    Nearest in the metric of the fit's information matrix; the gains are the conditional means. Consistent estimates are
+    not changed.
 
     Raises:
-        NotIdentifiable: If arm or motions do not show each unknown parameter of the payload.
+        NotIdentifiable: If an unknown parameter of the payload is not identifiable.
     """
     bodies, unknown = _bodies(ready)
     if not len(unknown):
@@ -67,11 +67,11 @@ def possible(ready: Setting, final: Fitted) -> Moved:
 
 
 BODIES: dict[str, Callable[[Setting, Fitted], Moved]] = {"free": free, "possible": possible}
-"""What a payload's unknown parameters may be: anything, or those that a body can have."""
+"""Constraints on a payload's unknown parameters: none, or physical consistency."""
 
 
 def _bodies(ready: Setting) -> tuple[Bodies, Indices]:
-    """The bodies, and the places of their unknowns among the shared parameters."""
+    """Return the bodies, and the indices of their unknowns among the shared parameters."""
     shared = ready.shared
     body = np.repeat(np.arange(len(shared.free)), [len(each) for each in shared.free])
     place = np.concatenate([np.zeros(0, dtype=np.intp), *shared.free])
@@ -92,7 +92,7 @@ def _check_shown(ready: Setting, final: Fitted, unknown: Indices) -> None:
 
 
 def _ordinary(ready: Setting) -> Array:
-    """Unknowns of bodies as heavy as stated, round and of an ordinary size, shape (k,)."""
+    """Unknowns of spheres with the specified masses and a typical radius of gyration, shape (k,)."""
     values = list[Array]()
     for payload, unknown in zip(ready.problem.payloads, ready.shared.free, strict=True):
         known = payload.known_part()

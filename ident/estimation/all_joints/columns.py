@@ -1,4 +1,4 @@
-"""What the model of all joints consists of: currents, shared columns, known torque, own columns, joint by joint."""
+"""Parts of the model of all joints: each joint's currents, shared columns, known torque and own columns."""
 
 from dataclasses import dataclass
 
@@ -11,15 +11,15 @@ from ident.model.structure import Structure
 from ident.support.arrays import Array, Indices
 
 OWN = ("Fv", "Fc", "off")
-"""Parameters of a joint that no other joint feels; they are solved for in drive units."""
+"""Parameters that act on one joint only; they are estimated in drive units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Base:
-    """Orthonormal columns that span those of positions which all fits of a joint have, and what these are in them.
+    """Orthonormal basis of the columns from positions that all fits of a joint have, and their coordinates in it.
 
     Attributes:
-        Q: The columns, shape (r, m).
+        Q: The basis, shape (r, m).
         own: Friction and offset, by name and motion, -1 for all motions, each of shape (m,).
         A: The first of the shared columns, shape (m, p).
         k: Known torque, shape (m,).
@@ -46,8 +46,8 @@ class JointColumns:
             replaces, each of shape (r,).
         payload: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
         motion: Motion of each row, shape (r,).
-        position: Number of each row in its motion, those left out counted, shape (r,).
-        base: What currents and further columns are added to, None where nothing is prepared.
+        position: Number of each row in its motion, including omitted rows, shape (r,).
+        base: Basis of the columns common to all fits, None if not prepared.
     """
 
     joint: int
@@ -63,14 +63,13 @@ class JointColumns:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SharedParameters:
-    """Which parameters joints share.
+    """The parameters that joints share.
 
     Attributes:
-        arm: Places of the arm's among its base parameters, shape (a,).
-        free: Unknown parameters of each mounting that are independent of each other, index arrays into `INERTIAL`.
+        arm: Indices of the arm's shared parameters among its base parameters, shape (a,).
+        free: Independent unknown parameters of each mounting, index arrays into `INERTIAL`.
         known: Values of each mounting's known parameters, zero for the others, shape (mountings, 10).
-        spread: What stated deviations may add to each mounting's known parameters, one column each of unit deviation,
-            shape (mountings, 10, 10).
+        spread: Factor F of the covariance F F^T of each mounting's known parameters, shape (mountings, 10, 10).
     """
 
     arm: Indices
@@ -84,7 +83,7 @@ class SharedParameters:
         return len(self.arm) + sum(len(each) for each in self.free)
 
     def payload_values(self, theta: Array) -> Array:
-        """All parameters of each mounting, known and found, shape (mountings, 10)."""
+        """All parameters of each mounting, known and estimated, shape (mountings, 10)."""
         chi, first = self.known.copy(), len(self.arm)
         for each, free in zip(chi, self.free, strict=True):
             each[free] = theta[first : first + len(free)]
@@ -93,12 +92,12 @@ class SharedParameters:
 
 
 def shared_arm(base: BaseParameters) -> Indices:
-    """Places of base parameters that joints share: all but their own friction and offset, shape (a,)."""
+    """Indices of base parameters that joints share: all but friction and offset, shape (a,)."""
     return np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in base.names], OWN))
 
 
 def shared_parameters(problem: Problem) -> SharedParameters:
-    """The shared parameters of a problem."""
+    """Return the shared parameters of a problem."""
     probes = np.vstack(list(problem.structure.payload_probes))
     known = [payload.known_part() for payload in problem.payloads]
     return SharedParameters(

@@ -1,4 +1,4 @@
-"""The normal distribution that numbers of known noise most likely come from: what joints say of an arm's drives."""
+"""Empirical Bayes: the normal distribution of a parameter over an arm's drives, from noisy estimates of each joint."""
 
 from dataclasses import dataclass
 
@@ -7,26 +7,26 @@ import numpy as np
 from ident.support.arrays import Array
 
 LEAST_STD, BEGIN, MOST_STD = 1e-3, 1e-2, 1.0
-"""Deviations that are believed, and the one on whose better side the likeliest is looked for."""
+"""Smallest standard deviation, the one at which the search is split, and the largest."""
 MEANS = (0.0, 1.0)
-"""Least and largest mean that is believed."""
+"""Smallest and largest mean."""
 SETTLED = 1e-13
-"""Error of the logarithm of the deviation that is left."""
+"""Tolerance of the logarithm of the standard deviation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """Mean and deviation of what is believed of a number."""
+    """A normal prior of a parameter."""
 
     mean: float
     std: float
 
 
 def likeliest(seen: Array, noise: Array) -> Belief:
-    """The normal distribution under which values are likeliest.
+    """Return the normal distribution of maximum likelihood.
 
     Args:
-        seen: Values, shape (k,).
+        seen: Noisy values, shape (k,).
         noise: Standard deviation of the noise of each, positive, shape (k,).
     """
     ends = (LEAST_STD, BEGIN) if likelihood_slope(seen, noise, BEGIN) > 0.0 else (BEGIN, MOST_STD)
@@ -43,10 +43,10 @@ def likeliest(seen: Array, noise: Array) -> Belief:
 
 
 def likelihood_slope(seen: Array, noise: Array, std: float) -> float:
-    """Derivative of -2 log L by log std, the mean at its likeliest.
+    """Derivative of -2 log L by log std, at the most likely mean.
 
-    -2 log L = sum log v + (x - mean)^2 / v, v = noise^2 + std^2. Where its derivative by the mean is not zero, the mean
-    stands at an end of `MEANS`, so that a change of the mean has no part in it.
+    -2 log L = sum log v + (x - mean)^2 / v, v = noise^2 + std^2. If its derivative by the mean is not zero, the mean is
+    at a limit of `MEANS`; so a change of the mean does not contribute.
     """
     v = noise**2 + std**2
     return float(np.sum((1.0 - (seen - _mean(seen, noise, std)) ** 2 / v) / v)) * 2.0 * std**2

@@ -1,4 +1,4 @@
-"""The model of all joints at what was found, linearised: what each row's current does to each unknown."""
+"""The model of all joints, linearised at the estimate: influence of each row's current on each unknown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,20 +16,20 @@ from ident.numerics.least_squares import factors
 from ident.support.arrays import Array
 
 RANK_TOL = 1e-10
-"""Relative size of a unit column's new part under which the rows do not show an unknown."""
+"""Relative norm of the new part of a unit column below which its unknown is not identifiable."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AllJointsFit:
-    """The fitted model. What rows and beliefs do to its unknowns, log|h|, theta and phi, is found once it is asked for.
+    """The fitted model. Sensitivities of its unknowns log|h|, theta and phi are computed on demand.
 
     Attributes:
-        found: Gains and shared parameters.
+        found: Estimated gains and shared parameters.
         phi: Values of each joint's own columns [drive units], n arrays of shape (f_j,).
-        columns: Rows of every joint, n.
+        columns: Rows of each of the n joints.
         joints: The same, reduced.
-        left: What the model leaves of the currents in each joint's reduced rows, n arrays.
-        prior: What is believed of gains and shared parameters beforehand.
+        left: Residuals in each joint's reduced rows, n arrays.
+        prior: Prior of gains and shared parameters.
         row_period: Time from one row to the next [s].
     """
 
@@ -70,49 +70,49 @@ class AllJointsFit:
 
     @cached_property
     def theta_influence(self) -> Array:
-        """Derivative of each shared parameter, zero for those that the rows do not show, shape (p, r)."""
+        """Derivative of each shared parameter by each row's current, zero if not identifiable, shape (p, r)."""
         return self._by_rows(self._places[1])
 
     @cached_property
     def phi_influence(self) -> tuple[Array, ...]:
-        """Derivative of each joint's own values, n arrays of shape (f_j, r)."""
+        """Derivative of each joint's own parameters by each row's current, n arrays of shape (f_j, r)."""
         return tuple(self._by_rows(part) for part in self._places[2:])
 
     @cached_property
     def log_belief(self) -> Array:
-        """Change of each log|h| per deviation of all that is believed beforehand, shape (n, beliefs).
+        """Change of each log|h| per standard deviation of each prior, shape (n, beliefs).
 
-        Beliefs are those of own coefficients, of log|h| and of shared parameters.
+        The priors are those of own parameters, of log|h| and of shared parameters, in this order.
         """
         return self._by_beliefs(self._places[0])
 
     @cached_property
     def theta_belief(self) -> Array:
-        """The same of each shared parameter, shape (p, beliefs)."""
+        """The same for each shared parameter, shape (p, beliefs)."""
         return self._by_beliefs(self._places[1])
 
     @cached_property
     def phi_belief(self) -> tuple[Array, ...]:
-        """The same of each joint's own values, n arrays of shape (f_j, beliefs)."""
+        """The same for each joint's own parameters, n arrays of shape (f_j, beliefs)."""
         return tuple(self._by_beliefs(part) for part in self._places[2:])
 
     @property
     def _parts(self) -> list[slice]:
-        """Where each joint's reduced rows stand in the Jacobian."""
+        """Rows of the Jacobian of each joint."""
         return [slice(*each) for each in pairwise(np.cumsum([0, *(len(each.V) for each in self.joints)]).tolist())]
 
     @property
     def _places(self) -> list[slice]:
-        """Where log|h|, theta and each joint's phi stand among the unknowns."""
+        """Indices of log|h|, theta and each joint's phi among the unknowns."""
         n, p = len(self.joints), len(self.found.theta)
         return [slice(*each) for each in pairwise(np.cumsum([0, n, p, *map(len, self.phi)]).tolist())]
 
     @cached_property
     def _linear(self) -> tuple[Array, Array]:
-        """Pseudo-inverse of the Jacobian in reduced rows and beliefs, and an orthonormal basis of its columns.
+        """Pseudo-inverse of the Jacobian of reduced rows and priors, and an orthonormal basis of its columns.
 
-        Own columns are triangular in the first rows of their joint and zero in all others: these rows give phi, and
-        what gains and shared parameters explain is found from the rest.
+        Own columns are triangular in the first rows of their joint and zero in all others. The other rows give the
+        solution for gains and shared parameters; the first rows then give phi.
         """
         parts, (_, _, *own) = self._parts, self._places
         n, first, last = len(parts), own[0].start, parts[-1].stop
@@ -152,7 +152,7 @@ class AllJointsFit:
 def fitted(
     columns: Sequence[JointColumns], joints: Sequence[ReducedJoint], found: Found, prior: Prior, row_period: float
 ) -> AllJointsFit:
-    """The model where the search ended."""
+    """Return the model at the end of the search."""
     phi, lefts = list[Array](), list[Array]()
     for each, h in zip(joints, found.h, strict=True):
         f = each.F.shape[1]

@@ -9,7 +9,7 @@ from ident.estimation.all_joints.columns import JointColumns
 from ident.support.arrays import Array, Mask
 
 DEPENDENT = 1e-7
-"""Part of a unit column that must be new on the rows at hand."""
+"""Smallest norm of the new part of a unit column that counts as independent."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,8 +18,8 @@ class Term:
 
     Attributes:
         column: Shape (r,).
-        mean: Of its coefficient, as believed beforehand.
-        std: Deviation of that belief, infinite for none.
+        mean: Prior mean of its coefficient.
+        std: Prior standard deviation, infinite without a prior.
     """
 
     column: Array
@@ -32,11 +32,11 @@ class OwnColumns:
     """F of one joint.
 
     Attributes:
-        names: What each column is, f strings; "Fv" and "Fc" come once a motion where they are its own.
+        names: Name of each column, f strings; "Fv" and "Fc" occur once per motion if they differ between motions.
         motion: Motion of each column, -1 for all, f numbers.
         F: The columns, shape (r, f).
-        mean: What is believed of each coefficient beforehand, shape (f,).
-        std: Deviation of that belief, infinite for none, shape (f,).
+        mean: Prior mean of each coefficient, shape (f,).
+        std: Prior standard deviation, infinite without a prior, shape (f,).
     """
 
     names: tuple[str, ...]
@@ -47,12 +47,12 @@ class OwnColumns:
 
     @property
     def believed(self) -> Mask:
-        """Columns with a belief, shape (f,)."""
+        """Mask of the columns with a prior, shape (f,)."""
         return np.isfinite(self.std)
 
 
 def own_columns(joint: JointColumns, terms: dict[str, Term], *, per_motion: bool) -> OwnColumns:
-    """Offset, viscous and Coulomb friction of a joint, and further terms.
+    """Return the columns of offset, viscous and Coulomb friction of a joint, and of further terms.
 
     Args:
         joint: Its rows.
@@ -60,7 +60,7 @@ def own_columns(joint: JointColumns, terms: dict[str, Term], *, per_motion: bool
         per_motion: Whether viscous and Coulomb friction differ between motions.
 
     Returns:
-        Those of the columns that are no combination of earlier ones on these rows.
+        The columns that are independent of earlier ones on these rows.
     """
     names, parts = _plain_columns(joint, per_motion=per_motion)
     names += ((name, -1) for name in terms)
@@ -88,7 +88,7 @@ def _plain_columns(joint: JointColumns, *, per_motion: bool) -> tuple[list[tuple
 
 
 def _known(joint: JointColumns, names: Sequence[tuple[str, int]], F: Array) -> tuple[list[int], Array, int]:
-    """Columns that are known to be independent, an orthonormal basis of them, and how many columns were judged."""
+    """Columns known to be independent, an orthonormal basis of them, and the number of columns tested."""
     base = joint.base
     if base is None or not set(base.own) <= set(names):
         return [], F[:, :0], 0
@@ -98,20 +98,16 @@ def _known(joint: JointColumns, names: Sequence[tuple[str, int]], F: Array) -> t
 
 
 def _independent(F: Array, known: tuple[list[int], Array, int]) -> list[int]:
-    """Columns that are no combination of those before them, in order: a later one never takes an earlier one's place.
+    """Return the columns that are independent of all earlier ones, in order.
 
-    A prior belongs to a column's coefficient, so of two equal columns the one without a prior has to stay.
-
-    Args:
-        F: Columns, shape (r, c).
-        known: As `_known` gives it.
+    A prior belongs to a column's coefficient, so of two equal columns the earlier one, without a prior, is kept.
     """
     chosen, Q, first = known
     norms = np.linalg.norm(F, axis=0)
     for k in range(first, F.shape[1]):
         if norms[k] > DEPENDENT * norms.max():
             new = F[:, k] / norms[k]
-            for _ in range(2):  # the second time takes rounding of the first out
+            for _ in range(2):  # the second pass removes rounding errors of the first
                 new = new - Q @ (Q.T @ new)
             size = float(np.linalg.norm(new))
             if size > DEPENDENT:

@@ -1,13 +1,13 @@
-"""What a residual counts: its square, or what Student's distribution makes of it.
+"""Loss of a residual: its square, or that of Student's distribution.
 
-Residuals e of a joint, u = e / s, that follow Student's distribution with f degrees of freedom ask of the unknowns,
-whose Jacobian is J, that sum J psi(u) = 0. The currents
+If the residuals e of a joint, u = e / s, follow Student's distribution with f degrees of freedom, the most likely
+unknowns satisfy sum J psi(u) = 0, with J the Jacobian. The currents
 
     V* = V - e + s psi(u) / mean(psi'(u))        psi(u) = (f + 1) u / (f + u^2)
 
-fitted by least squares have the same solution, and what least squares says about its covariance is the sandwich
-s^2 sum(psi^2) / (r - p) / mean(psi')^2 (J^T J)^-1 (Huber and Ronchetti 2009, sections 7.6 and 7.8). So whatever reads a
-fit by least squares, left-out stretches of time included, reads this one.
+fitted by least squares have the same solution, and the least-squares covariance is the sandwich estimate s^2 sum(psi^2)
+/ (r - p) / mean(psi')^2 (J^T J)^-1 (Huber and Ronchetti 2009, sections 7.6 and 7.8). So everything that uses a
+least-squares fit, such as cross-validation, can use this one.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,18 +21,18 @@ from ident.support.arrays import Array
 from ident.support.errors import NotConverged
 
 FREEDOM = 4.0
-"""Degrees of freedom of Student's distribution: heavy tails that cost little where there are none."""
+"""Degrees of freedom of Student's distribution: heavy tails with little loss of efficiency for normal errors."""
 GAUSSIAN = 1.4826
-"""Standard deviation over median of the absolute value, of a normal distribution."""
+"""Ratio of standard deviation to median absolute value of a normal distribution."""
 SETTLED = 1e-9
-"""Largest change of the logarithm of a gain from one fit to the next at which currents are what they should be."""
+"""Largest change of the logarithm of a gain between fits at convergence."""
 MOST_FITS = 100
 Tame = Callable[[Array, Array], Array]
-"""`(e, V) -> e*`: a joint's residuals as least squares should see them, shape (r,)."""
+"""`(e, V) -> e*`: a joint's residuals, replaced such that least squares minimises the loss, shape (r,)."""
 
 
 def student(e: Array, V: Array) -> Array:
-    """Residuals by Student's distribution, their deviation s from the median of their size.
+    """Replace residuals by Student's distribution; its scale s is from the median of their magnitude.
 
     Args:
         e: Residuals of one joint [drive units], shape (r,).
@@ -46,22 +46,22 @@ def student(e: Array, V: Array) -> Array:
 
 
 LOSSES: dict[str, Tame | None] = {"squares": None, "student": student}
-"""What makes residuals what least squares should see; None where it should see them as they are."""
+"""Replacement of residuals by loss; None: residuals are used as they are."""
 
 
 def settled(first: Fitted, given: Sequence[JointColumns], tame: Tame) -> Fitted:
-    """Fit a model until residuals and what least squares should see of them belong together.
+    """Repeat the fit until the replaced currents are consistent with its residuals.
 
     Args:
-        first: The model, and where to begin.
-        given: Every joint's rows with their currents as they are.
-        tame: What least squares should see of the residuals.
+        first: The model and the initial values.
+        given: Rows of every joint with the original currents.
+        tame: Replacement of the residuals.
 
     Returns:
-        A fit of the currents V* that least squares should see, with their residuals.
+        The fit of the currents V*, with their residuals.
 
     Raises:
-        NotConverged: If there is no end.
+        NotConverged: If the iteration does not converge.
     """
     fitted = first
     for _ in range(MOST_FITS):
@@ -76,13 +76,13 @@ def settled(first: Fitted, given: Sequence[JointColumns], tame: Tame) -> Fitted:
 
 
 def drawn_in(fitted: Fitted, given: Sequence[JointColumns]) -> float:
-    """Share of the rows whose residual least squares saw less than half of; arguments as `settled`."""
+    """Share of the rows whose residual was reduced to less than half; arguments as `settled`."""
     e = np.concatenate([_residual(fitted, each) for each in given])
     return float(np.mean(np.abs(fitted.fit.rows.residual) < 0.5 * np.abs(e)))
 
 
 def _residual(fitted: Fitted, given: JointColumns) -> Array:
-    """What a fit leaves of a joint's currents, whatever currents it was made of, shape (r,)."""
+    """Residuals of a joint's original currents, shape (r,)."""
     rows = fitted.fit.rows
     own = rows.of(given.joint)
     return given.V - rows.V[own] + rows.residual[own]

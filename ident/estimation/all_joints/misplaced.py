@@ -1,8 +1,8 @@
-"""Joints whose zeros are off and a base that is tilted: what they change of the torques, to first order.
+"""Errors of the joints' zeros and tilt of the base: their effect on the torques, to first order.
 
-An encoder that reads d too much has its joint at q - d: joint j's torque changes by -d_k times its derivative by q_k. A
-base that is tilted turns gravity by a small angle about the base's x and y axes. Both are unknowns with a belief: where
-data are better than the calibration they correct it, and where not its deviation is a share of the interval.
+If an encoder reads d too much, its joint is at q - d: joint j's torque changes by -d_k times its derivative by q_k. A
+tilted base rotates gravity by a small angle about the base's x and y axes. Both are unknowns with a prior: data that
+are more accurate than the calibration correct it; otherwise the prior contributes to the interval.
 """
 
 from dataclasses import replace
@@ -17,16 +17,16 @@ from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 
 MILLIMETRE = 1e-3
-"""What a slide's zero is off by [m] where an axis' is by a degree."""
+"""Zero error of a prismatic joint [m] that corresponds to one degree of a revolute one."""
 
 
 def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setting:
-    """A problem whose zeros and base are known to a deviation.
+    """Add errors of zeros and base, with their priors, to a problem.
 
     Args:
-        ready: The problem, of recordings.
-        zero_deg: Deviation of the joints' zeros [deg, of slides mm]; 0 if they are right.
-        tilt_deg: Deviation of the base's tilt about either axis [deg]; 0 if it is upright as the model has it.
+        ready: The problem, from recordings.
+        zero_deg: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints]; 0 if they are exact.
+        tilt_deg: Prior standard deviation of the base's tilt about each axis [deg]; 0 if it is exact.
     """
     arm, known = ready.problem.structure.arm, ready.shared_std
     zero = np.where(arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
@@ -44,15 +44,10 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
 
 
 def misplaced(problem: Problem, shared: SharedParameters, theta: Array) -> tuple[Array, ...]:
-    """Change of the torque of each joint's rows per error of each zero, then per tilt of the base.
-
-    Args:
-        problem: Motions from recordings.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
+    """Return the change of torque of each joint's rows per error of each zero, then per tilt of the base.
 
     Returns:
-        n arrays of shape (r_j, n + 2) [N m/rad, by slides N m/m].
+        n arrays of shape (r_j, n + 2) [N m/rad; N m/m for prismatic joints].
     """
     changes = [(motion, torques(problem, motion, shared, theta).misplaced()) for motion in problem.motions]
     return tuple(np.vstack([of_rows(*each, j) for each in changes]) for j in range(problem.structure.arm.n))

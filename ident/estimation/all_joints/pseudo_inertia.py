@@ -1,4 +1,4 @@
-"""Which inertial parameters a body can have: those whose pseudo-inertia is positive semidefinite."""
+"""Physical consistency of inertial parameters: a positive semidefinite pseudo-inertia."""
 
 from dataclasses import dataclass
 
@@ -8,20 +8,20 @@ from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.support.arrays import Array, Indices
 
 SMALLEST_BARRIER, SMALLER = 1e-11, 0.1
-"""Last weight of the barrier, in units of the squared distance, and its ratio to the one before."""
+"""Final weight of the barrier, in units of the squared distance, and the factor between successive weights."""
 MOST_STEPS = 100
 ENOUGH = 1e-12
-"""Decrease promised by a Newton step under which the next weight is taken, in units of the weight."""
+"""Predicted decrease of a Newton step, in units of the weight, below which the next weight is used."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bodies:
-    """Parameters of one or more bodies, in part unknown.
+    """Parameters of one or more bodies, some of them unknown.
 
     Attributes:
         known: Values of the known ones, zero for the unknown, shape (bodies, 10).
         body: Body of each unknown, shape (k,).
-        place: Place of each unknown in `INERTIAL`, shape (k,).
+        place: Index of each unknown in `INERTIAL`, shape (k,).
     """
 
     known: Array
@@ -30,34 +30,34 @@ class Bodies:
 
     @property
     def fixed(self) -> Array:
-        """Pseudo-inertias of what is known, shape (bodies, 4, 4)."""
+        """Pseudo-inertias of the known parameters, shape (bodies, 4, 4)."""
         return np.array([pseudo_inertia(chi) for chi in self.known])
 
     @property
     def slopes(self) -> Array:
-        """Change of the pseudo-inertias by each unknown, shape (k, bodies, 4, 4)."""
+        """Derivative of the pseudo-inertias by each unknown, shape (k, bodies, 4, 4)."""
         slopes = np.zeros((len(self.body), len(self.known), 4, 4))
         for k, (body, place) in enumerate(zip(self.body, self.place, strict=True)):
             slopes[k, body] = pseudo_inertia(np.eye(len(INERTIAL))[place])
         return slopes
 
     def least(self, x: Array) -> float:
-        """Smallest eigenvalue of a pseudo-inertia of any body, at unknowns of shape (k,)."""
+        """Smallest eigenvalue of all pseudo-inertias, at unknowns of shape (k,)."""
         return float(np.linalg.eigvalsh(self.fixed + np.tensordot(x, self.slopes, 1)).min())
 
 
 def nearest_possible(bodies: Bodies, wanted: Array, information: Array, inside: Array) -> Array:
-    """The unknowns nearest to wanted ones that bodies can have: a convex problem, by a barrier of log det.
+    """Return the physically consistent unknowns nearest to given ones: a convex problem, by a log det barrier.
 
     Args:
-        bodies: What is known and what is not.
-        wanted: Values of the unknowns, shape (k,).
+        bodies: The bodies.
+        wanted: The given values, shape (k,).
         information: Metric, positive definite, shape (k, k).
-        inside: Unknowns that bodies have whose pseudo-inertia is positive definite, shape (k,).
+        inside: Initial values with positive definite pseudo-inertia, shape (k,).
 
     Returns:
-        Unknowns of positive definite pseudo-inertia, within `SMALLEST_BARRIER` times the number of their rows of the
-        least squared distance, shape (k,).
+        Unknowns with positive definite pseudo-inertia; their squared distance exceeds the minimum by at most
+        `SMALLEST_BARRIER` times the number of rows of all pseudo-inertias. Shape (k,).
     """
     fixed, slopes = bodies.fixed, bodies.slopes
 

@@ -1,4 +1,4 @@
-"""Each joint's rows reduced to as many as its columns, by an orthogonal factorisation: nothing is lost."""
+"""Lossless reduction of each joint's rows to as many as its columns, by an orthogonal factorisation."""
 
 from dataclasses import dataclass
 
@@ -12,27 +12,26 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import TooFewRows
 
 DEPENDENT = 1e-9
-"""Relative singular value of unit columns under which a joint alone does not see a combination of them."""
+"""Relative singular value of unit columns below which a combination is not identifiable from one joint alone."""
 ROUNDING = 1e-9
-"""Least standard deviation of a joint's residual that is believed, as a share of its rms current."""
+"""Smallest standard deviation of a joint's residual, as a share of its rms current."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReducedJoint:
-    """`Q @ [F A k V]` are the joint's columns over sigma, of which F comes first, and below them beliefs about phi.
+    """`Q @ [F A k V]` are the joint's columns divided by sigma, and below them the priors of phi.
 
-    m is the number of those columns that are not zero of themselves: shared parameters that the joint does not feel
-    take no row.
+    m is the number of nonzero columns: shared parameters that do not act on the joint need no row.
 
     Attributes:
-        basis: Orthonormal columns that span those of the joint, shape (r, s).
-        turn: What makes the joint's rows of Q of them, shape (s, m).
-        beliefs: The rows of Q below these, shape (beliefs, m).
+        basis: Orthonormal basis of the joint's columns, shape (r, s).
+        turn: Coordinates of the joint's rows of Q in this basis, shape (s, m).
+        beliefs: The rows of Q of the priors, shape (beliefs, m).
         F: Own columns, shape (m, f), triangular.
         A: Shared columns, shape (m, p).
         k: Known torque, shape (m,).
         V: Currents, shape (m,).
-        sigma: Standard deviation of the residual that the joint leaves alone [drive units].
+        sigma: Standard deviation of the residual in a fit of this joint alone [drive units].
     """
 
     basis: Array
@@ -50,20 +49,19 @@ class ReducedJoint:
         return np.vstack((self.basis @ self.turn, self.beliefs))
 
     def on_rows(self, x: Array) -> Array:
-        """The joint's rows of Q times something, shape (m, ...), shape (r, ...)."""
+        """Product of the joint's rows of Q with an array of shape (m, ...): shape (r, ...)."""
         return self.basis @ (self.turn @ x)
 
     @property
     def inner(self) -> slice:
-        """Rows that own columns do not touch: what the search needs."""
+        """Rows in which own columns are zero, which the search uses."""
         return slice(self.F.shape[1], None)
 
 
 def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
-    """Reduce the rows of a joint, weighted by the deviation that the joint leaves alone.
+    """Reduce the rows of a joint, weighted by the residual of a fit of this joint alone.
 
-    The weight is that of the joint's own free least squares and fixed. Weights from the residual of the gains
-    themselves would make an infinite gain a solution: it explains nothing, and perfectly so.
+    The weight is fixed. With weights from the residual at the estimated gains, an infinite gain would be a solution.
 
     Raises:
         TooFewRows: If there are no more rows than columns.
@@ -86,7 +84,7 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
 
 
 def base_of(joint: JointColumns, own: OwnColumns) -> Base:
-    """What fits of a joint have in common: these own columns, and what else positions say."""
+    """Return the basis common to all fits of a joint: these own columns, and all columns from positions."""
     f, p, felt = own.F.shape[1], joint.shared.shape[1], np.flatnonzero(joint.shared.any(axis=0))
     W = np.column_stack((own.F, joint.shared[:, felt], joint.known, *joint.payload))
     Q, R = (np.asarray(part, np.float64) for part in linalg.qr(W, mode="economic", check_finite=False))
@@ -97,20 +95,20 @@ def base_of(joint: JointColumns, own: OwnColumns) -> Base:
 
 
 def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
-    """Standard deviation of what a joint's rows alone leave, whatever the payload [drive units]."""
+    """Standard deviation of the residual of a joint alone, with a free payload [drive units]."""
     return left_alone(joint, _triangular(joint, own))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Triangular:
-    """`basis @ turn @ R` are the columns [F A k V payload] of a joint, those of A left out that are zero.
+    """`basis @ turn @ R` are the columns [F A k V payload] of a joint, without zero columns of A.
 
     Attributes:
         basis: Orthonormal, shape (r, s).
         turn: Orthonormal, shape (s, c).
         R: Upper triangular, shape (c, c).
-        felt: Which columns of A are not zero, shape (a,).
-        others: Where they stand.
+        felt: Indices of the nonzero columns of A, shape (a,).
+        others: Their place in R.
     """
 
     basis: Array
@@ -121,7 +119,7 @@ class _Triangular:
 
 
 def _triangular(joint: JointColumns, own: OwnColumns) -> _Triangular:
-    """The columns of a fit, of which most stand in the base, and its currents and the others are added to it."""
+    """Factorise the columns of a fit: most are in the base; currents and further columns are added."""
     base = joint.base or base_of(joint, own)
     names, felt = list(zip(own.names, own.motion, strict=True)), np.flatnonzero(joint.shared.any(axis=0))
     terms = [j for j, name in enumerate(names) if name not in base.own]
@@ -139,9 +137,9 @@ def _triangular(joint: JointColumns, own: OwnColumns) -> _Triangular:
 
 
 def _added(Q: Array, columns: Array) -> tuple[Array, Array]:
-    """Orthonormal columns Q and what further columns, (r, c), add to them, and these columns in both, (s, c)."""
+    """Extend the orthonormal Q by columns (r, c); return the basis, and their coordinates in it, (s, c)."""
     inside, left, R = np.zeros((Q.shape[1], columns.shape[1])), columns, np.eye(columns.shape[1])
-    for _ in range(2):  # where little of a column is new, rounding of the rest is in it
+    for _ in range(2):  # the second pass removes rounding errors of the first
         again = Q.T @ left
         inside += again @ R
         left, more = (np.asarray(part, np.float64) for part in linalg.qr(left - Q @ again, mode="economic"))
@@ -150,7 +148,7 @@ def _added(Q: Array, columns: Array) -> tuple[Array, Array]:
 
 
 def left_alone(joint: JointColumns, turned: _Triangular) -> float:
-    """Standard deviation of what all columns of a joint but its currents leave of these [drive units]."""
+    """Standard deviation of the residual of a joint's currents, fitted with all its columns [drive units]."""
     V = turned.others.stop + 1
     basis = factors(np.delete(turned.R, (V - 1, V), axis=1), rank_tol=DEPENDENT).Q  # the payload's columns span k
     left = turned.R[:, V] - basis @ (basis.T @ turned.R[:, V])
@@ -159,7 +157,7 @@ def left_alone(joint: JointColumns, turned: _Triangular) -> float:
 
 
 def _with_beliefs(R: Array, own: OwnColumns) -> tuple[Array, Array]:
-    """Q and R of the triangle R below which the beliefs about own columns stand."""
+    """Q and R of the triangle R with the priors of own columns below it."""
     beliefs = np.zeros((int(own.believed.sum()), R.shape[1]))
     beliefs[np.arange(len(beliefs)), np.flatnonzero(own.believed)] = 1.0 / own.std[own.believed]
     beliefs[:, -1] = (own.mean / own.std)[own.believed]

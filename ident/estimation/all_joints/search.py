@@ -1,9 +1,8 @@
-"""The logarithms of the gains, by damped Newton steps on the squares that the shared parameters leave.
+"""Logarithmic gains by damped Newton steps on the sum of squares, minimised over the shared parameters.
 
-At gains h the shared parameters follow by linear least squares from B = [h_1 A_1; h_2 A_2; ..; beliefs]. A point of the
-search needs no factorisation of B: in coordinates z in which the columns are orthonormal at gains nearby
-(theta = R^-1 z), B'B = sum over joints of h_j^2 Z_j'Z_j is close to the identity, and its Cholesky factor is as
-accurate as one of B.
+At gains h the shared parameters follow by linear least squares from B = [h_1 A_1; h_2 A_2; ..; priors]. A step needs no
+factorisation of B: in coordinates z in which the columns are orthonormal at similar gains (theta = R^-1 z), B'B = sum
+over joints of h_j^2 Z_j'Z_j is close to the identity, so its Cholesky factor is as accurate as a QR factor of B.
 """
 
 from collections.abc import Sequence
@@ -20,33 +19,32 @@ from ident.support.arrays import Array, Indices
 from ident.support.errors import NotConverged
 
 SMALLEST_STEP = 1e-11
-"""Largest change of a logarithm at which the search ends."""
+"""Largest change of a logarithm at convergence."""
 LONGEST_STEP = 0.5
-"""Largest change of the logarithms in one step, as a norm."""
+"""Largest norm of the change of the logarithms in one step."""
 MOST_STEPS = 200
 POOR, GOOD = 0.25, 0.75
-"""Parts of the promised decrease under which steps become shorter, and above which they become longer."""
+"""Ratios of actual to predicted decrease below which damping increases, and above which it decreases."""
 SLOWER, FASTER = 4.0, 1.0 / 6.0
 UNDAMPED, DAMPED = 1e-9, 1e-3
-"""Damping to begin with and at least, so that a free scale is not singular, and after the first step that fails."""
+"""Initial and smallest damping, so that a free scale is not singular; damping after the first failed step."""
 FAR = 3.0
-"""Largest difference of two joints' changes of log|h| up to which columns count as orthonormal: the condition number of
-B'B is then at most e^6, which costs three of sixteen digits."""
+"""Largest difference between joints in the change of log|h| up to which columns count as orthonormal: the condition
+number of B'B is then at most e^6, a loss of three of sixteen digits."""
 RANK_TOL = 1e-10
-"""Relative size of a unit column's new part under which the rows do not show a shared parameter."""
+"""Relative norm of the new part of a unit column below which a shared parameter is not identifiable."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Prior:
-    """What is believed of log|h| and of shared parameters beforehand, each independent of the others.
+    """Independent priors of log|h| and of shared parameters.
 
-    A joint that nothing loads would run to an infinite gain; a wide prior keeps it where the search can end, and
-    costs the others nothing.
+    The gain of an unloaded joint would diverge; a wide prior prevents this without an effect on the others.
 
     Attributes:
-        mean: Of log|h|, shape (n,).
-        std: Shape (n,).
-        shared: Deviation from zero of shared parameters, infinite for those of which nothing is believed, shape (p,).
+        mean: Prior means of log|h|, shape (n,).
+        std: Their prior standard deviations, shape (n,).
+        shared: Prior standard deviations of shared parameters about zero, infinite without a prior, shape (p,).
     """
 
     mean: Array
@@ -54,12 +52,12 @@ class Prior:
     shared: Array
 
     def off(self, s: Array) -> Array:
-        """How far logarithms are from their mean, in deviations, shape (n,)."""
+        """Differences of logarithms from their prior means, in standard deviations, shape (n,)."""
         return (s - self.mean) / self.std
 
     @cached_property
     def rows(self) -> Array:
-        """Rows of the shared parameters of which something is believed, in deviations, shape (beliefs, p)."""
+        """Rows of the priors of shared parameters, in standard deviations, shape (beliefs, p)."""
         believed = np.flatnonzero(np.isfinite(self.shared))
         rows = np.zeros((len(believed), len(self.shared)))
         rows[np.arange(len(believed)), believed] = 1.0 / self.shared[believed]
@@ -68,13 +66,13 @@ class Prior:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Found:
-    """Where the search ended.
+    """Result of the search.
 
     Attributes:
         h: 1/g with its sign, shape (n,).
-        theta: Shared parameters, zero for those that the rows do not show, shape (p,).
+        theta: Shared parameters, zero if not identifiable, shape (p,).
         cost: Sum of squares of the weighted residual and the prior.
-        steps: Steps it took.
+        steps: Number of steps.
     """
 
     h: Array
@@ -85,18 +83,18 @@ class Found:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rows:
-    """Rows of all joints that own columns do not touch, with orthonormal shared columns; joints are padded with zeros.
+    """Rows of all joints in which own columns are zero, with orthonormal shared columns; joints are padded with zeros.
 
     Attributes:
-        h: Gains at which the columns are orthonormal, as 1/g, shape (n,).
+        h: Values of 1/g at which the columns are orthonormal, shape (n,).
         Z: Shared columns of each joint, shape (n, m, k).
         k: Known torque, shape (n, m).
         V: Currents, shape (n, m).
-        beliefs: Rows of the beliefs about shared parameters, shape (beliefs, k).
+        beliefs: Rows of the priors of shared parameters, shape (beliefs, k).
         gram: Z'Z of each joint, shape (n, k, k).
-        gram_of_beliefs: The same of the beliefs, shape (k, k).
-        columns: Which shared parameters are independent of each other, shape (k,).
-        R: What makes coordinates of these, upper triangular, shape (k, k).
+        gram_of_beliefs: The same for the priors, shape (k, k).
+        columns: Indices of the independent shared parameters, shape (k,).
+        R: Upper triangular factor, z = R theta, shape (k, k).
         count: Number of shared parameters.
     """
 
@@ -112,22 +110,22 @@ class _Rows:
     count: int
 
     def near(self, h: Array) -> bool:
-        """Whether the columns are close to orthonormal at other gains as well."""
+        """Whether the columns are also nearly orthonormal at other gains."""
         return float(np.ptp(np.log(h / self.h))) < FAR
 
     def theta(self, z: Array) -> Array:
-        """Shared parameters, zero for those that the rows do not show, shape (count,)."""
+        """Shared parameters, zero if not identifiable, shape (count,)."""
         theta = np.zeros(self.count)
         theta[self.columns] = linalg.solve_triangular(self.R, z, check_finite=False)
         return theta
 
     def onto(self, x: Array) -> Array:
-        """Products of the columns with rows of each joint, (n, m), joint by joint, shape (n, k)."""
+        """Products Z'x of each joint's columns with x, shape (n, m): shape (n, k)."""
         return (x[:, None] @ self.Z)[:, 0]
 
 
 def _rows_of(joints: Sequence[ReducedJoint], h: Array, beliefs: Array) -> _Rows:
-    """The rows, with columns that are orthonormal at gains 1/h."""
+    """Return the rows, with columns that are orthonormal at gains 1/h."""
     B = np.vstack([*(hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)), beliefs])
     found = factors(B, rank_tol=RANK_TOL)
     sizes = [len(each.V[each.inner]) for each in joints]
@@ -146,16 +144,16 @@ def _rows_of(joints: Sequence[ReducedJoint], h: Array, beliefs: Array) -> _Rows:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Point:
-    """The model at some gains.
+    """The model at given gains.
 
     Attributes:
-        rows: What it was evaluated on.
+        rows: The rows that it was evaluated on.
         h: 1/g, shape (n,).
         z: Shared parameters, as coordinates, shape (k,).
-        T: What each joint's currents owe to its gain, shape (n, m).
+        T: Part of each joint's currents that is proportional to h, shape (n, m).
         r: Residual of these rows, shape (n, m).
         factor: Cholesky factor of B'B, lower, shape (k, k).
-        cost: Sum of squares of the residual and the beliefs.
+        cost: Sum of squares of the residual and the priors.
     """
 
     rows: _Rows
@@ -168,15 +166,15 @@ class _Point:
 
 
 def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
-    """Find the gains at which the shared parameters explain the currents of all joints best.
+    """Find the gains that minimise the sum of squares over all joints.
 
     Args:
-        joints: Reduced rows of every joint, n.
-        start: 1/g to begin with, the signs right, shape (n,).
-        prior: On log|h|.
+        joints: Reduced rows of each of the n joints.
+        start: Initial values of 1/g with correct signs, shape (n,).
+        prior: Prior of log|h|.
 
     Raises:
-        NotConverged: If no end is found.
+        NotConverged: If the search does not converge.
     """
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
@@ -197,18 +195,18 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
             if tried.cost <= point.cost:
                 break
             damping = max(8.0 * damping, DAMPED)
-        kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # of the decrease that the step promised
+        kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # ratio of actual to predicted decrease
         damping = max(UNDAMPED, damping * (SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0))
         s, point = s + step, tried
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
 def _curvature(point: _Point, prior: Prior) -> Array:
-    """Second derivative of half the squares that the shared parameters and the prior leave by the logarithms, (n, n).
+    """Second derivative of half the cost by the logarithms, shape (n, n).
 
-    With T the currents that each joint owes to its gain, R the residual likewise, and Q the basis of the shared
-    parameters, T'(T - R) - (T - R)' Q Q' (T - R), and the prior's. Where their sum is not positive definite, far from
-    the end, R is left out (Gauss and Newton); of a joint without load the prior alone may make it so.
+    With T and R the currents proportional to h and the residuals, joint by joint, and Q the basis of the shared
+    columns, it is T'(T - R) - (T - R)' Q Q' (T - R) plus that of the prior. If it is not positive definite, far from
+    the minimum, R is omitted (Gauss and Newton); for an unloaded joint only the prior may make it positive definite.
     """
 
     def left(one: Array, other: Array) -> Array:
@@ -220,11 +218,11 @@ def _curvature(point: _Point, prior: Prior) -> Array:
 
 
 def _point(rows: _Rows, h: Array, off: Array) -> _Point:
-    """The model at gains 1/h; `off` is how far their logarithms are from what is believed of them, in deviations."""
+    """Return the model at gains 1/h, whose logarithms differ from their priors by `off` standard deviations."""
     gram = np.tensordot(h**2, rows.gram, 1) + rows.gram_of_beliefs
     factor = np.asarray(np.linalg.cholesky(gram), np.float64)
     z, r, left = np.zeros(rows.Z.shape[2]), rows.V - h[:, None] * rows.k, np.zeros(len(rows.beliefs))
-    for _ in range(2):  # the second time takes rounding of the first out of the residual
+    for _ in range(2):  # the second pass removes rounding errors of the residual
         more = h @ rows.onto(r) + left @ rows.beliefs
         more = _lower_solved(factor, _lower_solved(factor, more), trans=1)
         z = z + more

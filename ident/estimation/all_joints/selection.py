@@ -1,10 +1,10 @@
-"""What data decide about the model: a term is added where stretches that were left out say so.
+"""Model selection by cross-validation: a term is added if it improves the prediction of omitted time blocks.
 
-load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
-themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
-form        of the motor's torque, of what its gears carry or of what comes out of them: what predicts best; the others
-            are shares of the interval, as large as a mixture of both may hold of them
-cbrt        viscous friction that grows less than the speed, joint by joint
+load        friction proportional to torque, always, with a common prior of all joints' coefficients, estimated from the
+            joints, as drives of one arm are similar; it hardly affects a joint with accurate data
+form        proportional to the torque of the motor, in the gears or at their output: the best prediction is selected;
+            the others contribute to the interval, by the largest share that a mixture can have of them
+cbrt        viscous friction that grows less than linearly with speed, joint by joint
 compliance  of all joints, or of none
 """
 
@@ -36,34 +36,36 @@ from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.support.arrays import Array
 
 BETTER = 2.0
-"""Standard errors by which left-out stretches must be predicted better for a term to stay.
+"""Number of standard errors by which the prediction of omitted time blocks must improve for a term to be selected.
 
-Of each joint's term alone, however many are tried: in 100 runs of `nominal` no useless term was chosen on a joint that
-has a gain. 2.9, which Bonferroni's inequality asks for of twelve, changes no error there, on `field` or where friction
-grows with load, and loses two cube roots of a real arm, whose deviations then grow by a tenth.
+It applies to each joint's term, without a correction for multiple tests: in 100 runs of `nominal` no useless term was
+selected on a joint with a gain. 2.9, by Bonferroni's inequality for twelve tests, changes no error there, on `field` or
+with load-dependent friction, but omits two cube roots of a real arm, whose standard deviations then grow by a tenth.
 """
 SUSPECTED = 1.0
-"""Standard errors by which compliance to first order must predict better for its column along the currents to be made.
+"""Number of standard errors by which first-order compliance must improve the prediction for the exact column to be
+computed.
 
-It saves time alone: where first order fails, at 8 Hz, it is at 1.5 and more, and a sixth of stiff arms pay.
+It only saves time: where the first order fails, at 8 Hz, the improvement is 1.5 or more; a sixth of rigid arms exceed
+the limit.
 """
 FIRST_ORDER = 0.15
-"""Part of a correction for compliance that may be wrong: its column is of first order in the deflection, and a rotor's
-inertia that is regrouped into its link's moves with the link (`docs/derivations.md`)."""
+"""Possible relative error of the correction for compliance: its column is of first order in the deflection, and a rotor
+inertia that is regrouped with that of its link moves with the link (`docs/derivations.md`)."""
 LEAST_LOAD = 5e-3
-"""Load friction that is worth a word."""
+"""Smallest load-dependent friction that is reported."""
 SPREAD_SHARE = 0.3
-"""Least deviation of load friction between joints that is believed, as a share of their mean."""
+"""Smallest standard deviation of load-dependent friction between joints, as a share of its mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AlternativeModel:
-    """A model that could be meant as well: what differs between two fits counts as one deviation, in part.
+    """An alternative model: a share of its difference from the selected one counts as a standard deviation.
 
     Attributes:
-        share: That part.
-        other: The fit of the rival.
-        final: What it is compared with.
+        share: That share.
+        other: Its fit.
+        final: The fit of the selected model.
     """
 
     share: float
@@ -73,15 +75,15 @@ class AlternativeModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Selected:
-    """The model that data chose.
+    """The model selected by the data.
 
     Attributes:
         final: Its fit.
-        rivals: Other defensible models.
-        remarks: What was chosen, in words.
-        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
-            (r_j,); a model of yielding ones has it among its columns.
-        stiff: The same model without yielding joints, where data chose these; None where they did not.
+        rivals: Alternative models.
+        remarks: What was selected, in words.
+        softened: Change of the torque of each joint's rows at the largest compliance of real drives, n arrays of shape
+            (r_j,); a model with elastic joints has it among its columns.
+        stiff: The same model with rigid joints if the data selected elastic ones, else None.
     """
 
     final: Fitted
@@ -92,7 +94,7 @@ class Selected:
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain to the rivals, in deviations, one column each, shape (n, m)."""
+        """Relative change of each gain per standard deviation, one column for each alternative model, shape (n, m)."""
         nothing = np.zeros((len(self.final.own), 0))
         return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
 
@@ -101,11 +103,11 @@ ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
 
 
 def selected(ready: Setting, *, yielding: bool = False) -> Selected:
-    """Choose the model of a problem whose motions come from recordings.
+    """Select the model of a problem with recorded motions.
 
     Args:
         ready: The problem.
-        yielding: Whether joints are known to yield; else data decide.
+        yielding: Whether joints are known to be elastic; else the data decide.
     """
     nothing: Terms = [{} for _ in range(ready.n)]
     plain = _tried(fit_with(ready, nothing, (), None))
@@ -155,7 +157,7 @@ def _load_note(form: str, belief: Belief) -> str:
 
 
 def _form_of(loads: Mapping[str, "_Loaded"], base: "_Tried") -> str:
-    """The form of load friction that predicts best, if it is surely better than that of the motor's torque."""
+    """Return the form of load-dependent friction that predicts best, if significantly, else `load-motor`."""
     motor, *_ = LOAD_FORMS
     best = max(loads, key=lambda name: loads[name].tried.better_than(base).sum())
     surer = loads[best].tried.surer_than(loads[motor].tried, range(len(base.fitted.own)))
@@ -163,11 +165,12 @@ def _form_of(loads: Mapping[str, "_Loaded"], base: "_Tried") -> str:
 
 
 def _beside(best: "_Tried", other: "_Tried") -> AlternativeModel:
-    """Another form of load friction beside the best one: the truth may hold a part w of its difference to that.
+    """Return another form of load-dependent friction as an alternative: the truth may be a mixture of both.
 
-    The squares left by a mixture grow with a w^2 - 2 b w, with a those of the difference of both predictions and b the
-    noise: w = b / a at the least, known to sd(b) / a. The other form itself leaves a - 2 b more. Where no data tell,
-    either is as probable, and the stated one errs by sqrt(1/2) of the difference.
+    With a share w of the other form, the sum of squares changes by a w^2 - 2 b w, where a is that of the difference of
+    both predictions and b is due to noise. Its minimum is at w = b / a, with standard error sd(b) / a; the other form
+    alone, w = 1, has a - 2 b more. If the data do not distinguish them, both are equally probable, and the rms error is
+    sqrt(1/2) of the difference.
     """
     more = best.better_than(other).sum(axis=1)
     apart = best.apart_from(other)
@@ -179,7 +182,7 @@ def _beside(best: "_Tried", other: "_Tried") -> AlternativeModel:
 def _bent(
     ready: Setting, law: str, speeds: Sequence[Mapping[str, Term]], softened: Sequence[Array], base: "_Tried"
 ) -> list[int]:
-    """Joints, from 0, whose friction follows a law of the speed."""
+    """Joints, from 0, for which a friction law of the speed is selected."""
     tried = _tried(fit_with(ready, [{law: terms[law]} for terms in speeds], softened, base.fitted))
     return [j for j in range(ready.n) if tried.surer_than(base, [j]) > BETTER]
 
@@ -191,12 +194,12 @@ def _log_ratio(one: Fitted, other: Fitted) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tried:
-    """A fit and how it predicts stretches that it was not fitted to.
+    """A fit and its prediction of omitted time blocks.
 
     Attributes:
         fitted: The fit.
-        left: Error of the predicted current of each row [drive units], shape (r,).
-        squares: Sum of its weighted squares in each stretch, joint by joint, shape (stretches, n).
+        left: Prediction error of each row [drive units], shape (r,).
+        squares: Sum of its weighted squares in each block, joint by joint, shape (blocks, n).
     """
 
     fitted: Fitted
@@ -204,19 +207,19 @@ class _Tried:
     squares: Array
 
     def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
-        """By how many standard errors this fit predicts stretches that were left out better than another one."""
+        """Improvement of the prediction of omitted blocks over another fit, in standard errors."""
         gain = self.better_than(other)[:, list(joints)].sum(axis=1)
         return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
 
     def better_than(self, other: "_Tried") -> Array:
-        """Squares that another fit leaves beyond this one's, in units of the other's weights, (stretches, n)."""
+        """Reduction of the sum of squares from another fit, by the other's weights, shape (blocks, n)."""
         rows, before = self.fitted.fit.rows, other.fitted.fit.rows
         first = np.unique(rows.joint, return_index=True)[1]
         same = (before.weight / rows.weight)[first] ** 2
         return other.squares - same * self.squares
 
     def apart_from(self, other: "_Tried") -> float:
-        """Sum of the squares of the difference of both predictions, in units of the other's weights."""
+        """Sum of squares of the difference of both predictions, in units of the other's weights."""
         return float(np.sum((other.fitted.fit.rows.weight * (self.left - other.left)) ** 2))
 
 
@@ -231,7 +234,7 @@ def _tried(fitted: Fitted) -> _Tried:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loaded:
-    """A fit with load friction, its terms, and the belief about it."""
+    """A fit with load-dependent friction, its terms, and the prior of its coefficients."""
 
     tried: _Tried
     terms: Terms
@@ -241,10 +244,10 @@ class _Loaded:
 def _with_load(
     ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
 ) -> _Loaded:
-    """A fit with load friction of one form, its torques taken from a fit that had it.
+    """Fit load-dependent friction of one form, with torques from an earlier fit that included it.
 
-    On joints where the share of the offset that is no torque is found beyond what it can be, data do not tell it from
-    the friction itself, and all of the offset counts as torque.
+    If the estimated share of the offset that is not a torque is impossible, data cannot separate it from the friction,
+    and all of the joint's offset counts as torque.
     """
 
     def columns(fitted: Fitted) -> TermColumns:
@@ -269,7 +272,7 @@ def _with_load(
 
 
 def _is_possible(own: OwnColumns, phi: Array, form: str) -> bool:
-    """Whether a joint's friction takes less than it is let, and no more of the offset is no torque than there is."""
+    """Whether a joint's friction coefficient and the share of its offset that is not a torque are possible."""
     value, belief = dict(zip(own.names, phi.tolist(), strict=True)), SHARES[OFFSET]
     off = value.get(OFFSET, belief.mean) - belief.mean
     return abs(value.get(form, 0.0)) < STRONGEST and abs(off) < BETTER * belief.std
@@ -278,7 +281,7 @@ def _is_possible(own: OwnColumns, phi: Array, form: str) -> bool:
 def _grown(
     chosen: Terms, form: str, columns: TermColumns, belief: Belief, offsets: Collection[int]
 ) -> list[dict[str, Term]]:
-    """Terms of each joint with load friction, and the shares that this depends on; of the offset on some joints."""
+    """Add load-dependent friction and its shares to each joint's terms; that of the offset on some joints only."""
     terms = list[dict[str, Term]]()
     for j, (each, own, shares) in enumerate(zip(chosen, columns.own, columns.shares, strict=True)):
         beside = {name: column for name, column in shares[form].items() if name != OFFSET or j in offsets}
@@ -288,9 +291,9 @@ def _grown(
 
 
 def _belief(free: Fitted, form: str) -> Belief:
-    """Mean and spread of the joints' coefficients, by the largest likelihood of what each joint shows alone.
+    """Return the prior of the joints' coefficients, by maximum likelihood from the estimates of single joints.
 
-    A joint without a gain may end at c = 1, where V = |V| s says nothing: it shows none.
+    A joint without a gain may end at c = 1, where V = |V| s holds for any torque: it is excluded.
     """
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])

@@ -1,8 +1,8 @@
-"""Up to which frequency the compliance of a joint shows in measured positions: beyond it encoder noise does.
+"""Frequency up to which the effect of a joint's compliance exceeds encoder noise in measured positions.
 
-What compliance does is made of fourth derivatives of the positions. Noise of encoders in it grows with the fourth power
-of the frequency and goes with the noise of the accelerations beside it, which it cancels: with all of it, compliances
-come out too small, and those of stiff joints negative and sure (`docs/derivations.md`).
+The effect of compliance depends on fourth derivatives of the positions, whose encoder noise grows with the fourth power
+of frequency. This noise is correlated with that of the accelerations and partly cancels it, so that without a limit
+compliances are estimated too small, and those of rigid joints significantly negative (`docs/derivations.md`).
 """
 
 import numpy as np
@@ -12,17 +12,18 @@ from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
 
 NOISE_SHARE = 1e-3
-"""Share of encoder noise in the power of what a joint's compliance does to its own torque that is let in.
+"""Largest share of encoder noise in the power of the effect of a joint's compliance on its own torque.
 
-What tells compliance from inertia is a small part of that power, so that a small share of noise bends much: compliances
-of an arm with 2e-5 rad of noise at 500 Hz are off by 2 to 7 % with this one, by 30 % with thrice the noise let in.
+Only a small part of that power separates compliance from inertia, so a small share of noise causes a large bias:
+compliances of an arm with 2e-5 rad of noise at 500 Hz have errors of 2 to 7 % with this share, of 30 % with three times
+as much.
 """
 AVERAGED_BLOCK = 60.0
-"""Length of the stretches whose spectra are averaged, in periods of the cut-off of the positions."""
+"""Length of the segments whose spectra are averaged, in periods of the cut-off of the positions."""
 
 
 def without_encoder_noise(behind: FullRate, softened: Array, inertia: Array) -> Array:
-    """Changes of torques by compliance, of each compliance those that are slower than its encoder noise.
+    """Return the changes of torques by compliance, low-passed below the frequencies dominated by encoder noise.
 
     Args:
         behind: The motion, n joints.
@@ -30,7 +31,7 @@ def without_encoder_noise(behind: FullRate, softened: Array, inertia: Array) -> 
         inertia: Mean squares of the inertia matrix of the links, shape (n, n).
 
     Returns:
-        Shape (N, n, n); what encoder noise does not reach is as it was.
+        Shape (N, n, n); unchanged where encoder noise is small.
     """
     limits = shown_hz(behind, np.einsum("skk->sk", softened), inertia)
     slow = softened.copy()
@@ -40,10 +41,10 @@ def without_encoder_noise(behind: FullRate, softened: Array, inertia: Array) -> 
 
 
 def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
-    """Highest frequency up to which the noise in what each joint's compliance does to its own torque is little.
+    """Return the frequency up to which noise in the effect of each joint's compliance on its own torque is small.
 
-    White noise of density N_l in the positions gives M_kk^2 (sum over l of M_kl^2 N_l) (2 pi f)^8, less what the
-    low-pass of the positions takes.
+    White noise of density N_l in the positions gives M_kk^2 (sum over l of M_kl^2 N_l) (2 pi f)^8, reduced by the
+    low-pass of the positions.
 
     Args:
         behind: The motion, n joints.
@@ -51,7 +52,7 @@ def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
         inertia: Mean squares of the inertia matrix of the links, shape (n, n).
 
     Returns:
-        Frequencies [Hz], shape (n,); the cut-off of the positions where noise is little up to it.
+        Frequencies [Hz], shape (n,); the cut-off of the positions if noise is small up to it.
     """
     length = min(len(own), round(AVERAGED_BLOCK / (behind.cutoff_hz * behind.period)))
     f, power = power_density(own, behind.period, length)

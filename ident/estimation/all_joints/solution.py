@@ -1,4 +1,4 @@
-"""From a problem to a solution: columns, reduction, start, search, and again with the torques that were found."""
+"""From a problem to a solution: columns, reduction, start, search, and repetition with the estimated torques."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,12 +22,12 @@ Terms = Sequence[Mapping[str, Term]]
 
 
 GIVEN_STD = 1e-9
-"""Deviation of the logarithm of a gain that is given: none to speak of."""
+"""Prior standard deviation of the logarithm of a given gain: negligible."""
 
 
 @dataclass(frozen=True, slots=True)
 class GivenGain:
-    """A gain that is known beforehand and sets the scale of those that are not.
+    """A known gain, which sets the scale of the others.
 
     Attributes:
         joint: Its joint, from 0.
@@ -40,18 +40,18 @@ class GivenGain:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Setting:
-    """What every fit of a problem starts from.
+    """Common inputs of all fits of a problem.
 
     Attributes:
         problem: Motions and payloads.
-        shared: Which parameters joints share.
+        shared: The parameters that joints share.
         columns: Rows of every joint.
-        alone: 1/g of the joints that surely show it alone, zero of the others, shape (n,).
+        alone: 1/g of the joints that determine it alone, zero for the others, shape (n,).
         per_motion: Whether viscous and Coulomb friction differ between motions.
-        prior_std: Deviation of log|h| that is allowed around the start.
-        given: Gains that are known beforehand.
-        shared_std: Deviation from zero of each shared column's coefficient, infinite for those of which nothing is
-            believed, shape (p,).
+        prior_std: Prior standard deviation of log|h| about the initial value.
+        given: Known gains.
+        shared_std: Prior standard deviation of each shared coefficient about zero, infinite without a prior, shape
+            (p,).
     """
 
     problem: Problem
@@ -71,13 +71,13 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
-    """A fit, and what it was made with.
+    """A fit and its inputs.
 
     Attributes:
-        columns: Rows of every joint, compliance among what is shared where joints yield.
+        columns: Rows of every joint; compliances of elastic joints are among the shared columns.
         own: Own columns of every joint.
-        prior: On log|h|.
-        fit: What was found.
+        prior: Prior of log|h|.
+        fit: The result.
     """
 
     columns: tuple[JointColumns, ...]
@@ -112,13 +112,13 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
 
 
 def prepared(columns: Sequence[JointColumns], *, per_motion: bool) -> tuple[JointColumns, ...]:
-    """Rows of every joint, factorised for fits with further columns."""
+    """Return the rows of every joint, factorised for fits with further columns."""
     own = [own_columns(each, {}, per_motion=per_motion) for each in columns]
     return tuple(replace(each, base=base_of(each, F)) for each, F in zip(columns, own, strict=True))
 
 
 def widened(columns: Sequence[JointColumns], more: Sequence[Array]) -> tuple[JointColumns, ...]:
-    """Rows of every joint with further shared columns, n arrays of shape (r_j, m)."""
+    """Return the rows of every joint with further shared columns, n arrays of shape (r_j, m)."""
     return tuple(replace(each, shared=np.hstack((each.shared, new))) for each, new in zip(columns, more, strict=True))
 
 
@@ -128,12 +128,12 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     Args:
         ready: The problem.
         terms: Friction terms of each joint.
-        softened: Change of each joint's torque per unit of each joint's compliance, empty for stiff joints.
-        before: A fit to begin with; None to begin from nothing.
+        softened: Change of each joint's torque per unit of each joint's compliance, empty for rigid joints.
+        before: An earlier fit with initial values, or None.
 
     Raises:
         TooFewRows: If a joint has fewer rows than unknowns.
-        NotConverged: If no end is found.
+        NotConverged: If the search does not converge.
     """
     columns = widened(ready.columns, softened) if softened else ready.columns
     own = tuple(
@@ -151,7 +151,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     def around(h: Array) -> Prior:
         return Prior(mean=np.log(np.abs(h)), std=std, shared=shared_std)
 
-    first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
+    first = search(joints, h, around(h))  # then the prior about them does not bias identifiable gains
     prior = around(first.h)
     found = search(joints, first.h, prior)
     fit = fitted(columns, joints, found, prior, ready.problem.row_period)
@@ -159,14 +159,14 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
 
 
 def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
-    """Fit the same model to other currents, from where it was.
+    """Fit the same model to other currents, from the earlier solution.
 
     Args:
-        before: The model, and where to begin.
-        currents: Of every joint's rows [drive units], n arrays of shape (r_j,).
+        before: The model and the initial values.
+        currents: Currents of every joint's rows [drive units], n arrays of shape (r_j,).
 
     Raises:
-        NotConverged: If no end is found.
+        NotConverged: If the search does not converge.
     """
     columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
     joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]
@@ -176,16 +176,17 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
 
 
 def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened: Sequence[Array] = ()) -> GainSolution:
-    """What a fit says about the gains.
+    """Return the gains of a fit.
 
     Args:
         ready: The problem.
         final: The fit.
-        model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
-            of the fit itself are added.
-        moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
-        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
-            (r_j,); empty if nobody asks.
+        model: Relative change of each gain per standard deviation of each model assumption, shape (n, m); the priors of
+            the fit are added.
+        moved: Change of each log|h| by a constraint after the fit, shape (n,). Standard deviations are those of the
+            fit.
+        softened: Change of the torque of each joint's rows at the largest compliance of real drives, n arrays of shape
+            (r_j,); empty if not needed.
     """
     fit = final.fit
     n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
@@ -220,9 +221,9 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened
 
 
 def _load_friction(final: Fitted) -> LoadFriction | None:
-    """What the coefficients of load friction do to the gains: the regression of log g on each in the fit's covariance.
+    """Effect of load-dependent friction on the gains: the regression of log g on each coefficient, from the covariance.
 
-    It is the same whatever is believed of the coefficient itself.
+    It does not depend on the prior of the coefficient.
     """
     fit, n = final.fit, len(final.own)
     if not any(name in LOAD_FORMS for own in final.own for name in own.names):
@@ -239,5 +240,5 @@ def _load_friction(final: Fitted) -> LoadFriction | None:
 
 
 def _rms(x: Array) -> float:
-    """Root mean square, zero of nothing."""
+    """Root mean square, zero for an empty array."""
     return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0

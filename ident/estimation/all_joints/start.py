@@ -1,4 +1,4 @@
-"""Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
+"""Initial gains: signs from load or friction, magnitudes joint by joint or from shared parameters."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,13 +12,13 @@ from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 
 SURE_Z = 6.0
-"""Standard deviations at which a joint's own rows are believed about its gain."""
+"""Number of standard deviations at which a joint's own estimate of its gain is used."""
 NOTHING = 1e-10
-"""Share of the largest column below which one is rounding."""
+"""Relative norm below which a column is rounding error."""
 
 
 def alone(problem: Problem) -> Array:
-    """1/g of the joints that surely show it alone (eq. 27), zero of the others, shape (n,)."""
+    """Return 1/g of the joints that determine it alone (eq. 27), zero for the others, shape (n,)."""
     h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
     for j in range(len(h)) if known else ():
         fit = joint_fit(problem, j, known)
@@ -30,11 +30,11 @@ def alone(problem: Problem) -> Array:
 def start_of(
     alone: Array, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
 ) -> Array:
-    """1/g that joints show alone, of the others what fits their links to these, shape (n,).
+    """Return 1/g of joints alone, and of the others from link parameters shared with these, shape (n,).
 
     Args:
-        alone: As the function of that name gives it, shape (n,).
-        joints: Reduced rows of every joint, n.
+        alone: Result of `alone`, shape (n,).
+        joints: Reduced rows of each of the n joints.
         own: Their own columns.
         given: 1/g of joints, from 0, whose gains are known.
     """
@@ -44,7 +44,7 @@ def start_of(
     sign: Array = np.sign(h)
     for j in np.flatnonzero(~by_load).tolist():
         sign[j] = -1.0 if friction_z(joints[j], own[j].names) < 0.0 else 1.0
-    if not by_load.any():  # the scale is free: one joint sets it
+    if not by_load.any():  # the scale is free: one joint has 1
         loudest = int(np.argmax([np.linalg.norm(each.V[each.inner]) for each in joints]))
         h[loudest] = sign[loudest]
     while not h.all():
@@ -53,7 +53,7 @@ def start_of(
 
 
 def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
-    """Dry and viscous friction over its deviation, whichever is surer: its sign is that of the gain."""
+    """The more significant of Coulomb and viscous friction over its standard deviation, signed as the gain."""
     W = np.column_stack((joint.F, joint.A, joint.k))
     norms = np.linalg.norm(W, axis=0)
     unit = W / np.where(norms > 0.0, norms, 1.0)
@@ -64,15 +64,15 @@ def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
 
 
 def _extended(joints: Sequence[ReducedJoint], h: Array, sign: Array) -> Array:
-    """The gain of one more joint, from the parameters that it shares with those that have one.
+    """Add the gain of one more joint, from the parameters that it shares with joints that have a gain.
 
-    The joint that these explain best comes first.
+    The joint with the best fit is added first.
     """
     have: list[int] = np.flatnonzero(h).tolist()
     B = np.vstack([h[j] * joints[j].A[joints[j].inner] for j in have])
     y = np.concatenate([joints[j].V[joints[j].inner] - h[j] * joints[j].k[joints[j].inner] for j in have])
     norms = np.linalg.norm(B, axis=0)
-    shown = norms > NOTHING * norms.max(initial=0.0)  # gravity about a vertical axis is rounding
+    shown = norms > NOTHING * norms.max(initial=0.0)  # gravity about a vertical axis is rounding error
     unit = np.where(shown, B, 0.0) / np.where(shown, norms, 1.0)
     theta = linalg.lstsq(unit, y, cond=1e-6, check_finite=False)[0] / np.where(shown, norms, 1.0)
     best, share = (-1, 1.0), -1.0

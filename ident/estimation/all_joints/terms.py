@@ -16,26 +16,26 @@ from ident.estimation.problem import ObservedMotion, Problem
 from ident.support.arrays import Array
 
 STRONGEST = 0.5
-"""Share of the motor torque that friction is let take while a fit is on its way."""
+"""Largest share of friction in the motor torque during the iteration."""
 MOTOR, LINKS = "load-motor", "load"
 LOAD_FORMS = {
     MOTOR: "the motor torque",
     LINKS: "the torque of links and payload",
     "load-through": "the torque of links, payload and other friction",
 }
-"""What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
-loss. Of gears comes no torque that speeds up a rotor before them."""
+"""Torques that load-dependent friction can be proportional to: at the input of the gears, at their output, or in the
+gears without their loss. The torque that accelerates the rotor does not pass through the gears."""
 OFFSET, ROTOR = "offset-share", "rotor-share"
-"""Columns of two shares that load friction depends on: the part of a joint's offset that is no torque, unlike that of a
-spring, and the part of a joint's inertia that is its rotor's, where data do not tell the two apart."""
+"""Columns of two shares that load-dependent friction depends on: the part of a joint's offset that is not a torque,
+unlike that of a spring, and the part of a joint's inertia that is the rotor's, if the data do not separate the two."""
 SHARES = {OFFSET: Belief(0.5, 0.5), ROTOR: Belief(0.0, 0.5)}
-"""What is believed of their coefficients: a share is from 0 to 1, and nothing else is known. Load friction itself has
-all of the offset in it, and of the inertia the half that is assumed to be the rotor's."""
+"""Priors of their coefficients: a share is between 0 and 1, and nothing else is known. The column of load-dependent
+friction includes all of the offset, and half of the inertia as the rotor's."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
-"""What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
+"""Initial prior of load-dependent friction: published drives lose 6 to 15 % of their torque.
 
-Where friction dominates, a gain and its joint's load friction look the same, and a coefficient without bounds takes the
-gain, and the torques that its column follows from, anywhere.
+If friction dominates, the gain and the load-dependent friction of a joint are confounded; without a prior the
+coefficient, the gain and the torques of its column would diverge.
 """
 
 
@@ -46,10 +46,10 @@ class TermColumns:
     Attributes:
         own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
             positive where friction brakes.
-        shares: Those of the columns of `SHARES` that stand beside each of `LOAD_FORMS`, n dicts by form.
-        softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
-            arrays of shape (r_j, n), empty if not asked.
-        torques: What the columns follow from, one a motion.
+        shares: The columns of `SHARES` that belong to each of `LOAD_FORMS`, n dicts by form.
+        softened: Change of torque per unit of each joint's compliance, without frequencies dominated by encoder noise,
+            n arrays of shape (r_j, n), empty if not requested.
+        torques: The torques that the columns follow from, one per motion.
     """
 
     own: tuple[dict[str, Array], ...]
@@ -60,7 +60,7 @@ class TermColumns:
 
 @dataclass(frozen=True, slots=True)
 class SpeedTerm:
-    """A friction law in the speed: its function, and what it says."""
+    """A friction law of the speed: its function and its description."""
 
     law: Callable[[Array], Array]
     words: str
@@ -70,16 +70,11 @@ SPEED_TERMS = {
     "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than linearly with speed"),
     "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
 }
-"""Friction in the speed besides viscous and Coulomb, by name."""
+"""Friction laws of the speed besides viscous and Coulomb friction, by name."""
 
 
 def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> tuple[dict[str, Term], ...]:
-    """Friction terms of every joint that follow from the speed alone, by name; nothing is believed of them beforehand.
-
-    Args:
-        problem: Motions from recordings.
-        laws: Which of `SPEED_TERMS`.
-    """
+    """Return the friction terms of every joint that depend on the speed alone, by name, without priors."""
 
     def column(joint: int, law: Callable[[Array], Array]) -> Array:
         parts = list[Array]()
@@ -103,15 +98,15 @@ def torque_terms(
     compliance: bool,
     forms: Collection[str] = tuple(LOAD_FORMS),
 ) -> TermColumns:
-    """Friction in proportion to torque, and what compliance does to the torques.
+    """Return the columns of load-dependent friction, and of the effect of compliance on the torques.
 
     Args:
         problem: Motions from recordings.
-        shared: Which parameters joints share.
+        shared: The parameters that joints share.
         own: Own columns of the earlier fit.
         fit: The earlier fit.
-        compliance: Whether to take the derivative by the compliance of each joint.
-        forms: Of `LOAD_FORMS`, those that are asked for.
+        compliance: Whether to include the derivative by the compliance of each joint.
+        forms: Names in `LOAD_FORMS`.
     """
     n = problem.structure.arm.n
     told = told_rotors(problem.structure)
@@ -128,7 +123,7 @@ def torque_terms(
                 rows.append(of_rows(motion, slow, j))
         for j in range(n) if forms else ():
             kept = motion.observation.joints[j].position
-            against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
+            against = np.sign(fit.found.h[j] * behind.dq[:, j])  # the current of a negative gain has the opposite sign
             rotor = fit.found.h[j] * spun[j] * behind.ddq[:, j]
             for name in forms:
                 given, parts = fit.found.h[j] * found.rigid[:, j], dict[str, Array | float]()
@@ -158,13 +153,13 @@ def torque_terms(
 
 
 def _size(form: str, given: Array, c: float, against: Array) -> Array:
-    """Size of the current that friction is in proportion to, shape (N,): a motor's has that friction in it.
+    """Magnitude of the current that friction is proportional to, shape (N,); that of the motor includes this friction.
 
     Args:
         form: One of `LOAD_FORMS`.
         given: Current without that friction, shape (N,).
         c: Friction as a share of the motor's torque.
-        against: Sign of the current against friction, shape (N,).
+        against: Sign of the current that opposes friction, shape (N,).
     """
     if form != MOTOR:
         return np.abs(given)
@@ -172,18 +167,18 @@ def _size(form: str, given: Array, c: float, against: Array) -> Array:
 
 
 def _value(name: str, own: OwnColumns, phi: Array, otherwise: float) -> float:
-    """Coefficient of a name that all motions have in common, or what stands for it where a fit has none."""
+    """Coefficient with a name that is common to all motions, or a default if the fit has none."""
     return float(phi[own.names.index(name)]) if name in own.names else otherwise
 
 
 def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:
-    """Current against friction in the speed and an offset, shape (N,).
+    """Return the current of speed-dependent friction and offset, shape (N,).
 
     Args:
         dq: Speed of the joint, shape (N,).
         own: Own columns of a fit.
         phi: Their values.
-        motion: Place of the motion in the problem.
+        motion: Index of the motion in the problem.
     """
     laws: dict[str, Callable[[Array], Array]] = {"Fv": np.positive, "Fc": np.sign, "off": np.ones_like}
     laws |= {name: term.law for name, term in SPEED_TERMS.items()}
@@ -195,11 +190,11 @@ def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:
 
 
 def of_rows(motion: ObservedMotion, change: Array, joint: int) -> Array:
-    """Rows of what compliances or other errors do to the torque of a joint, shape (rows, m).
+    """Return the rows of the effect of compliances or other errors on the torque of a joint, shape (rows, m).
 
     Args:
         motion: From a recording.
-        change: At full rate, joint before what changes its torque, shape (N, n, m).
+        change: The effect on each joint at full rate, shape (N, n, m).
         joint: The joint, from 0.
     """
     decimated = motion.observation.recorded.decimated(change[:, joint], joint)

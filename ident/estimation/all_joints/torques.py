@@ -1,4 +1,4 @@
-"""Torques of the fitted arm at full rate, and the columns that follow from them."""
+"""Torques of the fitted arm at the full sampling rate, and the columns that follow from them."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,19 +17,20 @@ from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array, Indices, Mask
 
 ROTOR_SHARE = 0.5
-"""Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
+"""Assumed share of a rotor in a joint's inertia if the data do not separate them: gears match rotor and load
+inertia."""
 STATES = 16
-"""Positions along a motion that inertia is a mean over."""
+"""Number of positions along a motion over which inertia is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
 class Torques:
-    """Torques of an arm along a motion, but for friction and offset.
+    """Torques of an arm along a motion, without friction and offset.
 
     Attributes:
         motion: From a recording.
-        chi: Standard parameters of the arm with what it carries, shape (14 n + 3 c,); names as in `parameters.labels`.
-        rotors: Those of them that are inertias of rotors alone, all others zero.
+        chi: Standard parameters of the arm with its payload, shape (14 n + 3 c,); names as in `parameters.labels`.
+        rotors: The same, with all but rotor inertias set to zero.
     """
 
     motion: ObservedMotion
@@ -47,35 +48,37 @@ class Torques:
 
     @cached_property
     def sampled(self) -> Array:
-        """At the samples where torques are evaluated [N m], shape (S, n)."""
+        """Torques at the samples where they are evaluated [N m], shape (S, n)."""
         return self.motion.observation.link_motions.torques(self.chi)
 
     @cached_property
     def rigid(self) -> Array:
-        """At full rate [N m], shape (N, n)."""
+        """Torques of rigid joints at full rate [N m], shape (N, n)."""
         return self._at_full_rate(self.sampled)
 
     @cached_property
     def links(self) -> Dynamics:
-        """What moves behind transmissions."""
+        """Dynamics of the links, without rotors."""
         return Dynamics.of(self.motion.observation.kinematics, self.chi - self.rotors)
 
     @cached_property
     def inertia(self) -> Array:
-        """Mean squares of the inertia matrix of what moves with the links, shape (n, n)."""
+        """Mean squares of the inertia matrix of the links, shape (n, n)."""
         return np.mean(inertia_matrices(self.arm, self.links.chi, self._behind.states.q) ** 2, axis=0)
 
     def softened(self, torque: Array | None = None) -> Array:
         """Change of torques by compliance.
 
-        A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
-        compliance C; so are its velocity and acceleration. The rotor is not, where its inertia is told from its link's.
+        The position of an elastic joint's link lags that of its motor, where the encoder is, by the transmitted torque
+        times the compliance C; likewise velocity and acceleration. The rotor is not affected, if its inertia is
+        identified separately.
 
         Args:
-            torque: What drives give beside friction, at full rate [N m], shape (N, n); None for that of stiff joints.
+            torque: Drive torque without friction, at full rate [N m], shape (N, n); None for that of rigid joints.
 
         Returns:
-            Of each joint per unit of each joint's compliance at full rate [N m / (rad / (N m))], shape (N, n, n).
+            Change for each joint per unit of each joint's compliance, at full rate [N m / (rad / (N m))], shape (N, n,
+            n).
         """
         behind = self._behind
         given = self.sampled if torque is None else torque[behind.at]
@@ -85,15 +88,15 @@ class Torques:
         return self._at_full_rate(self.links.displaced(behind_motor))
 
     def misplaced(self) -> Array:
-        """Change of torques per error of each joint's zero, then per tilt of the base about its x and y axis.
+        """Change of torques per error of each joint's zero, then per tilt of the base about its x and y axes.
 
         Returns:
-            At full rate [N m/rad, by slides N m/m], shape (N, n, n + 2).
+            At full rate [N m/rad; N m/m for prismatic joints], shape (N, n, n + 2).
         """
         states, arm = self._behind.states, self.arm
         still = np.zeros_like(states.q)
         turned = self.links.displaced(States(np.ones_like(states.q), still, still))
-        # a base that turns by a small angle has gravity turn the other way
+        # a rotation of the base rotates gravity the other way
         tilted = [
             inverse_dynamics(replace(arm, gravity=np.cross(arm.gravity, axis)), self.chi, states.q, still, still)
             for axis in np.eye(3)[:2]
@@ -106,26 +109,13 @@ class Torques:
 
 
 def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:
-    """Torques of the fitted arm along a motion.
-
-    Args:
-        problem: Motions and payloads.
-        motion: One of them, from a recording.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
-    """
+    """Return the torques of the fitted arm along a motion."""
     chi = fitted_parameters(problem, motion, shared, theta)
     return Torques(motion, chi, _of_rotors(problem.structure, chi))
 
 
 def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
-    """Standard parameters of the fitted arm with what a motion carries, own friction and offsets left out.
-
-    Args:
-        problem: Motions and payloads.
-        motion: One of them.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
+    """Return the standard parameters of the fitted arm with the payload of a motion, without friction and offsets.
 
     Returns:
         Names as in `parameters.labels`, shape (14 n + 3 c,).
@@ -140,7 +130,7 @@ def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedPa
 
 
 def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
-    """Inertia matrices at some positions along a motion.
+    """Return the inertia matrices at some positions of a motion.
 
     Args:
         arm: The arm, n joints.
@@ -158,13 +148,13 @@ def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
 
 
 def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, least: float = 0.0) -> Array:
-    """Inertia of each rotor on the joint's side [kg m^2] or [kg], as found or, not told from links, as assumed, (n,).
+    """Return each rotor inertia, joint side [kg m^2] or [kg], estimated or, if confounded, assumed, shape (n,).
 
     Args:
         problem: Motions from recordings.
         shared: Which parameters joints share.
         theta: Their values, shape (p,).
-        least: Share of a rotor in its joint's inertia below which one that is found counts as an error of the fit.
+        least: Smallest share of a rotor in its joint's inertia; a smaller estimate is an error of the fit.
     """
     structure, behind = problem.structure, problem.motions[0].observation.recorded
     chi = np.zeros(structure.base.regrouping.shape[1])
@@ -175,17 +165,17 @@ def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, l
 
 
 def told_rotors(structure: Structure) -> Mask:
-    """Joints whose rotor's inertia is told from that of links, shape (n,)."""
+    """Mask of the joints whose rotor inertia is identifiable separately from that of links, shape (n,)."""
     return np.isin(_motors(structure), _rotors(structure))
 
 
 def _motors(structure: Structure) -> Indices:
-    """Standard parameters that are inertias of the joints' own motors, shape (n,)."""
+    """Indices of the inertias of the joints' own motors among the standard parameters, shape (n,)."""
     return np.asarray(len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia"), np.intp)
 
 
 def _of_rotors(structure: Structure, chi: Array) -> Array:
-    """Standard parameters that are inertias of rotors alone; all others, those that hold inertia of links too, zero."""
+    """Return the standard parameters with all but separate rotor inertias set to zero."""
     at = _rotors(structure)
     rotors = np.zeros_like(chi)
     rotors[at] = chi[at]
@@ -193,7 +183,7 @@ def _of_rotors(structure: Structure, chi: Array) -> Array:
 
 
 def _rotors(structure: Structure) -> Indices:
-    """Standard parameters that are inertias of rotors, those left out that hold inertia of links as well."""
+    """Indices of the rotor inertias that are not regrouped with link inertias, among the standard parameters."""
     base = structure.base
     alone = np.count_nonzero(base.regrouping, axis=1) == 1
     return base.columns[alone & np.array([name.startswith("Ia") for name in base.names])]

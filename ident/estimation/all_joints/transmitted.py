@@ -1,9 +1,9 @@
-"""What compliance does where links swing: along the torques that currents show, not along those of stiff joints.
+"""Effect of compliance near resonance: from the torques measured by the currents, not from those of rigid joints.
 
-A link that is deflected by the share x = (f / f0)^2 of its motion carries 1 / (1 - x) times the torque of a stiff one;
-columns along the torques of stiff joints have 1 + x. Currents have all of it, with noise, and with friction at
-reversals that no filter dates well. Such columns are therefore replaced by their regression on everything that
-positions say (two-stage least squares), which noise of the currents has no part in.
+A link that is deflected by the share x = (f / f0)^2 of its motion transmits 1 / (1 - x) times the torque of a rigid
+joint; columns from the torques of rigid joints give 1 + x. Currents contain the exact torque, but also noise, and
+friction at reversals whose timing the filters blur. Such columns are therefore replaced by their regression on all
+columns from positions (two-stage least squares), which current noise does not affect.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,19 +19,19 @@ from ident.numerics.signals import delayed, low_passed
 from ident.support.arrays import Array
 
 RANK_TOL = 1e-10
-"""Relative size of a unit column's new part under which it is none."""
+"""Relative norm of the new part of a unit column below which it is zero."""
 
 
 def by_currents(
     ready: Setting, found: TermColumns, before: Fitted, terms: Sequence[Mapping[str, Array]]
 ) -> tuple[Array, ...]:
-    """Change of the torque of each joint's rows per compliance of each joint, along the torques that currents show.
+    """Return the change of torque of each joint's rows per compliance of each joint, from the torques of the currents.
 
     Args:
-        ready: The problem, of recordings.
-        found: The same along the torques of stiff joints, by the fit.
-        before: A fit whose gains and friction make torques of currents.
-        terms: Columns of friction terms of each joint that may stand beside, by name.
+        ready: The problem, from recordings.
+        found: The same from the torques of rigid joints.
+        before: A fit whose gains and friction convert currents to torques.
+        terms: Columns of friction terms that each joint may have, by name.
 
     Returns:
         n arrays of shape (r_j, n).
@@ -50,11 +50,11 @@ def by_currents(
 
 
 def transmitted(motion: ObservedMotion, number: int, before: Fitted) -> Array:
-    """Torques of the drives beside friction, low-passed as positions are, at full rate [N m], shape (N, n).
+    """Return drive torques without friction, low-passed like the positions, at full rate [N m], shape (N, n).
 
     Args:
         motion: From a recording.
-        number: Its place in the problem.
+        number: Its index in the problem.
         before: A fit of the gains and of friction.
     """
     behind = motion.observation.recorded
@@ -68,18 +68,18 @@ def transmitted(motion: ObservedMotion, number: int, before: Fitted) -> Array:
 
 
 def without_friction(V: Array, dq: Array, own: OwnColumns, phi: Array, motion: int, *, wired: float) -> Array:
-    """Current for rotor and links alone, shape (N,).
+    """Return the current without friction, shape (N,).
 
-    Friction of gears is taken along links and rotor together: an error of its share of a rotor's torque, in a column
-    for what yields alone.
+    Gear friction is computed from the torque of links and rotor together, which neglects its error from the rotor's
+    torque.
 
     Args:
         V: Current, shape (N,).
         dq: Speed of the joint, shape (N,).
         own: Own columns of a fit.
         phi: Their values.
-        motion: Place of the motion in the problem.
-        wired: -1 of a drive that is wired backwards, else 1.
+        motion: Index of the motion in the problem.
+        wired: -1 for a negative gain, else 1.
     """
     value = dict(zip(own.names, phi.tolist(), strict=True))
     against = wired * np.sign(dq)

@@ -1,4 +1,4 @@
-"""Estimators by name: each a function `(problem, options) -> estimate` with an options class of its own."""
+"""Estimators by name: each is a function `(problem, options) -> estimate` and a class of its options."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ Options = TypeVar("Options")
 
 @dataclass(frozen=True, slots=True)
 class Estimator:
-    """A way to find gains.
+    """A method that estimates gains.
 
     Attributes:
-        options: Class of its own options, a frozen dataclass with a default for every field.
-        estimate: The estimate of a problem with options of that class.
+        options: Class of its options, a frozen dataclass with a default for every field.
+        estimate: Function that estimates the gains of a problem with such options.
     """
 
     options: type[object]
@@ -45,14 +45,14 @@ ESTIMATORS: dict[str, Estimator] = {
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
     tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.HomogeneousOptions),
 }
-"""What each is.
+"""Summary of each:
 
-`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B);
-`nls`: all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, to compare.
+`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B); `nls`:
+all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, for comparison.
 """
 
 DEFAULT = nls.NAME
-"""What is used where none is named: least bias and deviation, and intervals that hold (`docs/methods.md`)."""
+"""The default: smallest bias and standard deviation, and correct coverage (`docs/methods.md`)."""
 
 
 def estimator(name: str) -> Estimator:

@@ -1,12 +1,12 @@
 """Drive gains joint by joint with instruments from a smooth motion (after Janot, Vandanjon and Gautier 2014, IDIM-IV).
 
-Encoder noise stands in the regressor and makes least squares favour small inertias. Instruments are the same columns
-along a motion without that noise: x = (Z^T W)^-1 Z^T V. A log holds no reference motion; a spline through its
-positions stands in. That is nearly, not quite, an instrument: it shares the low frequencies of the noise.
+Encoder noise enters the regressor and biases least squares towards small inertias. Instruments are the same columns
+along a motion without that noise: x = (Z^T W)^-1 Z^T V. A log has no reference motion, so a smoothing spline of its
+positions replaces it. It is only approximately an instrument, as it retains the low frequencies of the noise.
 
-With the default filters the low-pass has taken the noise away before, and nothing is gained even on an encoder of
-5e-4 rad. At cut-offs of 40 and 30 Hz there, least squares are off by 1.5 to 5 % and this by 0 to 0.4 %
-(`docs/derivations.md`).
+With the default filters the low-pass has already removed the noise, so the method has no advantage, even with an
+encoder of 5e-4 rad. With that encoder and cut-offs of 40 and 30 Hz, least squares have errors of 1.5 to 5 %, this
+method of 0 to 0.4 % (`docs/derivations.md`).
 """
 
 from collections.abc import Sequence
@@ -38,11 +38,11 @@ class InstrumentOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instruments:
-    """A problem along smooth motions, rows as in the recorded one.
+    """The problem along smooth motions, with the same rows.
 
     Attributes:
         problem: Its regressors are the instruments.
-        kept: Largest share of the variance of the positions' noise that the motions keep.
+        kept: Largest share of the variance of position noise that remains in the motions.
     """
 
     problem: Problem
@@ -50,17 +50,17 @@ class Instruments:
 
 
 def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEstimate:
-    """Estimate every joint's drive gain independently of the others', with instruments.
+    """Estimate each joint's drive gain independently, with instruments.
 
     Args:
-        problem: Motions from recordings, and payloads; all that is known of a payload is used.
+        problem: Motions from recordings, and payloads; all known parameters of a payload are used.
         options: None yet.
 
     Returns:
         A gain or a reason for each joint.
 
     Raises:
-        NotIdentifiable: If no motion is bare, none is loaded, or one comes from no recording.
+        NotIdentifiable: If no motion is bare, none is loaded, or one has no recording.
     """
     problem.check_difference()
     aid = instruments(problem)
@@ -71,10 +71,10 @@ def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEsti
 
 
 def instruments(problem: Problem) -> Instruments:
-    """The problem along the smooth motion behind each recording.
+    """Return the problem along a smooth fit of each recorded motion.
 
     Raises:
-        NotIdentifiable: If a motion comes from no recording.
+        NotIdentifiable: If a motion has no recording.
     """
     motions, kept = list[ObservedMotion](), 0.0
     for number, motion in enumerate(problem.motions):
@@ -90,7 +90,7 @@ def instruments(problem: Problem) -> Instruments:
 
 
 def _along(observation: Observation, smooth: Reference) -> Observation:
-    """The same rows along another motion, samples left out as they were."""
+    """The same rows along another motion, without the same samples."""
     structure, behind = observation.structure, observation.recorded
     states = smooth.q, smooth.dq, smooth.ddq
     _, W = reduced(structure, states, np.zeros_like(behind.q), behind.moving, behind.decimator)
@@ -115,10 +115,10 @@ def _fit(problem: Problem, aid: Problem, joint: int, known: Sequence[KnownPayloa
 
 
 def _remark(kept: float) -> str:
-    """How much of the encoder's noise the instruments share.
+    """Share of the encoder noise that the instruments retain.
 
-    A fit with the share `kept` of the coefficients keeps the frequencies below that share of the cut-off. Noise of the
-    positions is white, that of accelerations grows with the fourth power of frequency.
+    A fit with the share `kept` of the coefficients retains the frequencies below that share of the cut-off. Position
+    noise is white; the spectrum of acceleration noise grows with the fourth power of frequency.
     """
     return (
         f"the instruments retain up to {100.0 * kept:.2g} % of the noise variance of positions, "
@@ -132,14 +132,14 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
     Args:
         system: V and W of a joint.
         Z: Instruments, one for each column of W, shape (r, b).
-        rank_tol: Smallest relative singular value of Z, and of W seen through Z, that counts.
+        rank_tol: Smallest relative singular value of Z, and of Z^T W, that counts as nonzero.
 
     Returns:
         The solution; its residual is V - W x, its covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1.
 
     Raises:
-        TooFewRows: If rows are fewer than unknowns plus one.
-        NotExcited: If the instruments do not show every unknown.
+        TooFewRows: If there are not more rows than unknowns.
+        NotExcited: If the instruments do not excite every unknown.
     """
     W, V = system.W, system.rows.V
     r, b = W.shape

@@ -1,7 +1,7 @@
 """Drive gains joint by joint, each from its own rows (paper, eq. 27).
 
-Where the kinematics leave the column of 1/g empty, or the data leave its coefficient uncertain, the joint is refused,
-with the reason and the standard deviation one would have to expect.
+If the kinematics make the column of 1/g zero, or its coefficient is too uncertain, the joint is refused, with the
+reason and the predicted standard deviation.
 """
 
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ class JointByJointOptions:
 
 
 def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> GainEstimate:
-    """Estimate every joint's drive gain independently of the others' (paper, eq. 27).
+    """Estimate each joint's drive gain independently (paper, eq. 27).
 
     Args:
-        problem: Motions and payloads; all that is known of a payload is used.
+        problem: Motions and payloads; all known parameters of a payload are used.
         options: None yet.
 
     Returns:

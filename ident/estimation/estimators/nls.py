@@ -1,8 +1,8 @@
-"""Drive gains of all joints at once: shared links, own friction in current units, logarithms of the gains.
+"""Drive gains of all joints at once: common link parameters, each joint's friction in current units, logarithmic gains.
 
-V_j = h_j (A_j theta + k_j) + F_j phi_j with h = 1/g, rows weighted by each joint's own residual. Links that several
-joints feel tie the gains of these joints together, so that a joint that the known payload hardly loads is found
-through its neighbours.
+V_j = h_j (A_j theta + k_j) + F_j phi_j with h = 1/g, rows weighted by each joint's residual. Link parameters that act
+on several joints relate their gains, so that the gain of a joint that the known payload hardly loads follows from those
+of its neighbours.
 """
 
 from collections.abc import Collection, Sequence
@@ -46,10 +46,10 @@ FRICTIONS: dict[str, tuple[str, ...]] = {
 }
 """Further friction terms of every joint by name.
 
-`auto`: what data choose, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute value, so
-that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq); `load-motor`: |motor
-torque| sign(dq); `load-through`: |torque of links, payload and other friction| sign(dq). Of what is named no
-coefficient has a belief; `auto` holds one about load friction.
+`auto`: terms selected by the data, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute
+value, so that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq);
+`load-motor`: |motor torque| sign(dq); `load-through`: |torque of links, payload and other friction| sign(dq).
+Coefficients of named terms have no prior; `auto` has one for load-dependent friction.
 """
 
 
@@ -62,12 +62,15 @@ class AllJointsOptions:
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints are elastic, one compliance each; if not, `friction = "auto"` selects it from data.
         payload_body: Whether unknown parameters of a payload are free, or constrained to be physically consistent.
-        zero_std: Standard deviation of the joints' zeros [deg, of slides mm], which are estimated with this prior; 0 if
-            they are exact. Arms are zeroed to 0.02 to 0.5 degrees; the default is that of a calibrated one (assumed).
-        tilt_std: Deviation of the base's tilt about its x and y axes [deg], likewise. The default is 2 mm in a metre.
+        zero_std: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints], which are estimated; 0
+            if they are exact. Zeros of real arms have errors of 0.02 to 0.5 degrees; the default assumes a calibrated
+            arm.
+        tilt_std: Prior standard deviation of the base's tilt about its x and y axes [deg], likewise. The default is 2
+            mm per metre.
         loss: Loss of the residuals: their squares, or that of Student's t distribution, robust to gross outliers.
-        prior_std: Prior standard deviation of log|1/g| around the start: keeps the gain of a joint without load finite.
-        gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
+        prior_std: Prior standard deviation of log|1/g| about the initial value; it keeps the gain of an unloaded joint
+            finite.
+        gain_joint: Joint, from 1, whose gain is known, so that no payload is needed.
         gain_value: That gain [N m / drive unit].
     """
 
@@ -83,11 +86,7 @@ class AllJointsOptions:
     gain_value: Annotated[float | None, Interval(ge=-1e9, le=1e9), Unit("N m / drive unit")] = None
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            OptionError: If one makes no sense.
-        """
+        """Check the values; raises `OptionError`."""
         for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
             if getattr(self, name) not in known:
                 raise unknown_name(name, getattr(self, name), known)
@@ -102,8 +101,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     """Estimate the gains of all joints together.
 
     Args:
-        problem: Motions, bare and with any number of mountings, whose payloads are known in full or in part.
-        options: Friction and what else the model holds.
+        problem: Motions, bare and with any number of payloads, fully or partly known.
+        options: Friction and other parts of the model.
 
     Returns:
         A gain or a reason for each joint.
@@ -111,7 +110,7 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     Raises:
         NotIdentifiable: If nothing sets the scale of the gains.
         TooFewRows: If a joint has fewer rows than unknowns.
-        NotConverged: If no end is found.
+        NotConverged: If the iteration does not converge.
     """
     ready = setting_of(problem, options, _given(options, problem.structure.arm.n))
     chosen = chosen_model(ready, options)
@@ -124,15 +123,15 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
 
 
 def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:
-    """What a fit of all joints starts from, with gains that are given."""
+    """Return the settings of a fit of all joints, with given gains."""
     return setting(problem, per_motion=options.friction_per_motion, prior_std=options.prior_std, given=given)
 
 
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
-    """The model of a problem that the options name, or that they let data choose, fitted."""
+    """Fit the model that the options name, or that the data select."""
     tame = LOSSES[options.loss]
     recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
-    if recorded and ready.shared.known.any():  # torques of free scale say nothing of what a zero does
+    if recorded and ready.shared.known.any():  # without a scale of the torques, zeros cannot be estimated
         ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
     return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
 
@@ -146,7 +145,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
-    """The model that is chosen by the currents that its loss lets least squares see, and fitted with that loss."""
+    """Select the model on currents without outliers, as its loss reduces them, and fit it with that loss."""
     plain = settled(fit_as_named(ready, (), compliance=False), ready.columns, tame)
     chosen = _chosen(replace(ready, columns=plain.columns), options)
     final = settled(chosen.final, ready.columns, tame)
@@ -164,16 +163,16 @@ def _given(options: AllJointsOptions, n: int) -> tuple[GivenGain, ...]:
 
 
 PASSES = 2
-"""Fits after the first one, where columns follow from torques that a fit must give."""
+"""Number of fits after the first one if columns depend on fitted torques."""
 
 
 def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fitted:
-    """Fit a model of which every joint has the same terms; nothing is believed of their coefficients beforehand.
+    """Fit a model with the same terms on every joint, without a prior of their coefficients.
 
     Args:
-        ready: The problem, of recordings where there is a term at all.
+        ready: The problem; from recordings if there are terms.
         names: Of `SPEED_TERMS` and `LOAD_FORMS`.
-        compliance: Whether joints yield.
+        compliance: Whether joints are elastic.
     """
     laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
     speeds = speed_terms(ready.problem, laws)

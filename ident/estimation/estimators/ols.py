@@ -1,8 +1,8 @@
-"""Drive gains of all joints by ordinary least squares of the homogeneous form: a baseline that is known to be biased.
+"""Drive gains of all joints by ordinary least squares of the homogeneous form: a baseline with a known bias.
 
-The torque of the known payload is regressed on the currents, whose noise makes every gain too small (by 0.3 to 0.7 %
-in scenario `nominal`, by 8 to 14 % in `paper-noise`). How much stands beside the gains, in closed
-form; it is no part of their intervals.
+The torque of the known payload is regressed on the currents, whose noise makes every gain too small (by 0.3 to 0.7 % in
+scenario `nominal`, by 8 to 14 % in `paper-noise`). This bias is computed in closed form and reported with the gains,
+but not included in their intervals.
 """
 
 from dataclasses import replace
@@ -25,18 +25,18 @@ from ident.numerics.least_squares import factors
 
 NAME = "ols"
 FREE = 1e-6
-"""Part of a gain's direction in combinations that the rows do not show, beyond which the gain is not determined."""
+"""Largest component of a gain's unit vector in the null space of the rows, beyond which the gain is not determined."""
 
 
 def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
     """Estimate the gains of all joints by ordinary least squares of the homogeneous form.
 
     Args:
-        problem: Motions, bare and loaded; all that is known of a payload is used.
+        problem: Motions, bare and loaded; all known parameters of a payload are used.
         options: Weights of rows.
 
     Returns:
-        A gain or a reason for each joint, and in the remarks what the noise of the currents does to each.
+        A gain or a reason for each joint; the remarks give the bias from current noise.
 
     Raises:
         NotIdentifiable: If no motion is bare, none is loaded, or no known torque sets the scale.
@@ -49,7 +49,7 @@ def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEsti
 
 
 def _solved(system: HomogeneousSystem) -> Unknowns:
-    """Least squares; of combinations that the rows do not show, the shortest in unit columns."""
+    """Least squares, with the minimum norm in scaled columns."""
     norms = np.linalg.norm(system.H, axis=0)
     scale = np.where(norms > 0.0, norms, 1.0)
     Q, R = linalg.qr(system.H / scale, mode="economic", check_finite=False)
@@ -62,7 +62,7 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
     left = system.k - system.H @ x
     own = np.arange(system.n)
     by_current = -pseudo * (system.weight * x[system.joint])
-    by_current += (spread @ spread[own].T)[:, system.joint] * (system.weight * left)  # the columns move as well
+    by_current += (spread @ spread[own].T)[:, system.joint] * (system.weight * left)  # the currents are columns too
     return Unknowns(
         x=x,
         by_current=by_current,
@@ -84,18 +84,19 @@ def _remarks(estimate: GainEstimate, bias: dict[int, float] | None) -> tuple[str
 
 
 def noise_bias(system: HomogeneousSystem, found: Unknowns) -> dict[int, float] | None:
-    """Relative error that the noise of the currents makes in each gain that has one, by joint from 0.
+    """Relative bias of each gain from current noise, by joint from 0.
 
-    With I the block diagonal matrix of the currents and P the projection on all other columns, the gains solve
-    S g = I^T (1 - P) k, S = I^T (1 - P) I. White noise of deviation sigma_j adds to S, on average, N = diag(sigma_j^2
-    sum over the rows of j of (1 - P)_ii), and nothing to the right-hand side: E g = (S_0 + N)^-1 S_0 g_0.
+    With I the block diagonal matrix of the currents and P the projection onto all other columns, the gains solve S g =
+    I^T (1 - P) k, S = I^T (1 - P) I. White noise of standard deviation sigma_j adds to S, on average, N =
+    diag(sigma_j^2 sum over the rows of j of (1 - P)_ii), and nothing to the right-hand side: E g = (S_0 + N)^-1 S_0
+    g_0.
 
     Args:
-        system: The equations; sigma_j is what each joint's own free least squares leaves.
+        system: The equations; sigma_j is the residual of each joint's own least squares.
         found: Their solution by ordinary least squares.
 
     Returns:
-        None if the currents show no more beside the arm's parameters than such noise would.
+        None if, given the arm's parameters, the currents do not exceed such noise.
     """
     solved = np.flatnonzero(found.seen)
     currents, others, gain = system.H[:, solved], system.H[:, system.n :], found.x[solved]
@@ -105,7 +106,7 @@ def noise_bias(system: HomogeneousSystem, found: Unknowns) -> dict[int, float] |
     sigma = np.array([own_sigma(each, own) for each, own in zip(system.columns, system.own, strict=True)])
     left = system.weight**2 * (1.0 - np.sum(Q**2, axis=1))
     N = np.diag((sigma**2 * np.bincount(system.joint, weights=left))[solved])
-    scale = 1.0 / np.sqrt(np.diag(S))  # of unit diagonal, whatever the currents' units
+    scale = 1.0 / np.sqrt(np.diag(S))  # scaled to unit diagonal, so that units of currents do not matter
     clean = scale[:, None] * (S - N) * scale
     if np.linalg.eigvalsh(clean)[0] <= 0.0:
         return None

@@ -4,9 +4,9 @@
     2. with them, the payload's first moments from those joints (eq. 25),
     3. with the moments, the gains of the other joints (eq. 27 with M, MX, MY, MZ known).
 
-The paper warns that errors accumulate. Here they are carried along: every result is, to first order, linear in the
-noise of the currents, so the influence of each row on a later gain has a part that comes through the moments
-(`docs/derivations.md`), and covariance and refusal follow from the influence as for any other method.
+The paper warns that errors accumulate. Here they are propagated: to first order every result is linear in the noise of
+the currents, so that the influence of a row on a later gain includes its influence through the moments
+(`docs/derivations.md`). Covariance and refusals follow from the influence as for any other method.
 """
 
 from collections.abc import Sequence
@@ -35,14 +35,14 @@ MOMENT_COLUMNS: Indices = np.array([INERTIAL.index(name) for name in MOMENTS])
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FirstMoments:
-    """First moments of the payload found with identified gains.
+    """First moments of the payload, estimated with identified gains.
 
     Attributes:
-        value: MX, MY, MZ at the origin of the last frame [kg m], 0 where no joint shows it, shape (3,).
-        seen: Names of those that some joint shows.
+        value: MX, MY, MZ at the origin of the last frame [kg m], 0 if not identifiable, shape (3,).
+        seen: Names of the identifiable ones.
         influence: Derivative by the current of each row, directly and through the gains, shape (3, r).
         joints: Joints of those rows, from 0, in ascending order.
-        mass: The mass they rest on [kg].
+        mass: The mass that they are based on [kg].
     """
 
     value: Array
@@ -58,14 +58,14 @@ class SequentialOptions:
 
 
 def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstimate:
-    """Estimate drive gains joint group by joint group; only the payload's mass is used (paper, section III.B).
+    """Estimate drive gains in sequence; only the payload's mass is used (paper, section III.B).
 
     Args:
-        problem: Motions, one payload; its mass and mass_std count, nothing else.
+        problem: Motions, one payload; only its mass and mass_std are used.
         options: None yet.
 
     Returns:
-        A gain or a reason for each joint, and the first moments where some joint showed them.
+        A gain or a reason for each joint, and the identifiable first moments.
 
     Raises:
         NotIdentifiable: If no motion is bare, none is loaded, or there are several payloads.
@@ -92,7 +92,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
 
 
 def _with_moments(mass: KnownPayload, moments: FirstMoments) -> KnownPayload:
-    """Mass and first moments as known."""
+    """Return mass and first moments as known parameters."""
     chi = mass.chi.copy()
     chi[MOMENT_COLUMNS] = moments.value
     return KnownPayload(names=("M", *MOMENTS), chi=chi, spread=np.zeros((10, 1)))
@@ -101,9 +101,10 @@ def _with_moments(mass: KnownPayload, moments: FirstMoments) -> KnownPayload:
 def _carried(
     solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: FirstMoments, mass_std: float
 ) -> GainSolution:
-    """The solution with what the errors of the moments do to the later joints, and with the mass behind every gain.
+    """Return the solution with errors of the moments and the mass propagated to every gain.
 
-    A payload parameter off by d moves the solution x by -1/g (W^+ W_L d), and the moments move with the currents.
+    An error d of the payload's parameters changes the solution x by -1/g (W^+ W_L d); the moments depend on the
+    currents.
     """
     influence, friction = solution.influence.copy(), solution.friction_influence.copy()
     through = _on_all_rows(moments, solution)
@@ -114,12 +115,12 @@ def _carried(
             W_L = each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
-    mass = np.full((len(solution.joints), 1), mass_std / moments.mass)  # the moments, and so every gain, scale with it
+    mass = np.full((len(solution.joints), 1), mass_std / moments.mass)  # moments and gains are proportional to it
     return replace(solution, influence=influence, friction_influence=friction, payload=mass)
 
 
 def _parameters(problem: Problem, moments: FirstMoments, solution: GainSolution) -> tuple[FoundParameter, ...]:
-    """The moments that some joint showed, with deviations from residuals and from the mass together."""
+    """The identifiable moments, with standard deviations from residuals and mass."""
     options, rows = problem.options, solution.rows
     through = _on_all_rows(moments, solution)
     std = np.sqrt(np.diag(UNCERTAINTIES[options.uncertainty](rows, through, options.serial_s)))
@@ -139,7 +140,7 @@ def _on_all_rows(moments: FirstMoments, solution: GainSolution) -> Array:
 
 
 def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayload) -> FirstMoments:
-    """Find the payload's first moments from the joints whose gains are known (paper, eq. 25).
+    """Estimate the payload's first moments from the joints whose gains are known (paper, eq. 25).
 
     Args:
         problem: Motions, one payload.
@@ -161,7 +162,7 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     P = fit.cofactor[chosen] @ (W * weight[:, None] ** 2).T  # moments = P @ Y, shape (seen, r)
     value, influence = np.zeros(len(MOMENTS)), np.zeros((len(MOMENTS), len(Y)))
     value[seen], influence[seen] = fit.x[chosen], P * each_gain
-    for g, own in zip(gain, found, strict=True):  # dg = -g^2 d(1/g) moves the left side as well
+    for g, own in zip(gain, found, strict=True):  # dg = -g^2 d(1/g) also changes the left side
         rows = system.joint == own.system.rows.joint
         influence[np.ix_(seen, rows)] -= g**2 * np.outer(P[:, rows] @ system.V[rows], own.influence)
     return FirstMoments(

@@ -1,9 +1,9 @@
 """Drive gains of all joints by total least squares, scaled by the known payload (Gautier, Vandanjon et al. 2014).
 
-The null vector of the homogeneous equations of all joints, the known payload among the columns, is normalised so that
-the payload's coefficient is one. Rows are scaled joint by joint, columns to unit norm. Total least squares is
-consistent only if all scaled columns are equally noisy; of a robot the currents alone are noisy, so that gains may be
-off by tens of percent, or negative; its deviations know it and joints are refused.
+The null vector of the homogeneous equations of all joints, with the known payload as a column, is normalised to a
+payload coefficient of one. Rows are scaled joint by joint, columns to unit norm. Total least squares is consistent only
+if all scaled columns are equally noisy. On a robot only the currents are noisy, so gains can have errors of tens of
+percent or be negative; their standard deviations show this, and such joints are refused.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ def total_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
     """Estimate the gains of all joints by total least squares of the homogeneous form.
 
     Args:
-        problem: Motions, bare and loaded; all that is known of a payload is used.
+        problem: Motions, bare and loaded; all known parameters of a payload are used.
         options: Weights of rows.
 
     Returns:
@@ -48,14 +48,14 @@ def total_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
 
 
 def _solved(system: HomogeneousSystem) -> Unknowns:
-    """The null vector of the columns that are there, the known payload's the last."""
+    """Return the null vector of the nonzero columns, that of the known payload last."""
     rank_tol = system.problem.options.rank_tol
     chosen = _independent(system, rank_tol)
     M = np.column_stack((system.H[:, chosen], -system.k))
     found = null_vector(M, np.linalg.norm(M, axis=0), rank_tol=rank_tol)
 
     def whole(part: Array) -> Array:
-        """Without the payload's own coefficient, zeros for columns that were left out."""
+        """Remove the payload's coefficient, and insert zeros for omitted columns."""
         every = np.zeros((system.H.shape[1], *part.shape[1:]))
         every[chosen] = part[:-1]
         return every
@@ -73,7 +73,7 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
 
 
 def _independent(system: HomogeneousSystem, rank_tol: float) -> Indices:
-    """Columns of H that are not zero and, the currents apart, independent of each other, in order."""
+    """Nonzero columns of H of which those other than currents are independent, in order."""
     n = system.n
     currents = np.flatnonzero(system.H[:, :n].any(axis=0))
     return np.concatenate((currents, n + np.sort(factors(system.H[:, n:], rank_tol=rank_tol).columns)))
@@ -86,11 +86,11 @@ class NullVector:
     Attributes:
         x: Shape (m,).
         explained: Orthonormal columns that span the rest of M, shape (r, m - 1).
-        by_row: G M^T, shape (m, r), with G the sum of v_k v_k^T / (s^2 - s_k^2) over the other singular vectors.
+        by_row: G M^T, shape (m, r); G is the sum of v_k v_k^T / (s^2 - s_k^2) over the other singular vectors.
         G: Shape (m, m).
         left: M x of the unit vector z, shape (r,).
         z: The singular vector, shape (m,).
-        scale: Of the columns, shape (m,).
+        scale: Scale of the columns, shape (m,).
     """
 
     x: Array
@@ -102,11 +102,11 @@ class NullVector:
     scale: Array
 
     def derivative(self, column: Indices, size: Array) -> Array:
-        """Of x, to first order at constant scales: dz = G (dM^T M + M^T dM) z.
+        """Derivative of x, to first order at constant scales: dz = G (dM^T M + M^T dM) z.
 
         Args:
-            column: Column of the entry that moves in each row, shape (r,).
-            size: How far it moves, shape (r,).
+            column: Column of the entry that changes in each row, shape (r,).
+            size: Its change, shape (r,).
 
         Returns:
             Shape (m, r).
@@ -117,15 +117,15 @@ class NullVector:
 
 
 def null_vector(M: Array, scale: Array, *, rank_tol: float) -> NullVector:
-    """Find the null vector by singular values.
+    """Return the null vector by singular value decomposition.
 
     Args:
         M: Equations `M x = 0`, shape (r, m).
-        scale: By which columns are divided, shape (m,).
-        rank_tol: Smallest relative singular value that counts, and smallest last entry.
+        scale: Divisor of each column, shape (m,).
+        rank_tol: Smallest relative singular value, and smallest last entry, that count as nonzero.
 
     Raises:
-        NotIdentifiable: If there are several null vectors, or the last column has no part in it.
+        NotIdentifiable: If there are several null vectors, or the last entry is zero.
     """
     Q, R = linalg.qr(M / scale, mode="economic", check_finite=False)
     U, s, Vt = np.linalg.svd(R)

@@ -1,1 +1,1 @@
-"""One joint's gain from its own rows (paper, eq. 27): what the methods that solve joint by joint share."""
+"""One joint's gain from its own rows (paper, eq. 27): common parts of the joint-by-joint methods."""

@@ -4,8 +4,8 @@
         [W_b  W_ul  W_kl chi_kl ] [chi_ul / g]      W_*  (r, .)  regressors         [SI]
                                   [1 / g     ]
 
-Only the last column carries newton metres. Each further payload brings unknown parameters of its own and adds the
-torque of its known ones to the last column.
+Only the last column has a unit of torque. Each further payload adds its unknown parameters as columns and the torque of
+its known ones to the last column.
 """
 
 from collections.abc import Sequence
@@ -26,14 +26,14 @@ class JointRows:
 
     Attributes:
         joint: The joint, from 0.
-        names: Names of the arm's base parameters that the joint's rows alone can tell apart, b strings.
-        W: Their columns, shape (r, b).
+        names: Names of the arm's base parameters that are identifiable from this joint alone, b strings.
+        W: Columns of these, shape (r, b).
         W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
         V: Currents [drive units], shape (r,).
-        weight: What a constant becomes in each row, shape (r,).
+        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
         motion: Motion of each row, shape (r,).
-        position: Number of each row in its motion, those left out counted, shape (r,).
-        loaded: Which rows are of a motion with a payload, shape (r,).
+        position: Number of each row in its motion, including omitted rows, shape (r,).
+        loaded: Mask of the rows with a payload, shape (r,).
     """
 
     joint: int
@@ -54,8 +54,8 @@ class GainSystem:
     Attributes:
         rows: The joint's rows.
         W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
-        friction: Weights that make of x the joint's friction torque over g at typical speed, and the dry part of it
-            alone, shape (2, b).
+        friction: Weights of x that give the friction torque over g at typical speed, total and Coulomb alone, shape (2,
+            b).
     """
 
     rows: JointRows
@@ -64,12 +64,12 @@ class GainSystem:
 
     @property
     def load_rms(self) -> float:
-        """Root mean square of the known payload's torque on the rows that carry one [N m]."""
+        """Root mean square of the known payload's torque on the loaded rows [N m]."""
         return float(np.sqrt(np.mean(self.W[self.rows.loaded, -1] ** 2)))
 
 
 def joint_rows(problem: Problem, joint: int) -> JointRows:
-    """The rows of a joint, from 0, of all motions."""
+    """Return the rows of a joint, from 0, of all motions."""
     structure = problem.structure
     names = structure.base.names
     parts = [motion.observation.joints[joint] for motion in problem.motions]
@@ -105,10 +105,10 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
     Args:
         problem: Motions and payloads.
         joint: The joint, from 0.
-        known: What of each of `problem.payloads` is taken as known.
+        known: The known part of each of `problem.payloads`.
 
     Returns:
-        The system, None if the kinematics let no known parameter put a torque of its own on the joint.
+        The system, None if the torque of the known parameters cannot be separated from that of the unknown ones.
     """
     structure = problem.structure
     unknown = [_unknown_columns(structure, joint, each) for each in known]
@@ -125,12 +125,12 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
 
 
 def _unknown_columns(structure: Structure, joint: int, known: KnownPayload) -> Indices:
-    """Columns of a payload that are not known and independent of each other on this joint."""
+    """Independent columns of a payload's unknown parameters on this joint."""
     return independent_columns(structure.payload_probes[joint], [np.flatnonzero(~known.mask)])
 
 
 def _own_torque(structure: Structure, joint: int, known: KnownPayload, unknown: Indices) -> bool:
-    """Whether the known parameters of a payload put a torque on the joint that the unknown ones cannot imitate."""
+    """Whether the torque of a payload's known parameters is outside the column space of the unknown ones."""
     probes = structure.payload_probes[joint]
     torque = probes[:, known.mask] @ known.chi[known.mask]
     left = torque - probes[:, unknown] @ np.linalg.lstsq(probes[:, unknown], torque)[0]

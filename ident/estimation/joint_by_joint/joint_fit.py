@@ -1,4 +1,4 @@
-"""One joint's gain system solved: the solution, and which row has what influence on it."""
+"""Solution of one joint's system, with the influence of each row."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -46,28 +46,28 @@ class JointFit:
         return self.influence @ self.system.rows.W_L
 
     def stated(self, known: Sequence[KnownPayload]) -> Array:
-        """Relative change of g per deviation of what is stated of each payload, shape (p,)."""
+        """Relative change of g per standard deviation of each specified payload value, shape (p,)."""
         return np.concatenate([own @ each.spread for own, each in zip(self.sensitivity, known, strict=True)])
 
 
 @dataclass(frozen=True, slots=True)
 class NoFit:
-    """A joint without solution, and why."""
+    """A joint without a solution, and the reason."""
 
     joint: int
     reason: str
 
 
 Solver = Callable[[GainSystem, float], JointFit]
-"""The solution of a system, given the smallest relative singular value that counts."""
+"""Solves a system, given the smallest relative singular value that counts as nonzero."""
 
 
 def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
     """Ordinary least squares.
 
     Raises:
-        TooFewRows: If rows are fewer than unknowns plus one.
-        NotExcited: If the rows do not show every unknown.
+        TooFewRows: If there are not more rows than unknowns.
+        NotExcited: If the rows do not excite every unknown.
     """
     fit = least_squares(system.W, system.rows.V, rank_tol=rank_tol)
     return JointFit(system, fit, fit.cofactor @ system.W.T)
@@ -76,14 +76,7 @@ def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
 def joint_fit(
     problem: Problem, joint: int, known: Sequence[KnownPayload], solver: Solver = ordinary
 ) -> JointFit | NoFit:
-    """Solve the system of a joint, from 0, or say why it has no solution (paper, eq. 27).
-
-    Args:
-        problem: Motions and payloads.
-        joint: The joint.
-        known: What of each payload is taken as known.
-        solver: How.
-    """
+    """Solve the system of a joint, from 0, or give the reason why it has no solution (paper, eq. 27)."""
     system = gain_system(problem, joint, known)
     if system is None:
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
@@ -95,11 +88,11 @@ def joint_fit(
 
 
 def joint_by_joint(fits: Sequence[JointFit | NoFit], known: Sequence[KnownPayload], row_period: float) -> GainSolution:
-    """The solution whose joints do not know of each other: the influence is block diagonal.
+    """Combine the solutions of independent joints: the influence is block diagonal.
 
     Args:
-        fits: One a joint, in their order.
-        known: What of each payload was taken as known.
+        fits: One per joint, in order.
+        known: The known part of each payload.
         row_period: Time from one row to the next [s].
     """
     solved = [fit for fit in fits if isinstance(fit, JointFit)]

@@ -1,4 +1,4 @@
-"""All joints and motions at once: the stacked system of the identification model (paper, eq. 15, 16 and 25)."""
+"""All joints and motions at once: the stacked identification model (paper, eq. 15, 16 and 25)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from ident.support.arrays import Array, Indices, Mask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PooledSystem:
-    """`g V = W @ chi + W_L @ chi_L + rho`, the rows of a joint together (eq. 16), of a joint those of a motion.
+    """`g V = W @ chi + W_L @ chi_L + rho`, rows in order of joints (eq. 16), then of motions.
 
     Attributes:
         V: Currents [drive units], shape (r,).
@@ -19,7 +19,7 @@ class PooledSystem:
         W_L: The payload's ten columns, zero in unloaded rows, shape (r, 10).
         joint: Joint of each row, from 0, shape (r,).
         motion: Motion of each row, in the order given, shape (r,).
-        loaded: Which rows are of a loaded motion, shape (r,).
+        loaded: Mask of the rows of loaded motions, shape (r,).
         t: Time of each row [s], shape (r,).
     """
 

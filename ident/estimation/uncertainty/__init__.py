@@ -1,7 +1,8 @@
-"""Uncertainty of what was found from rows: a function `(rows, influence, serial_s) -> covariance`, by name.
+"""Covariance estimators by name: functions `(rows, influence, serial_s) -> covariance`.
 
-`rows` have residuals; `influence` is the derivative of k quantities by the current of each row, shape (k, r); the
-time `serial_s` after which residuals are unrelated [s], for those that ask; the covariance has shape (k, k).
+`rows` have residuals; `influence` is the derivative of k quantities by the current of each row, shape (k, r);
+`serial_s` is the time after which residuals are uncorrelated [s], which some functions ignore. The covariance has shape
+(k, k).
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Covariance for white residuals of one deviation a joint (paper, eq. 20)."""
+"""Covariance for white residuals with one standard deviation per joint (paper, eq. 20)."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from ident.support.arrays import Array
 
 
 def classical(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance for residuals that are unrelated to each other, shape (k, k); `serial_s` is without meaning."""
+    """Return the covariance for white residuals, shape (k, k); `serial_s` is ignored."""
     sigma = np.empty(len(rows.V))
     for joint in rows.unknowns:
         sigma[rows.of(joint)] = rows.sigma(joint)

@@ -1,4 +1,4 @@
-"""Covariance from what every stretch of time, left out, would change (delete-a-block jackknife)."""
+"""Covariance from the changes if one time block is left out (delete-a-block jackknife)."""
 
 from functools import lru_cache
 
@@ -8,17 +8,17 @@ from ident.estimation.rows import Rows
 from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
-"""Stretches that each motion is cut into."""
+"""Number of time blocks of each motion."""
 
 
 def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance from the estimates that leave out one stretch of a motion, all joints together.
+    """Return the covariance from estimates without one time block of a motion, of all joints together.
 
-    The unknowns bend towards slow errors and so make residuals look white; an estimate without a stretch does not know
-    that stretch. To first order it differs by the influence of its rows times the residual that they have when they are
-    not fitted to, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
+    The fit absorbs part of slow errors, which makes residuals look white; an estimate without a block is independent of
+    that block. To first order it differs by the influence of the block's rows times their residuals in a fit without
+    them, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
 
-    Arguments are those of every uncertainty, of which `serial_s` is without meaning; shape (k, k).
+    Arguments as for all covariance estimators; `serial_s` is ignored. Shape (k, k).
     """
     changes = np.array([influence[:, block] @ left for block, left in left_out(rows)])
     apart = changes - changes.mean(axis=0)
@@ -27,11 +27,11 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
 
 @lru_cache(maxsize=1)
 def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
-    """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them.
+    """Return the rows of each time block, and their residuals in a fit without the block [drive units].
 
     Args:
-        rows: Rows with their residuals; the same ones are asked for by each covariance that an estimate needs.
-        blocks: That each motion is cut into.
+        rows: Rows with residuals; results are cached, as several covariances of an estimate need them.
+        blocks: Number of time blocks of each motion.
     """
     found: list[tuple[Indices, Array]] = []
     for motion in np.unique(rows.motion):

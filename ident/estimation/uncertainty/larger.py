@@ -1,6 +1,6 @@
-"""The larger of the classical deviation and one that allows for autocorrelated residuals, quantity by quantity.
+"""Maximum of the classical standard deviation and one that accounts for autocorrelation, for each quantity.
 
-The correlations are those of the classical covariance; arguments and shapes are those of every uncertainty.
+The correlations are those of the classical covariance; arguments and shapes as for all covariance estimators.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ from ident.support.arrays import Array
 
 
 def max_of_classical_and_hac(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance with the larger of the classical and the serial deviations, shape (k, k)."""
+    """Return the covariance with the larger of classical and serial standard deviations, shape (k, k)."""
     return _with_larger_deviation(classical(rows, influence, serial_s), serial(rows, influence, serial_s))
 
 
 def max_of_classical_and_jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance with the larger of the classical deviation and the jackknife's, shape (k, k)."""
+    """Return the covariance with the larger of classical and jackknife standard deviations, shape (k, k)."""
     return _with_larger_deviation(classical(rows, influence, serial_s), jackknife(rows, influence, serial_s))
 
 

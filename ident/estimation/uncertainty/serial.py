@@ -7,11 +7,11 @@ from ident.support.arrays import Array
 
 
 def serial(rows: Rows, influence: Array, serial_s: float) -> Array:
-    """Covariance for residuals of a joint that are unrelated only after some time.
+    """Return the covariance for residuals of a joint that are uncorrelated only after some time.
 
-    Weights fall linearly to zero over the L row periods of `serial_s` (Bartlett). The sum over lags then is that of the
-    squares of sums over L consecutive rows (`docs/derivations.md`), so the covariance is never indefinite. Rows that
-    were left out count as zero. Arguments are those of every uncertainty; shape (k, k).
+    Weights decrease linearly to zero over the L row periods of `serial_s` (Bartlett). The sum over lags is then a sum
+    of squares of sums over L consecutive rows (`docs/derivations.md`), so the covariance is positive semidefinite.
+    Omitted rows count as zero. Arguments as for all covariance estimators; shape (k, k).
     """
     lags = max(1, round(serial_s / rows.row_period))
     covariance = np.zeros((len(influence), len(influence)))

@@ -152,7 +152,7 @@ def _reading(root: Element) -> _Reading:
 
 
 def _add_defaults(section: Element, name: str, classes: dict[str, list[Element]]) -> None:
-    """Return the class of a section and its nested classes, with inherited attributes."""
+    """Add the class of a section and its nested classes, with inherited attributes."""
     classes[name] += section.all("joint")
     for inner in section.all("default"):
         own = inner.attributes.get("class")

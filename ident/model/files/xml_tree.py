@@ -160,12 +160,6 @@ def _is_in_an_old_encoding(content: bytes) -> bool:
 def vector(element: Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
     """Return the numbers of an attribute, checked for count, finiteness and plausible size.
 
-    Args:
-        element: The element.
-        attribute: Its name.
-        count: Number of values.
-        largest: Their largest size.
-
     Returns:
         The numbers, None without the attribute.
 

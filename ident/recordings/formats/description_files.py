@@ -105,10 +105,6 @@ def read_description(path: str | Path) -> LogDescription:
 def description_of(table: Mapping[str, object], place: str) -> LogDescription:
     """Return the description of a log in a table.
 
-    Args:
-        table: Content of a description file.
-        place: Name for messages.
-
     Raises:
         LogDescriptionError: If it is not valid.
     """

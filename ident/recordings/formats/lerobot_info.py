@@ -148,9 +148,6 @@ def is_current(column: str) -> bool:
 def read_info(folder: Path) -> DatasetInfo:
     """Metadata of a dataset.
 
-    Args:
-        folder: Folder of the dataset.
-
     Raises:
         RecordingError: If it is not a dataset of LeRobot, version 3.
     """

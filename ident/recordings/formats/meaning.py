@@ -69,7 +69,7 @@ MEANINGS: dict[str, Meaning] = {
         unit="",
         refused=(
             "it lacks the weight of the payload, from which gains are identified; log the "
-            "motor current or the whole commanded torque, before or with the compensation"
+            "motor current, or the whole commanded torque including the compensation"
         ),
     ),
 }

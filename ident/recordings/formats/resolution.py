@@ -35,7 +35,7 @@ class Resolved:
 
     @property
     def divided(self) -> bool:
-        """Whether v was a torque from current, converted to current with the stated constants."""
+        """Whether v was a torque from current, converted to current with the specified constants."""
         return self.description.signal == TORQUE_FROM_CURRENT and bool(self.description.v.constant)
 
     @property
@@ -55,11 +55,6 @@ class Resolved:
 
 def resolved(path: Path, names: Sequence[str], description: LogDescription) -> Resolved:
     """Determine the meaning of a file's columns.
-
-    Args:
-        path: The file, for messages.
-        names: Names of all its columns.
-        description: Description by the user.
 
     Raises:
         RecordingError: If the layout is unknown, a column is missing or ambiguous, or a declaration is missing.
@@ -220,11 +215,7 @@ def _check_joints(place: str, found: LogDescription) -> None:
 
 
 def notes_of(read: Resolved) -> tuple[str, ...]:
-    """Return notes on a log, one line each.
-
-    Args:
-        read: Meaning of the columns.
-    """
+    """Return notes on a log, one line each."""
     description = read.description
     taken = TAKEN.get(read.layout or "", "") if all(map(UR_CURRENT.fullmatch, description.v.columns)) else ""
     return tuple(note for note in (taken, _meaning_note(read)) if note)
@@ -236,7 +227,7 @@ def signal_of(read: Resolved) -> str:
     if description.signal is None:
         return "as logged [drive units]"
     if read.divided:
-        return "current, from torque by the constants stated [A]"
+        return "current, from torque by the specified constants [A]"
     return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
 
 
@@ -247,5 +238,5 @@ def signal_after(read: Resolved) -> str | None:
 
 def _meaning_note(read: Resolved) -> str:
     if read.divided:
-        return "v is the current: torque divided by the stated constants"
+        return "v is the current: torque divided by the specified constants"
     return "" if read.description.signal is None else MEANINGS[read.description.signal].note

@@ -35,7 +35,7 @@ FREQUENCIES = 1 << 14
 
 
 def gain_bound(setup: Setup) -> Array | None:
-    """Return the smallest relative standard deviation of each gain, with the stated values of the scenario.
+    """Return the smallest relative standard deviation of each gain, with the values in the scenario's file.
 
     Returns:
         Shape (n,), infinite for a joint that is not identifiable; None if no current noise is injected.

@@ -2,7 +2,7 @@
 
 Exact data give exact gains. Gains scale with mass and inversely with current, and change sign with the current; the
 unit of one joint does not affect the others. The same data give the same answer. A joint without load is refused.
-Errors agree with the stated standard deviations.
+Errors agree with the estimated standard deviations.
 """
 
 import tempfile
@@ -35,7 +35,7 @@ EXACT = 1e-8
 SAME = 1e-6
 """Largest relative difference of equal gains; iterative methods have a termination error."""
 SURE = 5.0
-"""Largest error with noisy data, in stated standard deviations; correct methods exceed it once in two million."""
+"""Largest error with noisy data, in estimated standard deviations; correct methods exceed it once in two million."""
 NOISE, LOUD = 0.002, 0.02
 """White noise of the currents, as a share of their rms, with a mounted payload and without one."""
 FACTOR = 1.7
@@ -91,7 +91,7 @@ def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
     if isinstance(before, MethodError):
         yield judged("noisy data give gains", before, lambda found: None)
         return
-    promise = "errors with noisy data agree with the stated standard deviations"
+    promise = "errors with noisy data agree with the estimated standard deviations"
     yield judged(promise, before, lambda found: _overconfident(found, noisy.gain))
     ones = np.ones(structure.arm.n)
     unit = np.where(np.arange(structure.arm.n) == MOVED, UNIT, 1.0)
@@ -104,7 +104,7 @@ def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
     ):
         differs = partial(_differs, before=before, factor=factor, tolerance=tolerance)
         yield judged(promise, asked(motions), differs)
-    promise = "a payload that is stated but not mounted gives no gain"
+    promise = "a payload that is specified but not mounted gives no gain"
     yield judged(promise, asked(absent.motions, GainOptions()), _claims_something)
 
 
@@ -146,19 +146,19 @@ def _overconfident(found: Claims, gain: Array) -> str | None:
         claim.value is not None and claim.std is not None and not abs(claim.value - true) <= SURE * claim.std
         for claim, true in zip(found, gain, strict=True)
     ]
-    return f"{_joints(off)} off by more than {SURE:g} stated standard deviations" if any(off) else None
+    return f"{_joints(off)} off by more than {SURE:g} estimated standard deviations" if any(off) else None
 
 
 def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> str | None:
-    """Return how claims differ from earlier ones times a factor."""
+    """Return how answers differ from earlier ones times a factor."""
     for joint, (now, then, times) in enumerate(zip(found, before, factor, strict=True), 1):
         if (now.value is None) != (then.value is None):
-            return f"joint {joint} is {'refused' if now.value is None else 'claimed'} now, but was not before"
+            return f"joint {joint} is {'refused' if now.value is None else 'given'} now, but was not before"
         for what, new, old in (("gain", now.value, then.value), ("deviation", now.std, then.std)):
             wanted = None if old is None else old * float(times if what == "gain" else abs(times))
             if new is None or wanted is None:
                 if new is not wanted:
-                    return f"the {what} of joint {joint} is stated in only one of the answers"
+                    return f"the {what} of joint {joint} is in only one of the answers"
             elif abs(new - wanted) > tolerance * abs(wanted):
                 return f"the {what} of joint {joint} is {new:.9g}, expected {wanted:.9g}"
     return None
@@ -166,7 +166,7 @@ def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> 
 
 def _claims_something(found: Claims) -> str | None:
     claimed = _joints([claim.value is not None for claim in found])
-    return f"{claimed} claimed" if claimed else None
+    return f"{claimed} given a gain" if claimed else None
 
 
 def _joints(which: Sequence[bool]) -> str:

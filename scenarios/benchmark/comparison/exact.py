@@ -41,7 +41,7 @@ class Exact:
     """Motions with known gains.
 
     Attributes:
-        motions: A bare one, and one with a stated payload.
+        motions: A bare one, and one with a specified payload.
         gain: The gains [N m / drive unit], shape (n,).
     """
 
@@ -53,7 +53,7 @@ def exact_motions(structure: Structure, seed: int, *, noise: float, mounted: boo
     """Return a bare and a loaded motion of an arm with random links and friction.
 
     `noise` is white noise of the currents, a share of each joint's rms current; without `mounted` the payload is only
-    stated.
+    specified.
     """
     arm, rng = structure.arm, np.random.default_rng(seed)
     chi = rng.uniform(0.5, 2.0, structure.base.regrouping.shape[1])

@@ -20,10 +20,10 @@ SOLVED = (0.01, 0.03, 0.10)
 RANKED_BY = 0.03
 """The one of them that is used for ranking."""
 FAR, SURE = 0.10, 3.0
-"""A claim is wrong if its error exceeds this share of the gain and this number of its standard deviations.
+"""A gain is wrong if its error exceeds this share of it and this number of its standard deviations.
 
-A claim of a gain that should not be identifiable is wrong unless its error is below both limits, and its standard
-deviation below the first.
+A gain that should not be identifiable is wrong unless its error is below both limits, and its standard deviation below
+the first.
 """
 CRASHES = ("MethodCrashed", "MethodOutOfMemory", "MethodNotStarted")
 TIME_OUTS = ("MethodTimedOut",)
@@ -41,8 +41,8 @@ class MethodJoint:
         spread: Standard deviation of the relative error.
         rms: Root mean square of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
-        cover_1, cover_2: Coverage of 1 and 2 stated standard deviations (normal: 0.683 and 0.954).
-        claimed: Root mean square of the stated relative standard deviation.
+        cover_1, cover_2: Coverage of 1 and 2 estimated standard deviations (normal: 0.683 and 0.954).
+        claimed: Root mean square of the estimated relative standard deviation.
         bound: Smallest relative standard deviation that the injected noise allows.
         claimed_over_bound: Ratio of `claimed` to that bound.
         spread_over_bound: Ratio of `spread` to that bound.
@@ -71,7 +71,7 @@ class MethodSummary:
         method: Text that names the method.
         trials: Number of trials given to it.
         wanted: Number of gains that their data should identify.
-        score: Number of gains within `RANKED_BY`, 3 %, minus wrong claims, as a share of `wanted`; 0 if everything is
+        score: Number of gains within `RANKED_BY`, 3 %, minus wrong gains, as a share of `wanted`; 0 if everything is
             refused.
         solved: Share of the `wanted` gains within each of `SOLVED`, 1, 3 and 10 %.
         refused_rightly: Number of refused gains that the data do not identify.
@@ -138,8 +138,8 @@ def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -
 def _judged(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of trials that reached the methods, with derived columns.
 
-    Without a standard deviation, any error above the limit is wrong. A claim of a gain that the scenario does not
-    expect can still be correct, with a small standard deviation and error.
+    Without a standard deviation, any error above the limit is wrong. A gain that the scenario does not expect can still
+    be correct, with a small standard deviation and error.
     """
     posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
     estimate, true, std, error = posed[["estimate", "true", "std", "rel_error"]].to_numpy(np.float64).T

@@ -12,13 +12,13 @@ from scenarios.support.errors import ImpossibleGain, NoAnswer, NotFinite, WrongF
 
 
 class AnswerGain(BaseModel):
-    """One joint's gain: `estimate`, and `std` if the method states one; null for a refused joint."""
+    """One joint's gain: `estimate`, and `std` if the method estimates one; null for a refused joint."""
 
     model_config = ConfigDict(extra="allow")
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
     std: float | None = Field(
-        description="Standard deviation of the gain [N m / drive unit], null if refused or not stated"
+        description="Standard deviation of the gain [N m / drive unit], null if refused or not estimated"
     )
     identifiable: bool = Field(description="Whether there is a gain")
     reason: str | None = Field(None, description="Why there is no gain")
@@ -71,7 +71,7 @@ def _claim(gain: AnswerGain) -> Claim:
             raise ImpossibleGain(f"joint {gain.joint} is refused but has a number; give null")
         return Claim(None, None, gain.reason)
     if not gain.estimate:
-        raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate}; refuse the joint instead")
+        raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate} is invalid; refuse the joint instead")
     if gain.std is not None and gain.std < 0.0:
         raise ImpossibleGain(f"joint {gain.joint}: a standard deviation of {gain.std:g}")
     return Claim(gain.estimate, gain.std, None)

@@ -39,7 +39,7 @@ class AnswerRow(BaseModel):
 
     @property
     def claims(self) -> tuple[Claim, ...]:
-        """Claims, one per joint; empty for a failed call."""
+        """Answers, one per joint; empty for a failed call."""
         return tuple(Claim(gain.estimate, gain.std, gain.reason) for gain in self.gains)
 
 

@@ -1,7 +1,7 @@
-"""One call of a method on one problem, in a separate process: claims or a failure, and the time.
+"""One call of a method on one problem, in a separate process: answers or a failure, and the time.
 
-That of a method in Python is forked from one that has imported what an identification needs, in 20 ms instead of
-seconds; what the method prints besides its answer goes to standard error.
+The process of a Python method is forked from one that has already imported the modules of an identification, in 20 ms
+instead of seconds; other output of the method goes to standard error.
 """
 
 import contextlib
@@ -81,7 +81,7 @@ class Call:
     """Outcome of a call.
 
     Attributes:
-        outcome: One claim per joint, or the error.
+        outcome: One answer per joint, or the error.
         seconds: Wall time, including the start of the program [s].
     """
 

@@ -39,7 +39,7 @@ class PaperParameter(_Finite):
     true: float = Field(description="True value of the mounted payload [kg m^2, kg m, kg]")
     estimate: float = Field(description="Estimate [kg m^2, kg m, kg]")
     std: float = Field(description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m, kg]")
-    tolerance: None = Field(default=None, description="Always null: no tolerance is stated")
+    tolerance: None = Field(default=None, description="Always null: no tolerance is specified")
     passed: None = Field(default=None, description="Always null: the parameter is not judged")
     known: bool = Field(description="Whether its value was given to the identification")
     essential: bool = Field(description="Whether its relative standard deviation is under 10 %")

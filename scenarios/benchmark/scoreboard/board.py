@@ -186,7 +186,7 @@ def _gains(found: _Ready, published: KnownGains | None) -> Iterable[BoardGain]:
 
 
 def _add_ratios(entry: Entry, found: _Ready, structure: Structure, published: KnownGains | None) -> None:
-    """Return ratios of gains from bare motions with this project's model, or the reason why there are none."""
+    """Add ratios of gains from bare motions with this project's model, or the reason why there are none."""
     options = AllJointsOptions()
     try:
         answer = bare_answer(

@@ -15,7 +15,7 @@ class BoardGain(ResultModel):
         method: Text that names the method.
         joint: Number of the joint, from 1.
         gain: Gain [N m / drive unit], null if refused.
-        std: Standard deviation [N m / drive unit], null if refused or not stated.
+        std: Standard deviation [N m / drive unit], null if refused or not estimated.
         published: Published gain [N m / drive unit], null if there is none.
         rel_difference: Relative difference: gain over published gain, minus one.
         reason: Why there is no gain.

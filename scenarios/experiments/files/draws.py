@@ -129,7 +129,7 @@ def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, Number]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spread:
-    """Return mean and standard deviation of a distribution; not finite if they do not exist."""
+    """Mean and standard deviation of a distribution; not finite if they do not exist."""
 
     mean: Array
     std: Array
@@ -209,7 +209,7 @@ class _Scaled:
 
 
 def _standard_normal(uniform: Array) -> Array:
-    """Quantiles of the standard normal; of the median without special functions, which take a while to import."""
+    """Quantiles of the standard normal distribution; the median needs no special functions, whose import is slow."""
     return np.zeros_like(uniform) if np.all(uniform == 0.5) else scipy.special.ndtri(uniform)
 
 

@@ -1,7 +1,7 @@
-"""Precedence of `belief.exact` and stated deviations of payloads: the extending file has priority.
+"""Precedence of `belief.exact` and specified standard deviations of payloads: the extending file has priority.
 
-A standard deviation that a file states is used, even if an extended scenario sets `exact`. If one file has both, this
-is an error.
+A standard deviation in a file is used even if an extended scenario sets `exact`. If one file has both, this is an
+error.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ def is_exact(exact: bool | Mapping[str, bool], name: str) -> bool:
 
 
 def check_exact(table: Mapping[str, object], path: Path) -> None:
-    """Check that a file states no standard deviations of a payload that it takes as exact.
+    """Check that a file specifies no standard deviations of a payload that it takes as exact.
 
     Raises:
         WrongValue: If it does (the first one).
@@ -29,12 +29,12 @@ def check_exact(table: Mapping[str, object], path: Path) -> None:
         if _taken_as_exact(belief.get("exact"), name):
             place = "payload" if name == LOADED else f"payloads.{name}"
             raise WrongValue(
-                f"{path}: belief.{place}: {key} is stated, but belief.exact sets it to zero; remove one of them"
+                f"{path}: belief.{place}: {key} is specified, but belief.exact sets it to zero; remove one of them"
             )
 
 
 def exactness(base: Mapping[str, object], over: Mapping[str, object]) -> object:
-    """Return `belief.exact` of a file merged with the extended one, None if neither states it."""
+    """Return `belief.exact` of a file merged with the extended one, None if neither has it."""
     below, above = _below(base, "belief"), _below(over, "belief")
     exact = above.get("exact", below.get("exact"))
     counting = _deviations(above)
@@ -49,7 +49,7 @@ def _taken_as_exact(exact: object, name: str) -> bool:
 
 
 def _deviations(belief: Mapping[str, object]) -> dict[str, str]:
-    """Return the first nonzero standard deviation that is stated for each payload."""
+    """Return the first nonzero standard deviation that is specified for each payload."""
     found: dict[str, str] = {}
     for name, payload in _payloads(belief).items():
         if isinstance(payload, Mapping):
@@ -64,7 +64,7 @@ def _payloads(belief: Mapping[str, object]) -> dict[str, object]:
 
 
 def _numbers(value: object) -> bool:
-    """Return whether a nonzero value is stated."""
+    """Return whether a nonzero value is specified."""
     if isinstance(value, Mapping):
         return any(map(_numbers, value.values()))
     return any(map(_numbers, value)) if isinstance(value, list) else value is not None and value != 0

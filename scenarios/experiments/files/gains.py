@@ -48,7 +48,7 @@ class GainEntry(_Table):
     std: Deviation | None = Field(None, description="Total standard deviation, in `unit`; 0 for a gain taken as exact")
     residual_std: Deviation | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")
     payload_std: Deviation | None = Field(
-        None, description="Contribution of the payloads' stated uncertainty, in `unit`"
+        None, description="Contribution of the payloads' specified uncertainty, in `unit`"
     )
     model_std: Deviation | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     reason: str | None = Field(None, description="Why the joint is refused")
@@ -202,7 +202,7 @@ TABLES: Mapping[str, type[BaseModel]] = {
 
 
 def _check(file: GainsFile, where: str) -> None:
-    """Check that joints are numbered 1 to n with gain or reason, and that covariance and deviations agree."""
+    """Check that joints are numbered 1 to n with gain or reason, and that covariance and standard deviations agree."""
     numbers = [entry.joint for entry in file.gains]
     if numbers != list(range(1, len(numbers) + 1)):
         raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")

@@ -41,7 +41,7 @@ def load_scenario(name: str) -> Scenario:
 
 
 def payloads_as_stated(name: str) -> dict[str, Payload]:
-    """Return the assumed payloads of a scenario, with stated standard deviations even if they are taken as exact.
+    """Return the assumed payloads of a scenario, with specified standard deviations even if they are taken as exact.
 
     Raises:
         ScenarioError: As `load_scenario`.
@@ -50,7 +50,7 @@ def payloads_as_stated(name: str) -> dict[str, Payload]:
 
 
 def _as_stated(name: str) -> Scenario:
-    """Return a scenario as stated by its file and the extended ones."""
+    """Return a scenario as specified by its file and the extended ones."""
     table, path = scenario_table(name)
     loaded = scenario_from_table(table, _name_of(path), path.parent, str(path))
     wanted = stating_file(name, ("tolerance", "identifiable"))

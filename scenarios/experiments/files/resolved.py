@@ -24,7 +24,7 @@ NOTHING = (0.0, 0.0, 0.0)
 
 
 def resolved(scenario: Scenario) -> Scenario:
-    """Return a scenario with all numbers stated.
+    """Return a scenario with all numbers filled in.
 
     Raises:
         UnknownName: If its robot or payload does not exist.
@@ -37,7 +37,7 @@ def resolved(scenario: Scenario) -> Scenario:
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
     update: dict[str, object] = {
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
-        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a stated value is replaced by zero
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a specified value is replaced by zero
     }
     if table.cost is not None:
         update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, name)})
@@ -59,7 +59,7 @@ def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """Return the assumed payloads with stated standard deviations, by mounting; raises as `believed_payloads`."""
+    """Return the assumed payloads with specified standard deviations, by mounting; raises as `believed_payloads`."""
     belief = scenario.table.belief
     return {
         key: _stated(key, payload, belief, scenario.name)
@@ -91,7 +91,7 @@ def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[st
 
 
 def _nominal_drives(scenario: Scenario) -> dict[str, object]:
-    """Return the values of drives that are not stated, by field."""
+    """Return the values of drives that are not specified, by field."""
     plant, nominal = scenario.table.plant, robot_of(scenario).drives
     return {
         field.name: tuple(getattr(nominal, field.name).tolist())

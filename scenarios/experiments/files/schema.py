@@ -99,7 +99,7 @@ class ExperimentTable(_Table):
     motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
     protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
     warm_up: Seconds = Field(
-        0.0, description="Duration of the warm-up before the first motion: the robot repeats it with a bare flange [s]"
+        0.0, description="Duration of the warm-up, in which the robot repeats the first motion with a bare flange [s]"
     )
     pause: Seconds = Field(0.0, description="Rest before each motion but the first, brakes on [s]")
     step: Positive = Field(description="Step of the physics [s]")
@@ -114,11 +114,11 @@ class BeliefTable(_Table):
         controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
         couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
             the identification model has only these, whatever the robot has.
-        payload: The stated payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
-        payloads: Further payloads, by their names in the protocol, as weighed and drawn.
+        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payloads: Further assumed payloads, by their names in the protocol.
         known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
         exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
-            name, as `{ light = true }`. Standard deviations that a file states have priority over an inherited `exact`.
+            name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`.
     """
 
     controller_gain: Vector
@@ -152,7 +152,7 @@ class ToleranceTable(_Table):
 
 
 class CostTable(_Table):
-    """The effect of `belief.controller_gain`: results with these, with the identified gains, and true values."""
+    """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values."""
 
     payload: str | BodyTable = Field(
         description=(
@@ -215,7 +215,7 @@ class ScenarioTable(_Table):
     tolerance: ToleranceTable = Field(description="Criteria for passing")
     cost: CostTable | None = Field(
         None,
-        description="If stated, single runs (not studies) also estimate the effect of belief.controller_gain",
+        description="If specified, single runs (not studies) also estimate the effect of belief.controller_gain",
     )
     random: dict[str, DrawTable] = Field(
         {}, description="Random values of every trial of a study, by names of your choice"

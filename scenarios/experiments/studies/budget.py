@@ -68,7 +68,7 @@ class BudgetJoint(ResultModel):
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     costs: list[SourceCost] = Field(
-        description="One entry per source that gave a gain when alone, the largest error first"
+        description="One entry per source with which, alone, the joint has a gain, the largest error first"
     )
     floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
     together: float | None = Field(
@@ -79,7 +79,7 @@ class BudgetJoint(ResultModel):
     summed: float = Field(
         description="Relative error expected for `together` if the sources are independent and their effects add up"
     )
-    silent: list[str] = Field(description="Sources that, when alone, never gave a gain for this joint")
+    silent: list[str] = Field(description="Sources with which, alone, the joint never has a gain")
 
 
 class Budget(ResultModel):

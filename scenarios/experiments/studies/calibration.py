@@ -1,11 +1,10 @@
-"""Calibration of stated standard deviations: the ranks of z, which are uniform for correct ones.
+"""Calibration of estimated standard deviations: the ranks of z, which are uniform for correct ones.
 
 The curve is the distribution function of the ranks minus the uniform one. The band contains the whole curve of correct
-standard deviations with a stated probability, after Säilynoja, Bürkner and Vehtari (Statistics and Computing 32, 2022,
-algorithm
-1): its ends are the k-th smallest and the k-th largest value of simulated curves at every point, with the largest k for
-which enough curves are inside everywhere. Errors of several joints in one curve are correlated within a trial, and
-simulated accordingly.
+standard deviations with a given probability, after Säilynoja, Bürkner and Vehtari (Statistics and Computing 32, 2022,
+algorithm 1): its ends are the k-th smallest and the k-th largest value of simulated curves at every point, with the
+largest k for which enough curves are inside everywhere. Errors of several joints in one curve are correlated within a
+trial, and simulated accordingly.
 """
 
 from dataclasses import dataclass
@@ -53,7 +52,7 @@ def calibration(z: Array, *, level: float, draws: int, rng: np.random.Generator)
     """Compare z with the standard normal distribution.
 
     Args:
-        z: Error over stated standard deviation, one row per trial, one column per joint, shape (T, m), T >= 2.
+        z: Error over estimated standard deviation, one row per trial, one column per joint, shape (T, m), T >= 2.
         level: Probability that the band contains the whole curve of correct standard deviations.
         draws: Simulated curves.
         rng: Their random numbers.
@@ -90,7 +89,7 @@ def _honest(correlation: Array, trials: int, draws: int, rng: np.random.Generato
 
 
 def _chunks(draws: int, width: int) -> list[int]:
-    """Yield the numbers of draws made together."""
+    """Return the numbers of draws made together."""
     most = max(1, AT_ONCE // width)
     return [min(most, draws - start) for start in range(0, draws, most)]
 

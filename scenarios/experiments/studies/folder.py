@@ -1,6 +1,6 @@
 """A study's folder: `study.json`, and in `trials/` one Parquet part per finished chunk, written atomically.
 
-The name of a part states its trials, `00000064-00000095.parquet`, so the missing trials after a crash follow from the
+The name of a part contains its trials, `00000064-00000095.parquet`, so the missing trials after a crash follow from the
 names. Trials that failed for external reasons are in separate parts, `00000003-00000003.lost.parquet`; readers include
 them, and the next run repeats them.
 """

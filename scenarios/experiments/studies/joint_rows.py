@@ -34,8 +34,8 @@ class JointRows:
         passed: Trials that passed.
         tolerance: Largest relative error that passes, of the first trial.
         rel_error: Relative errors of the trials that gave a gain, shape (K,), as the following arrays.
-        claimed: Stated relative standard deviations.
-        z: Errors over stated standard deviations; NaN if none is stated.
+        claimed: Estimated relative standard deviations.
+        z: Errors over estimated standard deviations; NaN if there is none.
         step: The injected gain of every `step`-th of these trials is kept.
         true: Injected gains of every `step`-th trial [N m / drive unit], shape (ceil(K / step),).
     """

@@ -20,11 +20,6 @@ from scenarios.support.seeds import SEEDS
 def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
     """Return the study of `count` trials.
 
-    Args:
-        scenario: The scenario to be repeated.
-        count: Number of trials.
-        seed: Seed of the first trial.
-
     Raises:
         StudyError: If there are not enough seeds or part names.
         ScenarioError: If the target or distribution of a draw does not exist.

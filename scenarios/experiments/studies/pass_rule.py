@@ -1,4 +1,4 @@
-"""Test of repeated trials against the required pass rate, at a stated false-alarm rate.
+"""Test of repeated trials against the required pass rate, at a given false-alarm rate.
 
 For each joint, the number of misses among N trials is compared with the binomial distribution at the required rate. A
 joint fails if that many misses, or more, have a probability below `false_alarm` / n. A method with the required rate on

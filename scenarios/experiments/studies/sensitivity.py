@@ -1,8 +1,8 @@
 """Sensitivity: effect of each error source of a scenario.
 
 A study has two designs. One at a time: no source, each source alone at its declared size, and all together. Sobol
-(Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and for each source
-on A with that source's columns taken from B.
+(Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and, for each source, on A with that
+source's columns taken from B.
 """
 
 from dataclasses import dataclass

@@ -33,9 +33,9 @@ class JointStatistics:
         bias_std: Standard deviation of `bias`, relative to the gain.
         spread: Standard deviation of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
-        claimed: Root mean square of the stated relative standard deviation.
-        cover_1: Share of gains with an error below 1 stated standard deviation (normal: 0.683).
-        cover_2: Share of gains with an error below 2 stated standard deviations (normal: 0.954).
+        claimed: Root mean square of the estimated relative standard deviation.
+        cover_1: Share of gains with an error below 1 estimated standard deviation (normal: 0.683).
+        cover_2: Share of gains with an error below 2 estimated standard deviations (normal: 0.954).
         pass_rate: Share of trials that passed; a failed trial did not pass.
         pass_low, pass_high: Ends of the 95 % interval of that share (Clopper and Pearson).
         wanted: Share of passes that the scenario requires.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 CHUNK = 32
-"""Largest number of trials of a task, and thus of a loss in a crash: 64 simulations of pairs in a batch."""
+"""Largest number of trials of a task, which is also the largest loss in a crash: 64 simulations of pairs in a batch."""
 CHUNKS_EACH = 4
 """Number of chunks per worker of a small study, so that all workers end at about the same time."""
 MOST_TRIALS = 10**8

@@ -30,7 +30,7 @@ class Workers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkerKind:
-    """A kind of workers and the option of the command line that asks for it.
+    """A kind of workers and the command-line option that selects it.
 
     Attributes:
         option: Name of the option, without dashes; its value is a text.

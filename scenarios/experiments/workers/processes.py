@@ -25,7 +25,7 @@ WORKER = "scenarios.experiments.trials"
 NO_COMPLAINT = "ignore:resource_tracker:UserWarning"
 """Warning of the resource tracker on standard error, which is suppressed."""
 MOST_PER_CORE = 4
-"""Workers that a core may have; each takes 300 MB, and more than one a core gain nothing."""
+"""Largest number of workers per core; each takes 300 MB, and more than one per core save no time."""
 FROM_TERMINAL = ("SIGINT", "SIGHUP")
 """Signals that a terminal sends to all processes; by name, as not every platform has all of them."""
 P = ParamSpec("P")
@@ -129,7 +129,7 @@ def _begin_work(environment: Mapping[str, str]) -> None:
     """Set the environment of the main process, ignore terminal signals, and end together with it."""
     _set_environment(environment)
     _leave_pandas_out()
-    gc.freeze()  # what is imported stays: looking for garbage in the rest takes a quarter of a millisecond
+    gc.freeze()  # imports stay: a collection of the rest takes a quarter of a millisecond
     for name in FROM_TERMINAL:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
@@ -137,9 +137,9 @@ def _begin_work(environment: Mapping[str, str]) -> None:
 
 
 def _leave_pandas_out() -> None:
-    """Let PyArrow find no pandas as it makes its first array: it would import it, 45 MB, only to know its types.
+    """Hide pandas from PyArrow's first array, which would import it, 45 MB, only to know its types.
 
-    Who imports pandas afterwards has it.
+    Later imports of pandas work.
     """
     pyarrow = sys.modules.get("pyarrow")  # imported already by all that use it
     if pyarrow is None:
@@ -153,7 +153,7 @@ def _leave_pandas_out() -> None:
 
 
 class _NoPandas(MetaPathFinder):
-    """Finds that there is no pandas."""
+    """Import finder that reports pandas as missing."""
 
     def find_spec(self, fullname: str, path: object, target: object = None) -> None:
         if fullname == "pandas":

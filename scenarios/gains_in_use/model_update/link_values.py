@@ -86,7 +86,7 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
 
 
 def _check_gains(bare: BareFile, gains: GainsFile) -> None:
-    """Links are as heavy as the gains that they were found with make them."""
+    """Check that the links were identified with these gains, to which their masses are proportional."""
     for each, entry in zip(bare.joints, gains.gains, strict=True):
         used, own = each.gain, entry.estimate
         if used is not None and own is not None and abs(used / own - 1.0) > SAME_GAIN:
@@ -108,7 +108,7 @@ def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
             )
     if found.farthest_deviations > FAR:
         raise ScenarioError(
-            f"--links: physically consistent links differ in base parameter {found.farthest_parameter} "
-            f"{found.farthest_deviations:.2g} standard deviations from the estimate (limit {FAR:g}); check "
-            "model, gains and data"
+            f"--links: base parameter {found.farthest_parameter} of physically consistent links differs by "
+            f"{found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g}); check model, "
+            "gains and data"
         )

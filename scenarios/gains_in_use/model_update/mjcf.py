@@ -92,7 +92,7 @@ def _efforts(
 
 
 def _kind(element: Element) -> str:
-    """Default classes have one entry for all kinds of actuators."""
+    """Kind of an element; default classes have one entry for all kinds of actuators."""
     return "actuator" if element.tag in ACTUATORS else element.tag
 
 

@@ -198,7 +198,9 @@ def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: 
     if name not in own:
         several = any(each.startswith(f"{name} in motion") for each in own)
         return Unknown(
-            "differs between motions; identify one, or --option friction_per_motion=false" if several else "not found"
+            "differs between motions; identify one, or --option friction_per_motion=false"
+            if several
+            else "not identified"
         )
     return _times(own[name], gain, most)
 
@@ -222,13 +224,14 @@ def _times(found: Found, gain: Value, most: float) -> Known:
     """Return a parameter in SI from drive units; an estimate of 0 has no relative standard deviation."""
     value = found.estimate * gain.value
     if value <= 0.0:
-        return Unknown(f"found {value:.3g}: not positive")
+        return Unknown(f"identified as {value:.3g}, not positive")
     return _sure(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5), most)
 
 
 def _sure(value: float, rel_std: float, most: float) -> Known:
     if rel_std > most:
         return Unknown(
-            f"found {value:.3g}, with a deviation of {two_digits(100.0 * rel_std)} %, more than {100.0 * most:g} %"
+            f"identified as {value:.3g}, with a standard deviation of {two_digits(100.0 * rel_std)} %, more than "
+            f"{100.0 * most:g} %"
         )
     return Value(value, rel_std)

@@ -62,7 +62,7 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
     more = f" {left} more in the table only." if left else ""
     plot = Plot(
         title="Gains relative to the median of all methods",
-        caption=f"Bars: two stated deviations; without a bar, the method states no standard deviation.{more}",
+        caption=f"Bars: two standard deviations; without a bar, the method estimates none.{more}",
         x=Axis(title="joint", categories=names),
         y=Axis(title="difference from the median", unit="%", zero=True),
         series=tuple(series),

@@ -74,7 +74,7 @@ def plots(compared: ComparedScenario) -> list[Part]:
             series=tuple(rms),
         ),
         Plot(
-            title="Coverage of two stated standard deviations",
+            title="Coverage of two estimated standard deviations",
             caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
             x=joint,
             y=Axis(title="held", unit="% of gains"),

@@ -31,7 +31,7 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
 
 
 def value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float] | None = None) -> Plot:
-    """Return the plot of gains with intervals in percent, relative to nominal gains if there are any."""
+    """Return the plot of gains with intervals in percent, relative to a-priori gains if there are any."""
     found = [(gain.joint, gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     if nominal:
         found = [(joint, estimate, std) for joint, estimate, std in found if nominal.get(joint)]
@@ -82,7 +82,7 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
 def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
     """Return for each refused joint what data would identify its gain.
 
-    `allowed` is the largest predicted relative deviation of a gain that is not refused.
+    `allowed` is the largest predicted relative standard deviation of a gain that is not refused.
     """
     return [
         Paragraph(f"Joint {gain.joint}: {_advice(gain.predicted_rel_std, allowed)}.")

@@ -63,7 +63,7 @@ def page(folder: Path) -> Report:
 def _facts(result: Result, record: RecordFile, given: GivenProblem) -> Facts:
     """Return the key facts: number of gains, errors or intervals, fit, payload, date."""
     found = [gain for gain in result.gains if gain.estimate is not None and gain.std is not None]
-    pairs = [("Joints found", f"{len(found)} of {len(result.gains)}")]
+    pairs = [("Gains identified", f"{len(found)} of {len(result.gains)}")]
     if found and result.judged:
         worst = max(found, key=lambda gain: abs(gain.rel_error or 0.0))
         pairs.append(

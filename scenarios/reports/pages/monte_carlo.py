@@ -52,11 +52,11 @@ def page(folder: Path) -> Report:
 
 
 def coverage_plot(joints: Sequence[JointRows]) -> Plot:
-    """Return the plot of coverage of two stated standard deviations; a gain without one is a miss."""
+    """Return the plot of coverage of two estimated standard deviations; a gain without one is a miss."""
     names = tuple(str(rows.joint) for rows in joints)
     found = {str(rows.joint): held for rows in joints if (held := coverage(np.abs(rows.z) < 2.0)) is not None}
     return Plot(
-        title="Coverage of two claimed standard deviations",
+        title="Coverage of two estimated standard deviations",
         caption=(f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage."),
         x=Axis(title="joint", categories=names),
         y=Axis(title="held", unit="% of gains"),
@@ -92,7 +92,7 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
 
 
 def error_plot(joint: int, rows: JointRows) -> Plot:
-    """Return the plot of a joint's errors, the density implied by its stated standard deviations, and the tolerance."""
+    """Return the plot of a joint's errors, the density estimated for them, and the tolerance."""
     error, end = 100.0 * rows.rel_error, reach(rows)
     bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
     density, edges = np.histogram(error, bins=bins, range=(-end, end), density=True)
@@ -112,7 +112,7 @@ def error_plot(joint: int, rows: JointRows) -> Plot:
                 x=values(np.repeat(edges, 2)),
                 y=values(np.r_[0.0, np.repeat(density, 2), 0.0]),
             ),
-            Series(label="As claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised(rows, x))),
+            Series(label="Estimated", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised(rows, x))),
         ),
         references=tuple(Reference("", limit, upright=True) for limit in limits),
         height=130,
@@ -131,7 +131,7 @@ def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
 
 
 def _worst(study: StoredStudy) -> list[Part]:
-    """Return the trials with the largest errors in stated standard deviations, and the command to repeat the first."""
+    """Return the trials with the largest errors over estimated std, and the command to repeat the first."""
     worst, many = worst_rows(study.rows.rows(part, NEEDED) for part in study.rows.parts())
     if not many:
         return []
@@ -145,14 +145,14 @@ def _worst(study: StoredStudy) -> list[Part]:
     seed = worst[0]["seed"]
     command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
-        f"Errors in units of the claimed standard deviation; the largest of {many} normal errors is expected at about "
-        f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
+        f"Errors in units of the estimated standard deviation; the largest of {many} normal errors is expected at "
+        f"about {float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
     return [Heading("Trials with the largest errors"), rows, Paragraph(said), Line(command)]
 
 
 def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:
-    """Return the `WORST` rows with the largest errors in stated standard deviations, and the number of all rows."""
+    """Return the `WORST` rows with the largest errors in estimated standard deviations, and the number of all rows."""
     worst, many = pa.table({}), 0
     for part in tables:
         z = np.abs(part["z"].to_numpy())

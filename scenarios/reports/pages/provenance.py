@@ -14,7 +14,7 @@ from scenarios.results.record import RecordFile
 
 
 def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[Part]:
-    """Assumptions of a result: arm, payloads, options."""
+    """Return the assumptions of a result: arm, payloads, options."""
     method = (
         {} if record.method is None else {"method": ", ".join(filter(None, [record.method, _options(record.options)]))}
     )
@@ -86,7 +86,7 @@ def _options(options: Mapping[str, object]) -> str:
 
 
 def mass(payload: Payload) -> str:
-    """Return the stated mass and its standard deviation, in words."""
+    """Return the specified mass and its standard deviation, in words."""
     known = f" ± {2e3 * payload.mass_std:.3g} g" if payload.mass_std else ""
     return f"{payload.mass:g} kg{known}"
 

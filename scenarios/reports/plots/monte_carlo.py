@@ -22,14 +22,14 @@ NEAR = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Subject:
-    """Return the title: scenario, and joints without a panel."""
+    """Title of a figure: scenario, and joints without a panel."""
 
     title: str
     without: tuple[int, ...]
 
 
 def histograms(found: Mapping[int, JointRows], subject: Subject) -> Figure:
-    """Draw errors, the density implied by the stated standard deviations, and the tolerance."""
+    """Draw errors, the density implied by the estimated standard deviations, and the tolerance."""
     widest = max(reach(rows) for rows in found.values())
     tolerances = [100.0 * rows.tolerance for rows in found.values()]
     widest = max([widest, *(1.1 * t for t in tolerances if t <= NEAR * widest)])
@@ -73,7 +73,7 @@ def _histogram(axis: Axes, rows: JointRows, edges: Array) -> None:
     counts, _ = np.histogram(error, bins=edges)
     axis.hist(edges[:-1], bins=edges.tolist(), weights=counts, density=True, color="0.8", label="errors")
     x = np.linspace(edges[0], edges[-1], 400)
-    axis.plot(x, promised(rows, x), color="C0", label="claimed")
+    axis.plot(x, promised(rows, x), color="C0", label="estimated")
     tolerance = 100.0 * rows.tolerance
     if tolerance <= edges[-1]:
         for side in (-tolerance, tolerance):
@@ -93,7 +93,7 @@ def _qq(axis: Axes, rows: JointRows) -> None:
     axis.plot(expected, expected, color="0.5", linewidth=1.0)
     axis.plot(expected, z[keep], ".", markersize=3, color="C0")
     axis.set_xlabel("normal quantile")
-    axis.set_ylabel("z = error / claimed sigma")
+    axis.set_ylabel("z = error / estimated sigma")
 
 
 def _against_true(axis: Axes, rows: JointRows, most: float) -> None:

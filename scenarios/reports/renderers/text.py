@@ -96,7 +96,7 @@ def _print(part: Part, console: Console, width: int) -> None:
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
-    """Return wrapped text; a word wider than the page, such as a path, is not broken."""
+    """Print wrapped text; a word wider than the page, such as a path, is not broken."""
     lines = wrap(text, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
     console.print(Text("\n".join(lines), style=style), soft_wrap=True)
 

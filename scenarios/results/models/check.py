@@ -46,7 +46,7 @@ class CheckJoint(ResultModel):
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     low: float = Field(description="Smallest position [rad or m]")
     high: float = Field(description="Largest position [rad or m]")
-    covered: float | None = Field(description="Share of the joint's range, null where no limits are stated")
+    covered: float | None = Field(description="Share of the joint's range, null where the model has no limits")
     speed: float = Field(ge=0.0, description="Largest speed [rad/s or m/s]")
     speed_rms: float = Field(ge=0.0, description="Rms of the speed [rad/s or m/s]")
     acceleration_rms: float = Field(ge=0.0, description="Rms of the acceleration [rad/s^2 or m/s^2]")

@@ -21,7 +21,7 @@ class CostQuantity(ResultModel):
     quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
     unit: str = Field(description="Unit of the values")
     true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
-    stated: float | None = Field(description="Stated value, null if not stated, in `unit`")
+    stated: float | None = Field(description="Specified value, null if not specified, in `unit`")
     a_priori: float | None = Field(description="Estimate with the a-priori gains, in `unit`")
     a_priori_std: float | None = Field(
         description="Standard deviation of that estimate, in `unit`, without errors of the a-priori gains"
@@ -38,7 +38,7 @@ class CostJoint(ResultModel):
     """A single joint: its gains, its estimate of the mass, its predicted torque."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
-    a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is stated")
+    a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is specified")
     gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
     rel_difference: float | None = Field(
         description="Relative difference: ratio of a-priori to identified gain, minus one; null unless both exist"
@@ -70,11 +70,11 @@ class CostArm(ResultModel):
         description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(
-        description="Root mean square of this error that the standard deviations of the parameters imply"
+        description="Expected root mean square of this error, from the standard deviations of the parameters"
     )
     found: float | None = Field(description="Relative error with the identified gains")
     found_std: float | None = Field(
-        description="Root mean square of this error that the standard deviations of the parameters imply"
+        description="Expected root mean square of this error, from the standard deviations of the parameters"
     )
 
 
@@ -85,7 +85,7 @@ class ResultCost(ResultModel):
     joints: list[CostJoint] = Field(description="One entry per joint, in order")
     arm: list[CostArm] = Field(description="Errors of the arm's parameters; empty if the true values are unknown")
     tolerance: float | None = Field(
-        description="Largest relative error of the mass that passes with the identified gains, null if not stated"
+        description="Largest relative error of the mass that passes with the identified gains, null if not specified"
     )
     passed: bool | None = Field(description="Whether the mass passes")
 

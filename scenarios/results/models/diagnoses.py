@@ -15,7 +15,7 @@ class DiagnosisEffect(ResultModel):
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     percent: float = Field(description="Error of the gain, or share of the joint's rms current")
-    deviations: float | None = Field(description="Ratio of this error to the stated standard deviation of the gain")
+    deviations: float | None = Field(description="Ratio of this error to the estimated standard deviation of the gain")
 
 
 class ResultDiagnosis(ResultModel):

@@ -28,7 +28,7 @@ class ResultGain(ResultModel):
     name: str | None = Field(None, description="Name of the joint in the robot's model")
     residual_std: float | None = Field(None, description="Contribution of the residuals to `std` [N m / drive unit]")
     payload_std: float | None = Field(
-        None, description="Contribution of the payload's stated uncertainty [N m / drive unit]"
+        None, description="Contribution of the payload's specified uncertainty [N m / drive unit]"
     )
     model_std: float | None = Field(None, description="Contribution of the model's assumptions [N m / drive unit]")
     total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")

@@ -44,7 +44,7 @@ class UnseenJoint(ResultModel):
 
     @property
     def doubted(self) -> bool:
-        """Whether the payload says otherwise than the gain, more than chance does."""
+        """Whether the payload significantly contradicts the gain."""
         return beyond_chance(self.gain_rel_error, self.gain_rel_std)
 
     @property

@@ -156,4 +156,4 @@ def test_a_check_names_swapped_logs_where_the_method_does_not_converge(axes, mon
         for logs in ((bare, heavy), (heavy, bare))
     ]
     assert said[0] == ["the gains do not converge"]
-    assert "the unloaded and loaded files are probably swapped" in said[1][0]
+    assert "bare and loaded recordings are probably swapped" in said[1][0]

@@ -36,7 +36,7 @@ def test_a_bare_and_a_loaded_motion_pass(motions, payload):
 
 
 def test_swapped_motions_are_named(motions, payload):
-    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
         check_load(drive_gains(motions[1], motions[0], lopsided(payload), GainOptions()))
 
 
@@ -44,16 +44,14 @@ def test_where_a_method_finds_nothing_swapped_files_are_the_cause_and_right_ones
     error, mounted = NotConverged("the gains do not converge"), lopsided(payload)
     found = cause_of(error, pair(motions[1], motions[0], mounted, GainOptions()))
     assert isinstance(found, NotIdentifiable)
-    assert "the unloaded and loaded files are probably swapped" in str(found)
+    assert "bare and loaded recordings are probably swapped" in str(found)
     assert cause_of(error, pair(motions[0], motions[1], mounted, GainOptions())) is error
     bare = Problem(motions[0].structure, (ObservedMotion(motions[0], None),), GainOptions())
     assert cause_of(error, bare) is error
 
 
 def test_two_bare_motions_show_no_load(motions, payload):
-    with pytest.raises(
-        NotIdentifiable, match="finds no load on any joint in the loaded motion; was the payload mounted"
-    ):
+    with pytest.raises(NotIdentifiable, match="finds no torque of the payload on any joint; was it mounted"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
 
 
@@ -68,7 +66,9 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
 
 
 def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
-    with pytest.raises(NotIdentifiable, match="without a bare motion no joint's load is identifiable: record one"):
+    with pytest.raises(
+        NotIdentifiable, match="without a bare motion the torque of the payload is not identifiable: record one"
+    ):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
 
 

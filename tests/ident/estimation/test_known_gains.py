@@ -50,7 +50,7 @@ def test_a_joint_without_solution_is_left_out_wherever_it_stands():
         ({"joints": np.array([0, 3])}, r"joints \[1, 4\]; expected increasing"),
         ({"joints": np.array([-1, 2])}, r"joints \[0, 3\]; expected increasing"),
         ({"joints": np.array([1, 1])}, r"joints \[2, 2\]; expected increasing"),
-        ({"value": np.array([2.0, 0.0])}, "joint 3: a gain of 0; refuse the joint instead"),
+        ({"value": np.array([2.0, 0.0])}, "joint 3: a gain of 0 is invalid; refuse the joint instead"),
         ({"value": np.array([np.inf, 2.0])}, "joint 1: a gain of inf"),
         ({"covariance": np.diag([0.1, -0.1])}, "negative variance"),
         ({"covariance": np.diag([0.1, np.nan])}, "not finite"),

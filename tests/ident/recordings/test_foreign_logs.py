@@ -77,7 +77,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     log = read_log(path, description)
     assert_same(log.recording)
     assert "v is the current" in log.notes[0]
-    assert signal_of(log.read) == "current, from torque by the constants stated [A]"
+    assert signal_of(log.read) == "current, from torque by the specified constants [A]"
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
     assert "a gain is the correction factor of its torque constant" in unknown.notes[0]

@@ -136,12 +136,12 @@ BREAKERS = [
     (
         of_problem(NOISY, lambda claims: scaled(claims, 1.0 + 5.2 * STD)),
         "errors with noisy data agree",
-        "joints 1, 2, 3, 4, 5, 6 are off by more than 5 stated standard deviations",
+        "joints 1, 2, 3, 4, 5, 6 are off by more than 5 estimated standard deviations",
     ),
     (
         of_problem(ABSENT, only(3, lambda claim: Claim(2.0, 9.0, None))),
-        "a payload that is stated but not mounted",
-        "joint 3 is claimed",
+        "a payload that is specified but not mounted",
+        "joint 3 is given a gain",
     ),
 ]
 
@@ -193,7 +193,7 @@ def test_a_deviation_that_does_not_scale_and_one_that_comes_and_goes_are_found_o
         return claims if next(calls) != 3 else [replace(claim, std=None) for claim in claims]
 
     said = broken(run(monkeypatch, known, fickle))
-    assert list(said.values()) == ["the deviation of joint 1 is stated in only one of the answers"]
+    assert list(said.values()) == ["the deviation of joint 1 is in only one of the answers"]
     calls = iter(range(100))
     said = broken(
         run(monkeypatch, known, lambda s, claims: claims if next(calls) != 4 else [Claim(None, None, "")] * 6)

@@ -107,7 +107,9 @@ def test_a_set_whose_files_are_swapped_is_not_usable_and_wrong_gains_alone_are_a
         "Cells"
     ]
     assert found["status"] == "unusable"
-    assert re.search(r"set first: the mass found is negative: -[\d.]+ kg, 2 sigma .* probably swapped", found["reason"])
+    assert re.search(
+        r"set first: the estimated mass is negative: -[\d.]+ kg, 2 sigma .* probably swapped", found["reason"]
+    )
     (tmp_path / "turned.toml").write_text(
         re.sub(r"published = \[(.*)\]", r"published = [-2, -2, -2, -2, -2, -2]", text)
     )

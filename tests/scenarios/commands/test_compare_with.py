@@ -78,9 +78,9 @@ def test_the_example_says_the_same_from_python(weighed_cell, capsys):
     sheet = listed(weighed_cell, (1.0, 1.25, 1.0, 1.0, 1.0, 1.0))
     runpy.run_path(str(ROOT / "examples" / "data_sheet_gains.py"))["main"]([*files, *sheet.split(",")])
     first, *joints = capsys.readouterr().out.splitlines()
-    assert first.startswith("weight 7.025 kg, with the gains of the data sheet ")
+    assert first.startswith("payload 7.025 kg; with data-sheet gains ")
     assert len(joints) == 6
-    ratio, alone = re.search(r"ratio (\S+); this joint alone weighs (\S+) kg", joints[1]).groups()
+    ratio, alone = re.search(r"ratio (\S+); mass from this joint alone (\S+) kg", joints[1]).groups()
     np.testing.assert_allclose([float(ratio), float(alone) / 7.025], 1.25, rtol=0.03)
 
 

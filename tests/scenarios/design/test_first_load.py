@@ -38,7 +38,7 @@ def test_a_payload_keeps_to_the_rated_load_and_else_to_the_last_link_s_own_mass(
     path = written(tmp_path, "arm.xml", with_jaw())
     unrated = load_of(path, "palm")  # palm and claw weigh 0.105 kg, two digits are kept
     assert unrated.body.mass == 0.1
-    assert "no rated load is stated, so at most the last link's own mass, 0.1 kg" in unrated.source
+    assert "no rated load is specified, so at most the last link's own mass, 0.1 kg" in unrated.source
     assert unrated.warning == ""
     rated = load_of(path, "palm", rated=0.062)
     assert rated.body.mass == 0.062
@@ -52,7 +52,7 @@ def test_a_payload_heavier_than_the_last_link_of_an_unrated_arm_or_than_what_is_
     assert light_hand.body.mass > 3.3 * 0.83**6 or light_hand.warning == ""
     heavy = load_of(path, payload=1.9)
     assert heavy.body.mass == 1.9
-    assert heavy.warning.startswith("1.9 kg is more than the last link's own 1.1 kg, and no rated load is stated")
+    assert heavy.warning.startswith("1.9 kg is more than the last link's own 1.1 kg, and no rated load is specified")
     assert load_of(path, payload=1.9, rated=1.8).warning == "1.9 kg is above the rated load, 1.8 kg"
     assert load_of(path, payload=1.9, rated=2.0).warning == ""
 

@@ -73,7 +73,9 @@ def test_a_deviation_beside_an_exact_of_its_own_file_is_refused_by_name(tmp_path
     path = written(
         tmp_path, mine=f'extends = "nominal"\n[belief]\nexact = {exact}\n{weighed("com_std = [0, 0, 0.001]")}\n'
     )
-    with pytest.raises(WrongValue, match=r"mine\.toml: belief\.payload: com_std is stated, but belief\.exact sets it"):
+    with pytest.raises(
+        WrongValue, match=r"mine\.toml: belief\.payload: com_std is specified, but belief\.exact sets it"
+    ):
         load_scenario(path)
 
 

@@ -44,10 +44,7 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     np.testing.assert_allclose(verdict.gains[5].rel_error, -0.005)
     assert verdict.gains[1].reason == "off by +1.1 %, tolerance 1 %"
     assert verdict.gains[3].reason == "too little load"
-    assert (
-        verdict.gains[4].reason
-        == "identified, although these data do not identify it according to tolerance.identifiable in mine.toml"
-    )
+    assert verdict.gains[4].reason == "identified, but tolerance.identifiable in mine.toml expects a refusal"
 
 
 @pytest.mark.parametrize("name", builtin_names())
@@ -305,7 +302,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
     cases = {
         "swapped": (
             {"unloaded": folder / "loaded.parquet", "loaded": folder / "unloaded.parquet"},
-            "the unloaded and loaded files are probably swapped",
+            "bare and loaded recordings are probably swapped",
         ),
         "twice": ({"loaded": folder / "unloaded.parquet"}, "contain the same motion"),
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),

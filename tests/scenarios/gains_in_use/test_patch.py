@@ -320,9 +320,9 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     told = json.loads(capsys.readouterr().out)["changes"]
     first = [each["reason"] for each in told if each["joint"] == JOINTS[0]]
     assert first[0] == "a limit of 0 is no limit"
-    assert "with a deviation of 12 %, more than 10 %" in first[1]
-    assert first[2] == "found -20.3: not positive"
-    assert any("with a deviation of 1270 %, more than 10 %" in str(each["reason"]) for each in told)
+    assert "with a standard deviation of 12 %, more than 10 %" in first[1]
+    assert first[2] == "identified as -20.3, not positive"
+    assert any("with a standard deviation of 1270 %, more than 10 %" in str(each["reason"]) for each in told)
     second = next(each for each in told if each["joint"] == JOINTS[1])
     assert (second["before"], second["reason"]) == (None, "the model states no limit")
 

@@ -211,7 +211,10 @@ def test_without_being_asked_links_stay(cell):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"farthest_deviations": 4.1, "farthest_parameter": "MX3"}, "base parameter MX3 4.1 standard deviations"),
+        (
+            {"farthest_deviations": 4.1, "farthest_parameter": "MX3"},
+            "base parameter MX3 of physically consistent links differs by 4.1 standard deviations",
+        ),
         ({}, "no physically consistent set: gains are unknown"),
     ],
 )

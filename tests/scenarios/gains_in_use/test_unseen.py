@@ -285,7 +285,7 @@ def test_a_copy_says_what_a_bare_motion_and_the_model_as_it_is_do_not_test(patch
         main(with_other(words, "--gains", gains))
         out = " ".join(capsys.readouterr().out.split())
         assert ("WARNING: with these gains the arm's masses are 2." in out) is doubted
-        assert "the gains are tested against the link masses stated there" in out
+        assert "the gains are tested against the link masses in that file" in out
         assert "this comparison does not test the gains. Give --nominal" in out
     main([*with_other(words, "--gains", sound), "--nominal", large])
     assert "does not test the gains" not in " ".join(capsys.readouterr().out.split())
@@ -300,7 +300,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     cases = {
         ("--unseen", str(run / "unloaded.parquet")): "contain the same motion",
         ("--unseen", str(tmp_path / "scaled.parquet")): "if it carries a payload, state it",
-        (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "state mass and centre of mass",
+        (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "needs mass and centre of mass",
         ("--unseen-payload", str(tmp_path / "mass.toml")): "add --unseen LOG",
         ("--unseen", "absent.parquet"): "absent.parquet: no such file",
     }

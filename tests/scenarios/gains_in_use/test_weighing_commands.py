@@ -71,7 +71,7 @@ def test_a_verification_of_swapped_files_says_so(weighed_cell, capsys):
     words[words.index("--unloaded") + 1] = str(run / "light.parquet")
     words[words.index("--payload") + 1] = str(run / "payload-light.toml")
     assert main(words) == 2
-    assert "the mass found is negative: -4." in (said := capsys.readouterr().err)
+    assert "the estimated mass is negative: -4." in (said := capsys.readouterr().err)
     assert "bare and loaded recordings are probably swapped" in said
 
 

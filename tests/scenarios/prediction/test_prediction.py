@@ -280,7 +280,7 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     budget = predicted_budget(sourced(quick, loop=loop, wild=wild))
     told = {each["source"]: each["reason"] for each in budget.unpredicted}
     assert told["loop"].startswith("experiment.controller.bandwidth_hz: control is assumed perfect")
-    assert "distribution cauchy with these parameters has no finite mean or deviation" in told["wild"]
+    assert "distribution cauchy with these parameters has no finite mean or standard deviation" in told["wild"]
     assert sources_of_budget(budget) == [OTHER]
 
 
@@ -354,7 +354,7 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
     each = points(target="plant.gain", distribution="norm", parameters={"loc": [1, 2, 3, 4, 5, 6], "scale": 0.5})
     np.testing.assert_allclose(each.at[0]["plant.gain"], [1, 2, 3, 4, 5, 6], rtol=1e-12)
     assert len(each.at) == 7
-    with pytest.raises(StudyError, match="no finite mean or deviation"):
+    with pytest.raises(StudyError, match="no finite mean or standard deviation"):
         points(target=ANY, distribution="cauchy")
 
 

@@ -150,8 +150,8 @@ def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand
     assert headings == ["monday", "tuesday", "Problems"]
     monday, tuesday = (part for part in report.parts if isinstance(part, Plot))
     assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
-    assert monday.caption.endswith("states no standard deviation. 2 more in the table only.")
-    assert tuesday.caption.endswith("states no standard deviation.")
+    assert monday.caption.endswith("method estimates none. 2 more in the table only.")
+    assert tuesday.caption.endswith("method estimates none.")
     # About 3.5 in the middle of 3 and 4.
     assert [(series.x, series.y) for series in tuesday.series] == [
         (("1",), (-14.286,)), (("1", "2"), (14.286, 0.0))

@@ -143,7 +143,10 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
         (MINIMAL.replace("estimate = 2\n", ""), "gains.1: estimate is missing"),
         (MINIMAL.replace("std = 0.2", "std = -0.2"), "gains.2.std: input should be greater than or equal to 0"),
         (MINIMAL.replace("std = 0.2", "std = nan"), "gains.2.std"),
-        (MINIMAL.replace("estimate = -3.5", "estimate = 0.0"), "joint 2: a gain of 0; refuse the joint instead"),
+        (
+            MINIMAL.replace("estimate = -3.5", "estimate = 0.0"),
+            "joint 2: a gain of 0 is invalid; refuse the joint instead",
+        ),
         (MINIMAL.replace("estimate = -3.5", "estimate = '3.5'"), "gains.2.estimate: input should be a valid number"),
         (MINIMAL + "identifiable = false", "gains.2: refused but has a number"),
         (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),

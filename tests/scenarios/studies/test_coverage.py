@@ -284,7 +284,7 @@ def test_joints_outside_the_target_are_named_with_what_their_interval_says(tmp_p
     (first, second) = write_page["misses"](wide)
     assert first.startswith("Joint 1: 2 sigma contain 100.0 (98.8..100.0) %, above.")
     assert second.startswith("Joint 1: sigma is 2.")
-    assert second.endswith(" times the spread, more than 1.35.")
+    assert second.endswith(" times the standard deviation of the errors, more than 1.35.")
     honest = write_page["covered"](folder(tmp_path / "b", study(list(0.01 * quantiles(300)), [0.01] * 300), 301))
     assert write_page["misses"](honest) == []
     rows = [[cell.text for cell in row[2:]] for row in write_page["summary"]([wide, honest]).rows]

@@ -18,14 +18,14 @@ FAMILIES = ("payload centre", "payload inertia")
 """Names of the directions' families."""
 CENTRE = Term(
     words=lambda offset: (
-        "the payload's centre of mass seems to differ from the stated one by "
+        "the payload's centre of mass seems to differ from the specified one by "
         f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
     ),
     advice="measure the payload's centre of mass; check axes and units",
     at_fault=True,
 )
 INERTIA = Term(
-    words=lambda _: "the payload's inertia seems to differ from the one stated",
+    words=lambda _: "the payload's inertia seems to differ from the specified one",
     advice="check the payload's inertia: axes, reference point and units",
     at_fault=True,
 )

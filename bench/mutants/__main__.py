@@ -10,18 +10,20 @@ A package's score is the share of changes that a test noticed. Tests that fail w
 
 import argparse
 import queue
+import signal
 import sys
 import tempfile
 import time
 import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from bench.mutants.candidates import Candidate, applied, candidates, sample
-from bench.mutants.outcome import EQUIVALENT, Result, tests_of, tried
-from bench.mutants.report import Known, equivalents, outdated, place, report
+from bench.mutants.outcome import EQUIVALENT, SURVIVED, Result, tests_of, tried
+from bench.mutants.report import Known, change_of, equivalents, outdated, place, report
 from bench.mutants.trial import NO_TESTS, Reach, copy_of, ended, trace
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,6 +36,7 @@ def main() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mutants"]
     options = _options(settings)
     began = time.monotonic()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C
     places = options.files or settings["packages"]
     with tempfile.TemporaryDirectory(prefix="mutants-") as name:
         folders = [copy_of(ROOT, Path(name) / f"copy-{number}") for number in range(options.jobs)]
@@ -127,12 +130,14 @@ def _all(
             free.put(folder)
 
     results: list[Result] = []
-    with ThreadPoolExecutor(len(folders)) as pool:
+    with ThreadPoolExecutor(len(folders)) as pool, suppress(KeyboardInterrupt):  # what was tried is reported
         try:
             for future in as_completed([pool.submit(one, candidate) for candidate in chosen]):
                 results.append(result := future.result())
                 print(
                     f"{len(results):4}/{len(chosen)} {result.seconds:5.1f} s  {place(result)} {result.by[:90]}",
+                    *(change_of(result) if result.outcome == SURVIVED else ()),
+                    sep="\n",
                     flush=True,
                 )
         finally:

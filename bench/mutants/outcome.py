@@ -21,6 +21,7 @@ PATIENCE = 60.0
 """The tests of one mutant take this long together at most, unchanged [s]; what they miss counts as survived."""
 SURVIVED = "survived"
 EQUIVALENT = "equivalent"
+TOO_LONG = "too long"
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +120,7 @@ def _outcome(ran: Ran) -> tuple[str, str]:
         case 0:
             return SURVIVED, ""
         case None | plugin.TOO_LONG:
-            return "too long", by
+            return TOO_LONG, by
         case 1:
             return "killed", by
         case 2 | 3 | 4:  # a test file, pytest itself or a conftest.py

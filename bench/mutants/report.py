@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.mutants.outcome import EQUIVALENT, SURVIVED, Result
+from bench.mutants.outcome import EQUIVALENT, SURVIVED, TOO_LONG, Result
 
 Known = dict[tuple[str, str, str], str]
 """Reasons by file, lines as they are and lines as they become."""
@@ -35,19 +35,24 @@ def place(result: Result) -> str:
     return f"{result.candidate.path}:{result.candidate.line}: {result.outcome}"
 
 
+def change_of(result: Result) -> list[str]:
+    """The lines as they were and as they are."""
+    return [f"  - {line}" for line in result.change.was] + [f"  + {line}" for line in result.change.now]
+
+
 def report(results: Sequence[Result], seconds: float) -> str:
     """Survivors, as they were and as they are, and the scores."""
     lines: list[str] = []
     for result in results:
         if result.outcome in (SURVIVED, EQUIVALENT):
             lines += ["", f"{place(result)}, {result.by or f'{result.tests} tests run it'}"]
-            lines += [f"  - {line}" for line in result.change.was] + [f"  + {line}" for line in result.change.now]
-    lines += ["", f"{'package':12} {'killed':>7} {'of':>5} {'score':>7}   survived  equivalent"]
+            lines += change_of(result)
+    lines += ["", f"{'package':12} {'killed':>7} {'of':>5} {'score':>7}   survived  equivalent   too long"]
     for package in sorted({result.package for result in results}):
         outcomes = [result.outcome for result in results if result.package == package]
-        survived, equivalent = outcomes.count(SURVIVED), outcomes.count(EQUIVALENT)
+        survived, equivalent, slow = (outcomes.count(what) for what in (SURVIVED, EQUIVALENT, TOO_LONG))
         total = len(outcomes) - equivalent
         score = f"{(total - survived) / total:7.1%}" if total else "      -"
-        lines.append(f"{package:12} {total - survived:7} {total:5} {score} {survived:10} {equivalent:11}")
+        lines.append(f"{package:12} {total - survived:7} {total:5} {score} {survived:10} {equivalent:11} {slow:10}")
     lines.append(f"{len(results)} mutants in {seconds / 60.0:.1f} minutes")
     return "\n".join(lines)

@@ -1,5 +1,6 @@
 """A motion that was not used in any fit, predicted from exact states: errors that follow from what is put in."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -259,3 +260,7 @@ def test_a_bare_motion_says_nothing_of_gains_by_a_payload_and_holds_them_against
     # Joint 6 turns a single link of little torque; the others' links outweigh the noise by far.
     np.testing.assert_allclose([each.factor for each in weights], 1.7, rtol=0.02)
     np.testing.assert_allclose([each.share for each in weights], 1.0, atol=0.02)
+    labels = tuple(re.sub(r"\d+$", lambda number: str(int(number[0]) + 97), name) for name in structure.base.labels)
+    renumbered = replace(structure, base=replace(structure.base, labels=labels))  # as joints 98 to 103
+    parts = tuple(replace(each, observation=replace(each.observation, structure=renumbered)) for each in unseen.parts)
+    assert link_weights(replace(unseen, parts=parts), stated_gains(structure.arm, 1.7 * GAIN), base) == weights

@@ -48,7 +48,8 @@ def test_a_joint_is_drawn_from_where_one_link_ends_to_where_the_next_begins(tmp_
     first, second = rod.format(y=0.1), rod.format(y=0.3)
     folder = robot_folder(tmp_path, 2)
     (tmp_path / "arm.xml").write_text(
-        f'<mujoco><worldbody><body pos="0 0 0.5"><joint name="a" axis="0 1 0"/>{first}'
+        '<mujoco><worldbody><geom type="capsule" size="0.02" fromto="0.3 0 0 0.3 0 0.6"/>'
+        f'<body pos="0 0 0.5"><joint name="a" axis="0 1 0"/>{first}'
         f'<body pos="0.4 0 0"><joint name="b" axis="0 1 0"/>{second}</body></body></worldbody></mujoco>'
     )
     model = drawn_arm(read_robot(folder), None).compile()
@@ -58,6 +59,8 @@ def test_a_joint_is_drawn_from_where_one_link_ends_to_where_the_next_begins(tmp_
     np.testing.assert_allclose(data.geom_xpos[joint], [[0.4, 0.2, 0.5]], atol=1e-12)
     # Half of 0.2 m, and beyond the links' radius, 0.02 m, on both sides.
     assert 0.12 < model.geom_size[joint, 1].item() < 0.125
+    base = np.round(data.geom_xpos[model.geom_bodyid == 0], 12).tolist()
+    assert [0.15, 0.0, 0.0] in base  # from below the first joint to the foot of the column beside it
 
 
 @pytest.mark.parametrize("joints", [1, 3, 7])

@@ -183,7 +183,7 @@ FAULTS = {
     "a missing table": (lambda text: without(text, "gain"), r"drives\.gain is missing|unknown key drives\.gain_"),
     "an unknown key": (lambda text: "colour = 3\n" + text, "unknown key colour"),
     "a string for a number": (lambda text: text.replace("value = [0.8,", 'value = ["0.8",'), "valid number, got '0.8'"),
-    "no origin": (lambda text: text.replace('origin = "assumed"\n', "", 1), r"home\.origin is missing"),
+    "no origin": (lambda text: text.replace('origin = "assumed"\n', "", 1), r"home\.origin is missing$"),
     "an origin of another word": (lambda text: text.replace('"assumed"', '"guessed"', 1), "got 'guessed'"),
     "no source": (
         lambda text: text.replace('source = "invented"', 'source = ""', 1),

@@ -44,7 +44,7 @@ def test_what_was_repaired_is_said_once_and_motions_are_of_the_repaired_log(ur, 
 def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
     short = Recording(ur_log.t[:200], ur_log.q[:200], ur_log.v[:200], "short")
     found = check([ur_log, short], ur, observing=OPTIONS, gains=LIMITS)
-    assert found.found.diagnoses[0].name == "filters"
+    assert (found.found.diagnoses[0].name, found.found.diagnoses[0].logs) == ("filters", ("short",))
     assert found.found.diagnoses[0].sentence.startswith("the log cannot be filtered: 1.59 s give")
     assert [each.motions is None for each in found.logs] == [False, True]
 

@@ -18,7 +18,7 @@ def alarms(log: Recording) -> list[str]:
     return [each.sentence for each in frozen(log) if each.severity is not Severity.GOOD]
 
 
-@pytest.mark.parametrize("rows", [slice(700, 783), slice(0, 61), slice(1600, 2500)])
+@pytest.mark.parametrize("rows", [slice(700, 783), slice(0, 61), slice(1600, 2500), slice(450, 460)])
 def test_a_position_that_stops_and_jumps_is_frozen_and_spoils_every_joint(ur_log, rows):
     log = changed(ur_log, "q", 2, rows)
     (found,) = frozen(log)
@@ -29,6 +29,10 @@ def test_a_position_that_stops_and_jumps_is_frozen_and_spoils_every_joint(ur_log
     expected = np.zeros((2500, 6), dtype=bool)
     expected[rows] = True
     np.testing.assert_array_equal(spoilt(log), expected)
+
+
+def test_a_position_that_stays_for_fewer_than_ten_rows_is_held(ur_log):
+    assert alarms(changed(ur_log, "q", 2, slice(450, 459))) == []
 
 
 @pytest.mark.parametrize("rows", [slice(700, 760), slice(1900, 2500)])

@@ -45,6 +45,8 @@ def test_rows_know_the_deviation_share_and_rms_of_a_joint(rows):
     share = np.sqrt(np.sum(rows.residual[own] ** 2) / np.sum(rows.V[own] ** 2))
     np.testing.assert_allclose(rows.residual_share(2), share, rtol=1e-14)
     assert list(rows.runs()) == [slice(0, 7), slice(7, 12), slice(12, 18)]
+    none = replace(rows, V=rows.V[:0], joint=rows.joint[:0], motion=rows.motion[:0])
+    assert not list(none.runs())
 
 
 def test_classical_covariance_gives_each_joint_s_rows_its_own_deviation(rows, influence):

@@ -15,8 +15,14 @@ from bags import Sample, write_bag
 from printed import fits, printed
 from weighed_cell import MODEL
 
+import scenarios.benchmark.scoreboard.board as scoreboard_module
+from ident.estimation.known_gains import KnownGains
 from ident.model.arm import load_arm
 from ident.model.regressor import regressor
+from ident.payload.payload import Payload
+from ident.payload_identification.payload_estimate import FoundPayload
+from ident.payload_identification.verification import Verification, verified
+from ident.support.errors import NotIdentifiable
 from scenarios.benchmark.scoreboard.recipes import RECIPES, recipes
 from scenarios.cli import main
 
@@ -51,10 +57,20 @@ def cells(weighed_cell, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def played(cells, tmp_path_factory) -> tuple[dict, Path]:
-    """The entry of the cells with a method that is right and one that is wrong, and the folder that was written."""
+    """The entry of the cells with a method that is right and one that is wrong, and the folder that was written.
+
+    No mass is identified with the gains of the wrong one, as if they were too few.
+    """
     out = tmp_path_factory.mktemp("out")
     more = ["--recipe", str(cells / "cells.toml"), "--method", RIGHT, "--method", WRONG]
-    with redirect_stdout(StringIO()) as said:
+
+    def weighed(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verification:
+        if (gains.value == gains.value[0]).all():
+            raise NotIdentifiable("too few")
+        return verified(found, payload, gains)
+
+    with redirect_stdout(StringIO()) as said, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scoreboard_module, "verified", weighed)
         assert main(["scoreboard", str(cells), "--out", str(out / "out"), "--json", *more]) == 1
     told = json.loads(said.getvalue())
     fits(told, "scoreboard")
@@ -85,8 +101,8 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(played):
     files = {"first": {"b/unloaded.parquet", "b/light.parquet"}, "second": {"a/unloaded.parquet", "a/heavy.parquet"}}
     files["alone"] = {"a/unloaded.parquet", "a/heavy.parquet", "b/light.parquet"}
     assert logs == {(name, log) for name, own in files.items() for log in own}
-    weights = {(each["gains"], each["set"]): each for each in found["weights"] if each["gains"] != WRONG}
-    assert {gains for gains, _ in weights} == {RIGHT, "published"}
+    weights = {(each["gains"], each["set"]): each for each in found["weights"]}
+    assert set(weights) == {(gains, name) for gains in (RIGHT, "published") for name in ("first", "second")}
     assert all(each["gains_set"] != each["set"] for each in found["weights"])
     assert {each["gains_set"] for each in found["weights"]} == {"first", "second", None}
     for (gains, of), each in weights.items():

@@ -91,6 +91,7 @@ WRONG = [
     ([*IDENTIFY, "--coupling", "0", "6"], "expected 1 or more"),
     (["paper", "--out", ""], "expected the name of a folder"),
     (["paper", "--seed", "x"], "'x' is not a whole number"),
+    (["scoreboard", "there", "--out", "page", "--time-limit", "0.09"], "expected 0.1 to 86400 s: "),
 ]
 
 

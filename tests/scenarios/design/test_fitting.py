@@ -132,8 +132,8 @@ def test_only_better_motions_are_kept_best_last_and_near_ones_make_room():
         kept = with_better(kept, found(cost))
     assert [each.cost for each in kept] == [0.5, 0.487, 0.3]
     assert len(with_better(kept, found(0.3))) == len(kept)
-    near = with_better((found(0.5), found(0.495)), found(0.3))
-    assert [each.cost for each in near] == [0.5, 0.3]
+    near = with_better((found(0.9), found(0.5), found(0.495)), found(0.3))
+    assert [each.cost for each in near] == [0.9, 0.5, 0.3]
     edge = with_better((found(APART), found(0.0)), found(-0.4))
     assert [each.cost for each in edge] == [APART, 0.0, -0.4]
 

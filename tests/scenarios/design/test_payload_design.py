@@ -157,9 +157,9 @@ def test_a_scenario_s_own_payload_that_shows_the_worst_joint_better_is_said_to_b
     noise = np.array([0.3, 0.9, 1.0, 0.2, 0.5, 0.8]) * worst
     before = Deviations(noise=noise, payload=np.full(6, 7.0))  # what is known of either payload does not count
     report = payload_report(replace(designed, before=replace(designed.before, deviations=before)))
-    words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
-    told = f"own payload already identifies the worst joint better: {100.0 * worst:.2f} % against"
-    assert (told in words) is better
+    words = f"own payload already identifies the worst joint better: {100.0 * worst:.2f} % against"
+    told = [part for part in report.parts if words in getattr(part, "text", "")]
+    assert [part.strong for part in told] == [True] * better
     assert report.document["own_is_better"] is better
 
 

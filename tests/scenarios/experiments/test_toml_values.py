@@ -31,4 +31,4 @@ def test_a_value_is_read_back_as_it_was(value):
 
 
 def test_a_number_of_numpy_s_is_a_number():
-    assert toml_value({"g": np.float64(-0.25)}) == "{ g = -0.25 }"
+    assert toml_value({"g": np.float64(-0.25), "none": {}}) == "{ g = -0.25, none = {} }"

@@ -338,9 +338,13 @@ def test_a_negative_gain_is_noted_and_the_others_are_not(cell, capsys):
 
 def test_the_table_shows_two_deviations(cell, capsys):
     assert main(patched(cell, "arm.urdf", *sheet(cell))) == 0
-    row = next(line for line in capsys.readouterr().out.splitlines() if " effort " in line)
+    lines = capsys.readouterr().out.splitlines()
+    row = next(line for line in lines if " effort " in line)
     # Two deviations of the gain alone: 2 * 0.1 / 11.9.
     assert row.split() == ["shoulder_pan_joint", "effort", "150", "142.8", "1.7"]
+    named = [line for line in lines if line.strip().startswith(tuple(JOINTS))]
+    assert {line.split()[0] for line in named} == set(JOINTS)
+    assert all(line.startswith(tuple(JOINTS)) for line in named)  # to the left, as words are
 
 
 def test_gains_of_another_data_sheet_are_refused(cell, capsys):

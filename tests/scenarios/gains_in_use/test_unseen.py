@@ -213,6 +213,7 @@ def test_a_copy_that_beats_the_model_and_predicts_nothing_is_not_written(patchin
         beyond = [each["joint"] for each in told["unseen"]["joints"] if (each["rel_error"] or 0.0) > 0.15]
         assert beyond
         assert joints in (None, beyond)
+        assert "link masses" not in [each["name"] for each in told["unseen"]["diagnoses"]]  # it carries a payload
         assert {each["largest_rel_error"] for each in told["unseen"]["joints"]} <= {None, 0.15}
         assert (told["written"], told["unseen"]["verdict"]) == (False, "better")
     assert main([word for word in other if word != "--json"]) == 1

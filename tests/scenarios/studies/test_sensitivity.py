@@ -217,6 +217,11 @@ def test_a_source_without_a_single_gain_is_named(tmp_path):
     report = sensitivity_report(Budget(scenario="two", trials=4, joints=[budget]), scenario)
     words = [part.text for part in report.parts if isinstance(part, Paragraph)]
     assert "Effect unknown, as no trial with one of these sources alone gave a gain: white." in words
+    assert any("none: +0.100 %" in each for each in words)
+    report = sensitivity_report(
+        Budget(scenario="two", trials=4, joints=[budget.model_copy(update={"floor": None})]), scenario
+    )
+    assert any("none: refused" in part.text for part in report.parts if isinstance(part, Paragraph))
     assert report.document["joints"][0]["silent"] == ["white"]
     assert budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0].silent == []
 

@@ -189,6 +189,7 @@ def test_an_index_whose_interval_is_half_of_what_it_can_be_is_withheld():
     )
     (table,) = (part for part in report.parts if isinstance(part, Table))
     assert [cell.text for cell in table.rows[0][-2:]] == ["0.30 (0.10..0.59)", "-"]
+    assert [each.title for each in table.columns if each.words] == ["Source"]
 
 
 def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_joint_at_most(tmp_path, monkeypatch):

@@ -67,3 +67,9 @@ def test_versions_change_with_the_files(monkeypatch):
         assert versions()["code"] != before
     versions.cache_clear()
     assert versions()["code"] == before
+
+
+def test_an_optional_package_is_recorded_where_it_is_installed(monkeypatch):
+    monkeypatch.setattr("scenarios.support.versions.PACKAGES", ("scipy", "numpy", "no-such-package"))
+    monkeypatch.setattr("scenarios.support.versions.OF_EXTRAS", ("numpy", "no-such-package"))
+    assert list(versions.__wrapped__()) == ["python", "scipy", "numpy", "code"]

@@ -15,6 +15,10 @@ from ident.model.arm import Arm, load_arm
 from ident.model.structure import Structure, structure_of
 from ident.payload.files import read_payload
 from ident.payload.payload import Payload
+from scenarios.__main__ import ONE_THREAD
+
+for name in ONE_THREAD:  # as `make` does: processes that tests start compute on one thread each
+    os.environ.setdefault(name, "1")
 
 LONG = (
     "test_interruptions",
@@ -57,10 +61,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish() -> None:
-    """Modules and thousands of tests live to the end: the garbage collector need not go through them each time."""
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(10_000)
+    """Modules and thousands of tests live to the end: the garbage collector need not go through them each time.
+
+    They are not frozen: by what is frozen a worker of a study is recognised, which collects after every trial.
+    """
+    gc.set_threshold(3_000)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -135,11 +135,6 @@ def followed(plain, tmp_path_factory) -> Followed:
         "taken": [["rx90", "run", name, "--json"] for name in TAKEN],
         "help": [["rx90", "identify", "--help"], ["rx90", "monte-carlo", "--help"], ["rx90"]],
     }
-    shutil.copytree(ROOT / "tests", packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "pyproject.toml", packages)
-    members = [word for each in CONTRACTS.values() for word in each.split("|")]
-    names = " or ".join(f"[{word} or -{word}" for word in members)  # of parameters: other names have such words too
-    commands["contracts"] = [["pytest", "-q", "-rA", "-p", "no:cacheprovider", "-k", names, *CONTRACTS]]
     left = iter(run([words for each in commands.values() for words in each], packages, work))
     return Followed(packages, work, changed, {name: [next(left) for _ in each] for name, each in commands.items()})
 
@@ -372,8 +367,14 @@ def test_a_command_is_found_and_tells_the_largest_speeds(followed, plain):
     assert re.search("^ +speeds +compare", followed.said("help", 2), re.MULTILINE)
 
 
+@pytest.mark.slow  # a second process that imports everything; without recipes these tests run by default
 def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
-    (done,) = followed.outcomes["contracts"]
+    shutil.copytree(ROOT / "tests", followed.packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", followed.packages)
+    members = [word for each in CONTRACTS.values() for word in each.split("|")]
+    names = " or ".join(f"[{word} or -{word}" for word in members)  # of parameters: other names have such words too
+    words = ["pytest", "-q", "-rA", "-p", "no:cacheprovider", "-k", names, *CONTRACTS]
+    (done,) = run([words], followed.packages, followed.work)
     assert done.status == 0, done.out
     for path, each in CONTRACTS.items():
         for word in each.split("|"):

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
@@ -19,13 +19,13 @@ heavy = { mass = 6.6, mass_std = 0.1, com = [0.0, 0.0, 0.13], inertia = { ixx = 
 FOUR = ("bare", "light", "heavy", "bare")
 
 
-def scenario_of(folder: Path, protocol: tuple[str, ...], more: str = "") -> str:
+def scenario_of(folder: Path, protocol: tuple[str, ...], more: str = "", lasts: float = BRIEF) -> str:
     """A quick scenario with a protocol of its own and payloads `loaded`, `light` and `heavy`."""
-    quick_scenario(folder)
+    quick_scenario(folder, lasts=lasts)
     path = folder / "mine.toml"
     path.write_text(f'extends = "quick.toml"\nexperiment.protocol = {json.dumps(protocol)}\n{TWO}{more}')
     return str(path)
 
 
-def protocol_setup(folder: Path, protocol: tuple[str, ...], more: str = "") -> Setup:
-    return setup_of(load_scenario(scenario_of(folder, protocol, more)))
+def protocol_setup(folder: Path, protocol: tuple[str, ...], more: str = "", lasts: float = BRIEF) -> Setup:
+    return setup_of(load_scenario(scenario_of(folder, protocol, more, lasts)))

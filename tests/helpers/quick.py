@@ -27,9 +27,13 @@ choice = [7.025, 7.0, 95.0]
 """
 
 
-def quick_scenario(folder: Path, more: str = "", method: str = "ls-2011") -> Path:
-    """A scenario file beside its motion of 6 s; with `RANDOM`, a third of the trials are too heavy for the drives."""
-    write_motion(short_motion(6.0, 0.25), folder / "short.toml", [])
+BRIEF = 4.0
+"""Seconds that are enough where trials are counted and compared, and no gain is judged."""
+
+
+def quick_scenario(folder: Path, more: str = "", method: str = "ls-2011", lasts: float = 6.0) -> Path:
+    """A scenario file beside its motion; with `RANDOM`, a third of the trials are too heavy for the drives."""
+    write_motion(short_motion(lasts, 0.25), folder / "short.toml", [])
     path = folder / "quick.toml"
     path.write_text(TEXT.format(method=method) + more)
     return path

@@ -60,7 +60,7 @@ def identify(good, capsys) -> Callable[..., str]:
 
 @pytest.fixture(scope="session")
 def repeated(tmp_path_factory) -> Run:
-    return run(protocol_setup(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded")), 5)
+    return run(protocol_setup(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded"), lasts=6.0), 5)
 
 
 @pytest.fixture(scope="session")

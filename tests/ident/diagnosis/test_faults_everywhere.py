@@ -56,13 +56,16 @@ FAULTS = {
 }  # fmt: skip
 AGAIN = (
     "q2 negated",
+    "q2 negated in one log",
     "q2 off by 12 degrees in one log",
     "columns q2 and q3 exchanged",
     "all currents times 1000 in one log",
     "currents 24 ms late in one log",
     "a clock that runs slow",
 )
-"""Of a name that another one has too; that each is among the candidates is tested with the catalogue and screening."""
+"""Of a name that another one has too, or told by commands in `test_same_faults`; that each is among the candidates is
+tested with the catalogue and screening.
+"""
 SIZES = {"a clock that runs slow": 100.0, "a clock that runs fast in one log": -20.0, "currents 16 ms late": 16.0}
 """Of some faults, in the unit in which they are said; the others' words have their sizes."""
 

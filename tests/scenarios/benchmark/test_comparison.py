@@ -11,7 +11,7 @@ from here import HERE
 from method_rows import told
 from places import ROOT
 from printed import printed
-from quick import RANDOM, quick_scenario
+from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
 from scenarios import load
@@ -35,7 +35,7 @@ STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:re
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory):
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 # The study

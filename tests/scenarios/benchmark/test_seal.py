@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from printed import printed
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 
 import scenarios.benchmark.comparison.seal as sealing
 import scenarios.benchmark.methods.answers as answering
@@ -48,7 +48,7 @@ GOOD, LATE = Method("good", ("good",), (("good.py", "1f"),)), Method("late", ("l
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory) -> Path:
-    return quick_scenario(tmp_path_factory.mktemp("quick"), DRAWN)
+    return quick_scenario(tmp_path_factory.mktemp("quick"), DRAWN, lasts=BRIEF)
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,8 @@ def test_a_long_argument_is_cut_where_it_is_repeated_and_a_shorter_one_is_not():
 
 def test_the_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(monkeypatch):
     monkeypatch.setattr("sys.argv", ["rx90", "--version"])
+    for name in ("freeze", "set_threshold"):  # of a process that ends, which this one does not
+        monkeypatch.setattr(f"gc.{name}", lambda *_: None)
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     with pytest.raises(SystemExit):

@@ -131,7 +131,10 @@ def test_what_is_given_is_written_and_runs_and_the_gripper_is_held(tmp_path, cap
     assert main(["run", str(out / "scenario.toml"), "--json"]) == Status.PASSED
 
 
-@pytest.mark.parametrize("text", [scara(), weak(), no_limits()])
+@pytest.mark.parametrize(
+    "text",
+    [scara(), pytest.param(weak(), marks=pytest.mark.slow), no_limits()],  # what weak joints carry is tested above
+)
 def test_small_arms_get_a_motion_that_runs_and_shows_every_gain(tmp_path, capsys, monkeypatch, text):
     monkeypatch.setattr(searching, "FIRST", 30)
     path = written(tmp_path, "arm.urdf" if text.startswith("<robot") else "arm.xml", text)

@@ -32,7 +32,7 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
         "paper-noise",
         "mass-only",
         "offset-payload",
-        "coarse-encoder",
+        pytest.param("coarse-encoder", marks=pytest.mark.slow),  # `test_instruments` has what its encoders do
         "drift",
         pytest.param("field", marks=pytest.mark.slow),  # the next is of the same robot with one weight more
         "field-two-weights",
@@ -49,7 +49,7 @@ def test_built_in_scenarios_pass(name):
 TOLD = 'options = { zero_std = 0.0, tilt_std = 0.0, friction = "viscous-coulomb" }'
 
 
-@pytest.mark.parametrize(("options", "most"), [(TOLD, 1.5e-3), ("", 4e-3)])
+@pytest.mark.parametrize(("options", "most"), [(TOLD, 1.5e-3), pytest.param("", 4e-3, marks=pytest.mark.slow)])
 def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
     path = tmp_path / "quiet.toml"
     path.write_text(

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from pages import blocks
 from places import ROOT
-from quick import RANDOM, quick_scenario
+from quick import BRIEF, RANDOM, quick_scenario
 
 import ident
 import scenarios
@@ -34,7 +34,7 @@ def readme_lines() -> ast.Module:
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory) -> scenarios.LoadedScenario:
-    return scenarios.load(quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM))
+    return scenarios.load(quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF))
 
 
 @pytest.mark.slow

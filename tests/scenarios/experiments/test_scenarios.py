@@ -268,7 +268,7 @@ def test_identify_on_saved_files_gives_the_same_estimate_to_the_last_digit(saved
     assert again["fit"] == result["fit"]
 
 
-@pytest.mark.parametrize("name", ["paper", "sequential"])
+@pytest.mark.parametrize("name", [pytest.param("paper", marks=pytest.mark.slow), "sequential"])
 def test_the_printed_command_repeats_an_estimate_with_options_of_its_own(name, tmp_path, capsys):
     assert main(["run", name, "--save", str(tmp_path)]) == 0
     command = capsys.readouterr().out.splitlines()[-1]

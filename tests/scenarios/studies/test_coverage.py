@@ -9,7 +9,7 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 from places import ROOT
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 from scipy import stats
 from study_tables import gathered
 
@@ -309,7 +309,7 @@ def test_studies_with_the_same_seeds_are_said_to_share_their_noise(tmp_path, wri
 
 
 def test_trials_that_the_present_code_repeats_are_held_against_those_of_the_study(tmp_path, write_page, monkeypatch):
-    scenario = quick_scenario(tmp_path, method="ls-2011")
+    scenario = quick_scenario(tmp_path, lasts=BRIEF)
     again = monte_carlo(load_scenario(str(scenario)), 4, 8)
     rows = run_trials(again.scenario, [again.trial(k) for k in range(4)], again.schema, threads=1).to_pandas()
     table = {"tolerance": {"gain": [1.0] * len(set(rows["joint"])), "pass_rate": 0.5}}

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from here import HERE
 from places import ROOT
-from quick import RANDOM, quick_scenario
+from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 from study_tasks import double, double_or_die, slow_double
 
@@ -83,7 +83,7 @@ def test_a_cluster_is_an_executor_like_any_other(workers):
 
 
 def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
-    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 4, seed=5)
+    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM, lasts=BRIEF))), 4, seed=5)
     there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
     here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
     pd.testing.assert_frame_equal(there, here, check_exact=True)
@@ -179,7 +179,8 @@ def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out
 def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_line_and_2(living, tmp_path):
     folder, (file, process) = tmp_path / "out", living()
     with dask_workers(str(file)) as workers:
-        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
+        scenario = quick_scenario(tmp_path, lasts=BRIEF)
+        words = ["monte-carlo", str(scenario), "-n", "4000", "--out", str(folder), "--dask", str(file)]
         command = subprocess.Popen(
             [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
         )

@@ -16,7 +16,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from places import ROOT
-from quick import RANDOM, quick_scenario
+from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
 
@@ -33,7 +33,7 @@ TRIALS, PARTS = 8, 8
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory) -> Path:
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 def rx90(*words: object) -> list[str]:
@@ -121,7 +121,7 @@ def alone(process: subprocess.Popen, number: int) -> None:
 @pytest.mark.parametrize(
     ("send", "number", "status", "moment"),
     [
-        (group, signal.SIGINT, 130, "study.json"),
+        pytest.param(group, signal.SIGINT, 130, "study.json", marks=pytest.mark.slow),  # SIGINT is sent below too
         pytest.param(group, signal.SIGINT, 130, "trials/*.parquet", marks=pytest.mark.slow),
         (alone, signal.SIGTERM, 143, "trials/*.parquet"),
         pytest.param(group, signal.SIGHUP, 129, "trials/*.parquet", marks=pytest.mark.slow),

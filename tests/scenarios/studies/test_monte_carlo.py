@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from quick import RANDOM, quick_scenario
+from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.experiments.run as running
@@ -61,7 +61,7 @@ def command(scenario: Path, folder: Path, *more: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory) -> Path:
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
 @pytest.fixture(scope="module")
@@ -117,8 +117,8 @@ def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference
         sizes.append(len(ready))
         yield from running.run_batch(ready, **options)
 
-    # A trial logs q and v of two motions of 6 s at 1 kHz, 6 joints: 1.152 MB.
-    monkeypatch.setattr(trials, "LOGS_AT_ONCE", 3.5e6)
+    # A trial logs q and v of two motions of 4 s at 1 kHz, 6 joints: 0.768 MB.
+    monkeypatch.setattr(trials, "LOGS_AT_ONCE", 2.4e6)
     monkeypatch.setattr(trials, "run_batch", counted)
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     rows = trials.run_trials(study.scenario, [study.trial(k) for k in range(TRIALS)], study.schema, threads=1)
@@ -284,7 +284,7 @@ def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, me
 
 
 def test_a_scheduler_that_is_not_there_is_one_line_and_exit_status_2(scenario, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("scenarios.experiments.workers.dask.PATIENCE", 2.0)
+    monkeypatch.setattr("scenarios.experiments.workers.dask.PATIENCE", 0.3)
     words = ["monte-carlo", str(scenario), "--out", str(tmp_path / "study"), "-n", "5", "--dask", "tcp://127.0.0.1:1"]
     assert main(words) == 2
     (line,) = capsys.readouterr().err.splitlines()

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from printed import printed
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
@@ -92,25 +92,25 @@ def test_a_scenario_without_sources_is_refused(tmp_path):
 
 
 def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
-    quick_scenario(tmp_path)
+    quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "two.toml"
     two_sources(tmp_path)
     text = path.read_text().replace('motion = "drive-gains"', 'motion = "short.toml"')
     path.write_text(text.replace("[true, true, true, true, true, false]", "[true, true, true, false, true, false]"))
-    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "4", "--seed", "3", "--jobs", "1"]
+    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "2", "--seed", "3", "--jobs", "1"]
     assert main([*words, "--out", str(tmp_path / "out")]) == 0
     rows = pd.read_parquet(tmp_path / "out" / "trials")
-    assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 4 * 4
+    assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 2 * 4
     assert set(rows["source"]) == {NONE, ALL, "mass", "white", "A", "B"}
     alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
     assert (alone["plant.payload.mass"] != 7.025).all()
     assert (alone["experiment.sensors.current_white"] == 0.0).all()
     output = capsys.readouterr().out
-    assert "29 trials, 2 error sources" in output
+    assert "21 trials, 2 error sources" in output
     assert "mass" in output
     assert "white" in output
     assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 0  # nothing is left to run
-    assert printed(capsys, "sensitivity")["trials"] == 29
+    assert printed(capsys, "sensitivity")["trials"] == 21
 
 
 def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):

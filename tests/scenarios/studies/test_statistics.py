@@ -1,7 +1,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from quick import quick_scenario
+from quick import BRIEF, quick_scenario
 from scipy import stats
 from study_tables import gathered
 
@@ -110,7 +110,7 @@ def test_plots_and_table_are_written_even_of_a_study_without_any_gain(tmp_path):
 
 
 def test_a_scenario_that_keeps_its_accuracy_passes(tmp_path):
-    rules = assert_scenario(str(quick_scenario(tmp_path)), seeds=range(3))
+    rules = assert_scenario(str(quick_scenario(tmp_path, lasts=BRIEF)), seeds=range(3))
     assert [rule.trials for rule in rules] == [3] * 6
 
 
@@ -122,7 +122,7 @@ def test_the_nominal_scenario_keeps_its_accuracy():
 
 
 def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
-    quick = quick_scenario(tmp_path)
+    quick = quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "strict.toml"
     path.write_text(quick.read_text().replace("gain = [0.2,", "pass_rate = 0.9\ngain = [1e-6,"))
     with pytest.raises(AssertionError) as caught:

@@ -10,7 +10,7 @@ sheets within a third.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,6 +31,11 @@ FACTOR = 1.5
 """Factor, either way, beyond which masses are doubted; by right payloads real arms reached 1.26, simulated 1.02."""
 LEAST = 2
 """Joints that show it at least: a spring or a wrong gain bends one."""
+OTHER_UNIT = 1000.0**0.5
+"""Factor, either way, from which another unit, as grams for kilograms, is the nearer explanation.
+
+It is beyond what materials differ by: links drawn of water and made of steel are 8 times as heavy.
+"""
 ALIKE = 1e-6
 """Relative difference of masses that are one placeholder."""
 
@@ -61,7 +66,17 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
     Returns:
         What was found; None where masses are placeholders, no motion is bare, or too few joints show it.
     """
-    return None if _alike(links) else judged(link_weights(problem, estimate, links))
+    found = None if _alike(links) else judged(link_weights(problem, estimate, links))
+    if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
+        return found
+    masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
+    return replace(
+        found,
+        severity=Severity.WRONG,
+        sentence=f"payload mass {' and '.join(masses)}: {found.sentence}; the unit of either is wrong",
+        advice="state the payload's mass in kg; if the model's masses are placeholders, give all links the same",
+        joints=tuple(range(problem.structure.arm.n)),
+    )
 
 
 def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:

@@ -15,6 +15,7 @@ from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.recordings.copies import share_samples
+from ident.recordings.current_noise import same_noise
 from ident.recordings.motion import Motion
 from ident.recordings.recording import NO_JOINT, Recording
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
@@ -75,6 +76,20 @@ def check_different(recordings: Sequence[Recording]) -> None:
         if share_samples(first, second):
             raise NotIdentifiable(
                 f"{first.name} and {second.name} contain the same motion, fully or partly; record each motion anew"
+            )
+
+
+def check_copies(unseen: Recording, seen: Sequence[Recording]) -> None:
+    """Refuse a recording that is another one resampled, shifted in time, smoothed or truncated.
+
+    Raises:
+        NotIdentifiable: If so.
+    """
+    for each in seen:
+        if same_noise(unseen, each):
+            raise NotIdentifiable(
+                f"{unseen.name} has the current noise of {each.name}, so it is a resampled, shifted, smoothed or "
+                "truncated copy of it; record each motion anew"
             )
 
 

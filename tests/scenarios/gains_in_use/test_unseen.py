@@ -19,6 +19,7 @@ from ident.arm_parameters.links import nearest_links
 from ident.arm_parameters.parameter_values import Parameter
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
+from ident.numerics.signals import low_passed
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
@@ -336,8 +337,9 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
     assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
     assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
-    assert "part.parquet: the gains were identified from this recording or a part of it (heavy.parquet)" in only_line(
-        capsys
+    assert (
+        "part.parquet: the gains were identified from this recording or a copy or part of it (heavy.parquet)"
+        in only_line(capsys)
     )
     weighed = [
         "--model",
@@ -348,11 +350,28 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
         str(weighed_cell / "gains.toml"),
     ]
     assert main(["verify", *weighed, "--loaded", str(part), "--payload", unseen[3]]) == 2
-    assert "part.parquet: the gains were identified from this recording or a part of it" in only_line(capsys)
+    assert "part.parquet: the gains were identified from this recording or a copy or part of it" in only_line(capsys)
     weighed[3] = str(part)
     light = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
     assert main(["verify", *weighed, *light]) == 2
     assert "part.parquet: given as bare, but it was loaded" in only_line(capsys)
+
+
+def test_a_resampled_and_smoothed_copy_of_a_motion_that_a_fit_has_seen_is_refused(
+    weighed_cell, patching, tmp_path, capsys
+):
+    run, copy = weighed_cell / "run", tmp_path / "copy.parquet"
+    heavy = ident.read(run / "heavy.parquet").recording
+    t = np.arange(heavy.t[0] + 0.4, heavy.t[-1] - 0.3, 1 / 310)
+    q, v = (low_passed(each, heavy.period, 25.0) for each in (heavy.q, heavy.v))
+    q, v = (np.column_stack([np.interp(t, heavy.t, x) for x in each.T]) for each in (q, v))
+    write_recording(replace(heavy, t=t + 12.3, q=q, v=v), copy)
+    unseen = ["--unseen", str(copy), "--unseen-payload", str(run / "payload-heavy.toml")]
+    for words in (identified(weighed_cell), ["verify", *identified(weighed_cell)[1:]]):
+        assert main([*words, *PLAIN, *unseen]) == 2
+        assert re.search(r"copy\.parquet has the current noise of .*heavy\.parquet, so", only_line(capsys))
+    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
+    assert "copy.parquet: the gains were identified from this recording or a copy" in only_line(capsys)
 
 
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):

@@ -186,6 +186,37 @@ def test_a_copy_that_predicts_no_better_is_written_by_force_alone(patching, tmp_
     assert (tmp_path / "patched.xml").exists()
 
 
+def test_a_right_copy_is_written_though_its_model_has_neither_rotor_inertia_nor_offsets(
+    patching, weighed_cell, tmp_path, capsys
+):
+    drives = tomllib.loads((Path(MODEL).parent / "robot.toml").read_text())["drives"]
+    base, gains = structure_of(load_arm(MODEL)).base, read_gains(weighed_cell / "gains.toml").gains
+    inertia = base.standard(np.zeros((6, 10)), {"Ia": np.array(drives["rotor_inertia"]["value"])})
+    whole = (model_base(Path(MODEL), None, base) + base.regrouping @ inertia) / gains[0].estimate
+    bare = json.loads((tmp_path / "bare.json").read_text())
+    bare["base_parameters"] = [
+        {"parameter": name, "estimate": value, "std": 0.03 * value}
+        for name, value in zip(base.names, whole.tolist(), strict=True)
+        if name in ("ZZ1", "ZZ2", "Ia3", "Ia5")
+    ]
+    (tmp_path / "bare.json").write_text(json.dumps(bare))
+    words = [*patching, "--arm", str(tmp_path / "bare.json")]
+    off(weighed_cell, 2, 1.3, "off.json")
+    good, wrong = str(weighed_cell / "gains.toml"), str(weighed_cell / "off.json")
+    for more, verdict in (([], "better"), (["--nominal", wrong], "better"), (["--nominal", good], "no different")):
+        (tmp_path / "patched.xml").unlink(missing_ok=True)
+        assert main([*words, *more]) == 0
+        told = printed(capsys, "patch")
+        assert (told["written"], told["unseen"]["verdict"]) == (True, verdict)
+        assert (tmp_path / "patched.xml").exists()
+    joints = {each["joint"]: each for each in told["unseen"]["joints"]}
+    assert min(joints[j]["unstated_rel"] for j in (1, 2)) > 0.03  # Ia1 and Ia2 are regrouped, so the copy has none
+    assert max(joints[j]["rel_error"] for j in (1, 2, 3)) < 0.05
+    assert [joints[j]["unstated_rel"] for j in (3, 5)] == [0.0, 0.0]  # these are written
+    assert main([*with_other(words, "--gains", wrong), "--nominal", good]) == 1
+    assert printed(capsys, "patch")["unseen"]["verdict"] == "worse"
+
+
 def test_a_model_is_held_against_the_copy_with_its_own_gains(patching, weighed_cell, capsys):
     off(weighed_cell, 2, 1.4, "nominal.json")
     main(patching)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
@@ -94,7 +95,7 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
         name="link masses",
         severity=Severity.WEAK if off else Severity.GOOD,
         sentence=(
-            f"with these gains the arm's masses are {median:.2g} times those of its model (median of "
+            f"with these gains the arm's masses are {two_digits(median)} times those of its model (median of "
             f"{joint_list(joints)}, bare motions)"
         ),
         advice="check the payload's mass, and the masses of the model" if off else None,

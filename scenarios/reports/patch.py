@@ -1,5 +1,7 @@
 """Report of `rx90 patch`: changed and unchanged attributes."""
 
+import re
+
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from scenarios.gains_in_use.results import Patched
@@ -59,8 +61,8 @@ def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
                 changed,
                 column("Joint", lambda each: each.joint, words=True),
                 column("Attribute", lambda each: each.attribute, words=True),
-                column("Before", lambda each: each.before or None),
-                column("After", lambda each: each.after or None),
+                column("Before", lambda each: _in_short(each.before), words=True),
+                column("After", lambda each: _in_short(each.after), words=True),
                 column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g")),
                 title="Changed",
             )
@@ -71,7 +73,7 @@ def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
                 left,
                 column("Joint", lambda each: each.joint, words=True),
                 column("Attribute", lambda each: each.attribute, words=True),
-                column("Stays", lambda each: each.before or None),
+                column("Stays", lambda each: _in_short(each.before), words=True),
                 column("Why", lambda each: each.reason, words=True),
                 title="Unchanged",
             )
@@ -83,3 +85,8 @@ def patch_report(written: Patched, other: str = AS_GIVEN) -> Report:
     if written.ros_params is not None and written.written:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))
     return Report("Patched model", tuple(parts), written.model_dump(mode="json"))
+
+
+def _in_short(value: str | None) -> str | None:
+    """Return the numbers of an attribute in six digits; file and JSON have all."""
+    return re.sub(r"-?\d+\.\d{6,}(e-?\d+)?", lambda found: f"{float(found[0]):.6g}", value) if value else None

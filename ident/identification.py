@@ -9,7 +9,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.estimate_model import NO_RESULT, Estimate
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
-from ident.diagnosis.plausibility import cause_of, check_load
+from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions
@@ -136,6 +136,7 @@ def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:
+        check_payloads(prepared.motions)
         raise_for(prepared, diagnose(prepared.logs()) if prepared.policy.doubt else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:

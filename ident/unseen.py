@@ -2,9 +2,7 @@
 
 The current is the torque of arm and payload over the gain (paper, eq. 7). The arm is identified from bare motions with
 the same gains, or read from a model file. Predictions with other gains are compared on the same motion, with a t-test
-of its time blocks. The limit of the prediction error follows from the fit. A factor common to all gains cancels on a
-bare motion, where arm and gains scale together, but not with a weighed payload: the ratio of the payload's identified
-to its specified torque is the ratio of each gain to the correct one.
+of its time blocks. The limit of the prediction error follows from the fit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,32 +13,25 @@ import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Severity
-from ident.diagnosis.link_masses import LinkWeight
-from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
+from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_copies, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.gain_errors import gain_errors
 from ident.identification import Identification
-from ident.model.base import independent_columns
-from ident.model.parameters import INERTIAL
 from ident.model.structure import Structure
-from ident.numerics.least_squares import column_space
 from ident.observation.observation import ObserveOptions
 from ident.payload_identification.gains_outcome import UNKNOWN, ArmInUse, arm_in_use, predicted_torque, rel_errors
 from ident.payload_identification.verification import LEVEL
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.motion import Motion
-from ident.support.arrays import Array, Mask
+from ident.support.arrays import Array
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
 BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
-
-
-ROTOR = ("Ia", "Iam")
-"""Inertias of an arm other than those of its links."""
 
 
 def beyond_chance(error: float | None, std: float | None) -> bool:
@@ -61,6 +52,8 @@ class UnseenJoint:
         gain_error: Relative error of the gain according to the payload, positive if it is too large; None for a bare
             motion, or an arm that was not identified with the gains.
         gain_std: Its standard deviation.
+        unstated: Norm of the currents of parameters that the model file does not state, over that of the currents;
+            None without a file. The prediction includes them.
     """
 
     joint: int
@@ -70,6 +63,7 @@ class UnseenJoint:
     largest: float | None
     gain_error: float | None = None
     gain_std: float | None = None
+    unstated: float | None = None
 
     @property
     def exceeds(self) -> bool:
@@ -111,7 +105,12 @@ class Unseen:
     @property
     def passed(self) -> bool:
         """Whether currents are predicted, better than with other gains if any, and no payload contradicts a gain."""
-        return self.verdict in (None, BETTER) and not any(each.exceeds or each.misjudged for each in self.joints)
+        return self.verdict in (None, BETTER) and self.not_worse
+
+    @property
+    def not_worse(self) -> bool:
+        """Whether currents are predicted, not worse than with other gains if any, and no payload contradicts a gain."""
+        return self.verdict != WORSE and not any(each.exceeds or each.misjudged for each in self.joints)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,12 +137,14 @@ class UsedModel:
         base: Base parameters of the arm, including friction, shape (b,).
         covariance: Covariance of `base` from the residuals, shape (b, b); zero if unknown.
         fits: Cross-validation of the fitted motions, by joint from 0; empty for a model file.
+        unstated: Part of `base` that the model file does not state, as offsets, shape (b,); None without a file.
     """
 
     gains: KnownGains
     base: Array
     covariance: Array
     fits: Mapping[int, JointPrediction]
+    unstated: Array | None = None
 
 
 def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains | None = None) -> Unseen:
@@ -218,6 +219,7 @@ def unseen_motion(
     door = partial(prepare, robot=structure, observing=observing, gains=gains, policy=replace(policy, undelay=False))
     if not policy.repeats:
         check_different([each.recording for each in (*seen, log)])
+        check_copies(log.recording, [each.recording for each in seen])
     bare = [each for each in seen if each.payload is None]
     try:
         own = door([log])
@@ -256,7 +258,15 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     both = sorted(set.intersection(*map(set, shares)))
     if not both:
         raise GainsError("gains: no joint has a gain in both sets, so they cannot be compared")
-    largest, weighed = _largest(system, unseen, found), _gain_errors(system, unseen, found)
+    largest, weighed = _largest(system, unseen, found), dict[int, tuple[float, float]]()
+    if unseen.log.payload is not None:
+        names = unseen.parts[0].observation.structure.base.names
+        fitted = np.isin(found.gains.joints, list(found.fits))
+        weighed = gain_errors(
+            system, names, unseen.log.payload, found.gains, fitted, base=found.base, covariance=found.covariance
+        )
+    unstated = None if found.unstated is None else _currents(system.W @ found.unstated, system, found.gains)
+    added = {} if unstated is None else rel_errors(unstated, system.V, system.joint)
     overall = [float(np.sqrt(np.mean([share[j] ** 2 for j in both]))) for share in shares]
     return Unseen(
         name=unseen.log.recording.name,
@@ -270,6 +280,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
                 largest=largest.get(j),
                 gain_error=weighed[j][0] if j in weighed else None,
                 gain_std=weighed[j][1] if j in weighed else None,
+                unstated=added.get(j) if j in shares[0] else None,
             )
             for j in range(unseen.parts[0].observation.structure.arm.n)
         ),
@@ -282,11 +293,16 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
 
 def _current_error(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> Array:
     """Return predicted minus measured currents [drive units], shape (r,); zero for joints without a gain."""
-    payload = unseen.log.payload or UNKNOWN
-    per_torque = np.zeros(len(model.gains.names))
-    per_torque[model.gains.joints] = 1.0 / model.gains.value
+    torque = predicted_torque(system, model.base, unseen.log.payload or UNKNOWN)
     given = np.isin(system.joint, model.gains.joints)
-    return np.where(given, predicted_torque(system, model.base, payload) * per_torque[system.joint] - system.V, 0.0)
+    return np.where(given, _currents(torque, system, model.gains) - system.V, 0.0)
+
+
+def _currents(torque: Array, system: PooledSystem, gains: KnownGains) -> Array:
+    """Return the currents of torques, shape (r,); zero for joints without a gain."""
+    per_torque = np.zeros(len(gains.names))
+    per_torque[gains.joints] = 1.0 / gains.value
+    return torque * per_torque[system.joint]
 
 
 def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, float]:
@@ -294,79 +310,17 @@ def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> di
 
     The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
     standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
-    at most `LARGE_RESIDUAL`, which is the limit for a model file too.
+    at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
     """
     carried, found = (unseen.log.payload or UNKNOWN).known_part(), dict[int, float]()
     for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
         at = system.joint == j
         of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
         of_payload = np.sum((system.W_L[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
-        moved = (of_arm + of_payload) / (g**2 * np.sum(system.V[at] ** 2))
-        expected = np.hypot(model.fits[j].share, np.sqrt(moved)) if j in model.fits else np.inf
-        found[j] = float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
-    return found
-
-
-def link_weights(unseen: UnseenMotion, gains: KnownGains, base: Array) -> tuple[LinkWeight, ...]:
-    """Return the ratio of each joint's measured torque, by its gain, to that of the links in a model file.
-
-    Args:
-        unseen: A bare motion.
-        gains: The gains to test.
-        base: Base parameters of the arm in the model file, shape (b,).
-    """
-    system, found = pooled_system(unseen.parts), list[LinkWeight]()
-    links = _named(unseen, INERTIAL)
-    for j, g in zip(gains.joints.tolist(), gains.value, strict=True):
-        at = system.joint == j
-        drawn, Q = system.W[at][:, links] @ base[links], column_space(_beside(system.W[at], links))
-        drawn, torque = (each - Q @ (Q.T @ each) for each in (drawn, g * system.V[at]))
-        size = float(drawn @ drawn)
-        if size > 0.0:
-            factor = float(drawn @ torque) / size
-            found.append(LinkWeight(joint=j, factor=factor, share=factor**2 * size / float(torque @ torque)))
-    return tuple(found)
-
-
-def _named(unseen: UnseenMotion, names: Sequence[str]) -> Mask:
-    """Return a mask of the base parameters with one of these names, joint numbers ignored, shape (b,)."""
-    own = unseen.parts[0].observation.structure.base.names
-    return np.array([name.rstrip("0123456789") in names for name in own])
-
-
-def _beside(W: Array, links: Mask) -> Array:
-    """Return the nonzero columns of a joint's rows (r, b) other than those of links: friction and offset."""
-    return W[:, ~links & W.any(axis=0)]
-
-
-def _gain_errors(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, tuple[float, float]]:
-    """Return the relative error of each gain according to the payload, and its standard deviation, by joint from 0.
-
-    Parameters of an arm that was identified with a gain scale with this gain, those of the payload do not. Hence b of
-
-        g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
-
-    is the ratio of the gain to the correct one, with any viscous and Coulomb friction. Its standard deviation combines
-    a jackknife over time blocks with those of arm, payload and gain.
-    """
-    found = dict[int, tuple[float, float]]()
-    if unseen.log.payload is None:
-        return found
-    known, links = unseen.log.payload.known_part(), _named(unseen, (*INERTIAL, *ROTOR))
-    for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
-        at = np.flatnonzero(system.joint == j)
-        payload, W = system.W_L[at] @ known.chi, system.W[at]
-        X = np.column_stack((payload, _beside(W, links)))
-        if j not in model.fits or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
-            continue
-        torque = g * system.V[at] - W @ model.base  # with free friction
-        first = np.linalg.pinv(X)[0]
-        parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
-        without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
-        spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
-        arm = first @ W
-        moved = arm @ model.covariance @ arm + np.sum((first @ system.W_L[at] @ known.spread) ** 2)
-        found[j] = float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
+        size = g**2 * np.sum(system.V[at] ** 2)
+        expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size)) if j in model.fits else np.inf
+        unstated = 0.0 if j in model.fits else SPOILS * np.sqrt(of_arm / size)
+        found[j] = float(np.hypot(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL), unstated))
     return found
 
 

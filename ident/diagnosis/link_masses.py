@@ -10,10 +10,11 @@ a third.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
@@ -32,6 +33,11 @@ FACTOR = 1.5
 ones 1.02."""
 LEAST = 2
 """Smallest number of joints: a spring or a wrong gain biases a single one."""
+OTHER_UNIT = 1000.0**0.5
+"""Factor, or its inverse, from which another unit, such as grams for kilograms, is the likeliest explanation.
+
+Densities of materials differ by less: links modelled as water and made of steel are 8 times as heavy.
+"""
 ALIKE = 1e-6
 """Relative difference below which masses are equal, as of a placeholder."""
 
@@ -62,7 +68,17 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
     Returns:
         The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
-    return None if _alike(links) else judged(link_weights(problem, estimate, links))
+    found = None if _alike(links) else judged(link_weights(problem, estimate, links))
+    if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
+        return found
+    masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
+    return replace(
+        found,
+        severity=Severity.WRONG,
+        sentence=f"payload mass {' and '.join(masses)}: {found.sentence}; the unit of either is wrong",
+        advice="state the payload's mass in kg; if the model's masses are placeholders, give all links the same",
+        joints=tuple(range(problem.structure.arm.n)),
+    )
 
 
 def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
@@ -80,7 +96,7 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
         name="link masses",
         severity=Severity.WEAK if off else Severity.GOOD,
         sentence=(
-            f"with these gains the arm's masses are {median:.2g} times those of its model (median of "
+            f"with these gains the arm's masses are {two_digits(median)} times those of its model (median of "
             f"{joint_list(joints)}, bare motions)"
         ),
         advice="check the payload's mass, and the masses of the model" if off else None,

@@ -15,6 +15,8 @@ from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.recordings.copies import share_samples
+from ident.recordings.current_noise import same_noise
+from ident.recordings.motion import Motion
 from ident.recordings.recording import NO_JOINT, Recording
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
@@ -75,6 +77,37 @@ def check_different(recordings: Sequence[Recording]) -> None:
             raise NotIdentifiable(
                 f"{first.name} and {second.name} contain the same motion, fully or partly; record each motion anew"
             )
+
+
+def check_copies(unseen: Recording, seen: Sequence[Recording]) -> None:
+    """Refuse a recording that is another one resampled, shifted in time, smoothed or truncated.
+
+    Raises:
+        NotIdentifiable: If so.
+    """
+    for each in seen:
+        if same_noise(unseen, each):
+            raise NotIdentifiable(
+                f"{unseen.name} has the current noise of {each.name}, so it is a resampled, shifted, smoothed or "
+                "truncated copy of it; record each motion anew"
+            )
+
+
+def check_payloads(motions: Sequence[Motion]) -> None:
+    """Refuse motions that all carry the same payload: nothing tells it from the last link.
+
+    Raises:
+        NotIdentifiable: Naming logs and payload.
+    """
+    payloads = [each.payload for each in motions]
+    if payloads[0] is None or any(each != payloads[0] for each in payloads):
+        return
+    names = list(dict.fromkeys(each.recording.name for each in motions))
+    carry = f"{' and '.join(names)} carry" if len(names) > 1 else f"{names[0]} carries"
+    raise NotIdentifiable(
+        f"{carry} the same payload of {payloads[0].mass:g} kg, and no log is bare: a gain needs motions with and "
+        "without it; give the log of the bare flange with --unloaded, or record one"
+    )
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:

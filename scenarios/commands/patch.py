@@ -46,8 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
     said = (
-        "The copy is written only if it predicts the currents of LOG within the expected error, and better than a copy "
-        "with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
+        "The copy is written only if it predicts the currents of LOG within the expected error, and not significantly "
+        "worse than a copy with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
     )
     add_unseen_arguments(parser, said)
     add_log_arguments(parser)
@@ -87,11 +87,11 @@ def main(options: argparse.Namespace) -> Status:
         stated = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
         rival, other = patched_model(options.model, stated, links).content, "the gains of --nominal in it"
     with under_way(options, "predicting"):
-        unseen = _unseen(options, structure, gains, nominal, (found.content, rival), bare if options.links else None)
+        unseen = _unseen(options, structure, gains, nominal, (found.content, rival), bare)
     contents = [found.content]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
-    passed = unseen is None or unseen.passed
+    passed = unseen is None or unseen.not_worse
     for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
@@ -106,7 +106,7 @@ def _unseen(
     gains: "GainsFile",
     nominal: "GainsFile | None",
     models: tuple[bytes, bytes],
-    fitted: "BareFile | None",
+    bare: "BareFile | None",
 ) -> "Unseen | None":
     """Return the predictions of a motion by the copy and by the other model; None if no motion is given.
 
@@ -116,7 +116,7 @@ def _unseen(
         gains: Gains of the copy.
         nominal: Gains of the other model, None for the same.
         models: Content of the copy and of the other model.
-        fitted: Cross-validation of the fit of the links, None if they are those of the model file.
+        bare: Friction, offsets and base parameters; with --links, cross-validation of their fit.
 
     Raises:
         ScenarioError: If the motion was used for the gains.
@@ -133,10 +133,12 @@ def _unseen(
     from ident.diagnosis.link_masses import judged
     from ident.estimation.cross_validation import JointPrediction
     from ident.estimation.gain_options import GainOptions
+    from ident.gain_errors import link_weights
     from ident.preparation import joined
-    from ident.unseen import UsedModel, link_weights, predicted, unseen_motion
-    from scenarios.experiments.nominal_links import model_base
+    from ident.unseen import UsedModel, predicted, unseen_motion
+    from scenarios.experiments.nominal_links import model_base, nominal_links
     from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
+    from scenarios.gains_in_use.model_update.values import unstated_parameters
 
     check_unseen(gains, [], [log.recording])
     limits = options_of(GainOptions, gains.options.gains, ())
@@ -145,21 +147,26 @@ def _unseen(
         each.joint - 1: JointPrediction(
             joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)
         )
-        for each in (() if fitted is None else fitted.joints)
+        for each in (bare.joints if bare is not None and options.links else ())
         if each.predicted_rel_error is not None and each.fitted_rel_error is not None
     }
     used = list[UsedModel]()
     with TemporaryDirectory() as folder:
         path = Path(folder) / options.model.name
-        for of, content in zip((gains, nominal or gains), models, strict=True):
+        for of, content in zip((gains, nominal), models, strict=True):
             path.write_bytes(content)
             base = model_base(path, options.flange, structure.base)
-            used.append(UsedModel(gains=of.known, base=base, covariance=np.zeros((len(base),) * 2), fits=fits))
+            added, covariance = np.zeros(len(base)), np.zeros((len(base),) * 2)
+            if of is not None:
+                motor = nominal_links(path, options.flange).motor
+                added, covariance = unstated_parameters(structure, of, bare, base, motor)
+            known = (of or gains).known
+            used.append(UsedModel(gains=known, base=base + added, covariance=covariance, fits=fits, unstated=added))
     found = predicted(unseen, *used)
     if log.payload is not None:
         return found
     drawn = model_base(options.model, options.flange, structure.base)
-    said = judged(link_weights(unseen, gains.known, drawn))
+    said = judged(link_weights(unseen.parts, gains.known, drawn))
     if said is None or said.severity is Severity.GOOD:
         return found
     doubt = replace(said, logs=(found.name,), advice="check the gains, and the masses of the model")

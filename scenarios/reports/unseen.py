@@ -32,11 +32,23 @@ DOUBTED = (
 
 
 def unseen_verdict(
-    found: ResultUnseen | None, *, this: str = "the identified gains", other: str = "the others"
+    found: ResultUnseen | None,
+    *,
+    this: str = "the identified gains",
+    other: str = "the others",
+    passed: bool | None = None,
 ) -> list[Part]:
-    """Return a sentence on the prediction error; nothing without such a motion."""
+    """Return a sentence on the prediction error; nothing without such a motion.
+
+    Args:
+        found: The prediction.
+        this: What predicts.
+        other: What it is compared with.
+        passed: Whether the prediction is good enough; None for better than the other.
+    """
     if found is None:
         return []
+    passed = found.passed if passed is None else passed
     log = PurePath(found.log).name
     said = f"of the currents of {log}, not used in any fit"
     fitted = [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]
@@ -62,9 +74,9 @@ def unseen_verdict(
         why += f". By its payload the gains are off by {_gain_errors(wrong)}, or the payload is not as specified"
     doubted = [each for each in found.joints if each.doubted and not each.misjudged]
     doubt = [Paragraph(DOUBTED.format(_gain_errors(doubted)), Mood.DOUBTFUL, strong=True)] if doubted else []
-    if found.passed and found.verdict is None:
+    if passed and found.verdict is None:
         return [Paragraph(f"Prediction error {errors} {said}.", strong=True), *doubt]
-    mood, word = (Mood.GOOD, "PASSED") if found.passed else (Mood.BAD, "FAILED")
+    mood, word = (Mood.GOOD, "PASSED") if passed else (Mood.BAD, "FAILED")
     return [Paragraph(f"{word}: prediction error {errors} {said}{why}.", mood, strong=True), *doubt]
 
 
@@ -87,6 +99,8 @@ def unseen_parts(
     columns += [Column(title=f"Error,\n{other}", unit="%")] if found.verdict is not None else []
     columns += [Column(title="Residual\nof the fit", unit="%")] if found.fitted else []
     columns += [Column(title="At most\nexpected", unit="%")]
+    partly = any(each.unstated_rel is not None for each in found.joints)
+    columns += [Column(title="Not in\nthe copy", unit="%")] if partly else []
     weighed = any(each.gain_rel_error is not None for each in found.joints)
     columns += [Column(title="Gain error\nby payload", unit="%")] if weighed else []
     rows = list[list[str]]()
@@ -95,6 +109,7 @@ def unseen_parts(
         row += [percent(each.other_rel_error, ".1f")] if found.verdict is not None else []
         row += [percent(each.fitted_rel_error, ".1f")] if found.fitted else []
         row += [percent(each.largest_rel_error, ".1f")]
+        row += [percent(each.unstated_rel, ".1f")] if partly else []
         rows.append([*row, *([_gain_error(each)] if weighed else [])])
     table = Table(
         title=f"Currents of {PurePath(found.log).name}, not used in any fit",

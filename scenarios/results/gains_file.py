@@ -15,6 +15,7 @@ from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.files import payload_to_table
 from ident.recordings.copies import marks
+from ident.recordings.current_noise import current_noise, noisiest
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.options import option_types
@@ -24,6 +25,7 @@ from scenarios.experiments.files.gains import (
     GainEntry,
     GainsFile,
     ModelEntry,
+    NoiseEntry,
     OptionsEntry,
     RecordingEntry,
 )
@@ -67,6 +69,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
                     sha256=recording_digest(each.recording),
                     payload=number.get(id(each.payload)),
                     marks=marks(each.recording),
+                    noise=_noise(each.recording),
                 )
                 for each in origin.motions
             ),
@@ -74,6 +77,12 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
             "versions": versions(),
         }
     )
+
+
+def _noise(recording: Recording) -> NoiseEntry | None:
+    """Return the noise of the noisiest current; None for a recording that is too short."""
+    noise = noisiest(current_noise(recording))
+    return NoiseEntry(joint=noise.joints[0] + 1, rate=noise.rate, samples=noise.packed()) if len(noise.x) else None
 
 
 def recording_digest(recording: Recording) -> str:

@@ -47,6 +47,17 @@ def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
     np.testing.assert_allclose(np.abs(signs.load_z), 1.0 / std, rtol=1e-9)
 
 
+def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(ur, logs):
+    one, other = (replace(each, name=name) for each, name in zip(logs, ("a.csv", "b.csv"), strict=True))
+    copy = replace(BRICK)  # as of two groups that name the same file
+    for motions in ([Motion(one, BRICK), Motion(other, BRICK)], [Motion(one, BRICK), Motion(other, copy)]):
+        said = rf"a\.csv and b\.csv carry the same payload of {BRICK.mass:g} kg, and no log is bare"
+        with pytest.raises(NotIdentifiable, match=said):
+            identify(ur, motions)
+    with pytest.raises(NotIdentifiable, match=r"a\.csv carries the same payload"):
+        identify(ur, [Motion(one, BRICK)])
+
+
 @pytest.mark.parametrize("change", CORRUPTED)
 def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, change):
     try:

@@ -61,6 +61,17 @@ class ModelEntry(_Table):
     sha256: Digest = Field(description="SHA-256 of the file")
 
 
+class NoiseEntry(_Table):
+    """Noise of a current, by which a resampled, shifted, smoothed or truncated copy is recognised."""
+
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    rate: float = Field(gt=0.0, description="Sampling rate [Hz]")
+    samples: str = Field(
+        pattern="^[A-Za-z0-9+/]+=*$",
+        description="Second differences of the low-passed current in 1/127 of the largest, signed bytes as base64",
+    )
+
+
 class RecordingEntry(_Table):
     """A recording from which the gains were identified."""
 
@@ -74,6 +85,7 @@ class RecordingEntry(_Table):
     marks: tuple[Mark, ...] = Field(
         (), description="Hashes of some rows q, v, by which a part of the recording is recognised"
     )
+    noise: NoiseEntry | None = Field(None, description="Noise of the current of one joint")
 
 
 class OptionsEntry(_Table):

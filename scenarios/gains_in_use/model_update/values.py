@@ -6,10 +6,12 @@ Friction and base parameters are from the output of `rx90 identify --json` for b
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.diagnosis.alternative import two_digits
 from ident.model.structure import Structure
+from ident.support.arrays import Array
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
@@ -165,6 +167,38 @@ def joint_values(
         )
         for j, name in enumerate(names)
     )
+
+
+def unstated_parameters(
+    structure: Structure, gains: GainsFile, bare: BareFile | None, stated: Array, motor: Array
+) -> tuple[Array, Array]:
+    """Return what bare motions show and a model does not state: offsets, and rotor inertia where it is zero.
+
+    Args:
+        structure: Identifiable structure of the arm.
+        gains: Gains for both.
+        bare: Friction and base parameters.
+        stated: Base parameters of the model, shape (b,).
+        motor: Rotor inertia of the model, joint side [kg m^2 or kg], shape (n,).
+
+    Returns:
+        Base parameters, shape (b,), and their covariance from the deviations of rotor inertia, shape (b, b).
+    """
+    base, found, covariance = structure.base, np.zeros(len(stated)), np.zeros((len(stated),) * 2)
+    if bare is None:
+        return found, covariance
+    unit, known = _gain(gains.gains[bare.reference - 1]), {each.parameter: each for each in bare.base_parameters}
+    for j, joint in enumerate(bare.joints):
+        gain, inertia = _gain(gains.gains[j]), base.regrouping[:, base.labels.index(f"Ia{j + 1}")]
+        own = next((each for each in joint.friction if each.parameter == "off"), None)
+        if own is not None and isinstance(gain, Value):
+            found += own.estimate * gain.value * base.regrouping[:, base.labels.index(f"off{j + 1}")]
+        k = int(np.argmax(np.abs(inertia)))  # the base parameter that it is, or is regrouped with
+        if motor[j] == 0.0 and isinstance(unit, Value) and base.names[k] in known:
+            shown = known[base.names[k]]
+            found += max(shown.estimate * unit.value - stated[k], 0.0) * inertia / inertia[k]
+            covariance += np.outer(inertia, inertia) * (shown.std * unit.value / inertia[k]) ** 2
+    return found, covariance
 
 
 def _gain(entry: GainEntry) -> Value | Unknown:

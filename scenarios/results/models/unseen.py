@@ -25,6 +25,9 @@ class UnseenJoint(ResultModel):
         gain_rel_error: Relative error of the gain according to the payload on this motion, positive if it is too large;
             null for a bare motion and for the arm of a model file.
         gain_rel_std: Standard deviation of `gain_rel_error`, relative.
+        unstated_rel: Norm of the currents of offset and missing rotor inertia, which the model file does not state,
+            relative to that of the currents; the prediction includes them, as --arm has them; null for an identified
+            arm.
     """
 
     joint: int = Field(ge=1)
@@ -35,6 +38,7 @@ class UnseenJoint(ResultModel):
     largest_rel_error: float | None = None
     gain_rel_error: float | None = None
     gain_rel_std: float | None = None
+    unstated_rel: float | None = None
 
     @property
     def exceeds(self) -> bool:
@@ -75,7 +79,12 @@ class ResultUnseen(DiagnosedResult):
     @property
     def passed(self) -> bool:
         """Whether currents are predicted, better than by the others if any, and no payload contradicts a gain."""
-        return self.verdict in (None, "better") and not any(each.exceeds or each.misjudged for each in self.joints)
+        return self.verdict in (None, "better") and self.not_worse
+
+    @property
+    def not_worse(self) -> bool:
+        """Whether currents are predicted, not worse than by the others if any, and no payload contradicts a gain."""
+        return self.verdict != "worse" and not any(each.exceeds or each.misjudged for each in self.joints)
 
     @property
     def fitted(self) -> bool:
@@ -101,6 +110,7 @@ class ResultUnseen(DiagnosedResult):
                     largest_rel_error=each.largest,
                     gain_rel_error=each.gain_error,
                     gain_rel_std=each.gain_std,
+                    unstated_rel=each.unstated,
                 )
                 for each in found.joints
             ],

@@ -11,7 +11,9 @@ from real_friction import three_axes
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.link_masses import FACTOR, SHOWN, LinkWeight, judged, link_mass_consistency, link_weights
 from ident.estimation.problem import pair
+from ident.identification import without_spoilt
 from ident.model.structure import structure_of
+from ident.support.errors import Contradiction
 
 
 def links_of_three_axes() -> np.ndarray:
@@ -54,6 +56,20 @@ def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted(soun
     # Gains are known within 2 %.
     np.testing.assert_allclose(float(said[1]), 1.0 / drawn, rtol=0.05)
     np.testing.assert_allclose(finding.value, 1.0 / drawn, rtol=0.05)
+
+
+@pytest.mark.parametrize("drawn", [1 / 29.0, 29.0])
+def test_links_of_other_materials_are_doubted_and_no_gain_is_refused_for_them(sound, sound_estimate, drawn):
+    assert link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes()).severity is Severity.WEAK
+
+
+@pytest.mark.parametrize("drawn", [1 / 37.0, 37.0])
+def test_masses_in_different_units_refuse_every_gain(sound, sound_estimate, drawn):
+    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
+    assert finding.severity is Severity.WRONG
+    mass = sound.problem.motions[1].payload.mass
+    with pytest.raises(Contradiction, match=f"^payload mass {mass:g} kg: .* times those of its model .*mass in kg"):
+        without_spoilt(sound_estimate, [finding])
 
 
 def test_a_model_whose_masses_are_all_alike_is_no_witness(sound, sound_estimate):

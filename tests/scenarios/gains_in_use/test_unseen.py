@@ -19,6 +19,7 @@ from ident.arm_parameters.links import nearest_links
 from ident.arm_parameters.parameter_values import Parameter
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
+from ident.numerics.signals import low_passed
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
@@ -185,6 +186,37 @@ def test_a_copy_that_predicts_no_better_is_written_by_force_alone(patching, tmp_
     assert (tmp_path / "patched.xml").exists()
 
 
+def test_a_right_copy_is_written_though_its_model_has_neither_rotor_inertia_nor_offsets(
+    patching, weighed_cell, tmp_path, capsys
+):
+    drives = tomllib.loads((Path(MODEL).parent / "robot.toml").read_text())["drives"]
+    base, gains = structure_of(load_arm(MODEL)).base, read_gains(weighed_cell / "gains.toml").gains
+    inertia = base.standard(np.zeros((6, 10)), {"Ia": np.array(drives["rotor_inertia"]["value"])})
+    whole = (model_base(Path(MODEL), None, base) + base.regrouping @ inertia) / gains[0].estimate
+    bare = json.loads((tmp_path / "bare.json").read_text())
+    bare["base_parameters"] = [
+        {"parameter": name, "estimate": value, "std": 0.03 * value}
+        for name, value in zip(base.names, whole.tolist(), strict=True)
+        if name in ("ZZ1", "ZZ2", "Ia3", "Ia5")
+    ]
+    (tmp_path / "bare.json").write_text(json.dumps(bare))
+    words = [*patching, "--arm", str(tmp_path / "bare.json")]
+    off(weighed_cell, 2, 1.3, "off.json")
+    good, wrong = str(weighed_cell / "gains.toml"), str(weighed_cell / "off.json")
+    for more, verdict in (([], "better"), (["--nominal", wrong], "better"), (["--nominal", good], "no different")):
+        (tmp_path / "patched.xml").unlink(missing_ok=True)
+        assert main([*words, *more]) == 0
+        told = printed(capsys, "patch")
+        assert (told["written"], told["unseen"]["verdict"]) == (True, verdict)
+        assert (tmp_path / "patched.xml").exists()
+    joints = {each["joint"]: each for each in told["unseen"]["joints"]}
+    assert min(joints[j]["unstated_rel"] for j in (1, 2)) > 0.03  # Ia1 and Ia2 are regrouped, so the copy has none
+    assert max(joints[j]["rel_error"] for j in (1, 2, 3)) < 0.05
+    assert [joints[j]["unstated_rel"] for j in (3, 5)] == [0.0, 0.0]  # these are written
+    assert main([*with_other(words, "--gains", wrong), "--nominal", good]) == 1
+    assert printed(capsys, "patch")["unseen"]["verdict"] == "worse"
+
+
 def test_a_model_is_held_against_the_copy_with_its_own_gains(patching, weighed_cell, capsys):
     off(weighed_cell, 2, 1.4, "nominal.json")
     main(patching)
@@ -337,8 +369,9 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
     assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
     assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
-    assert "part.parquet: the gains were identified from this recording or a part of it (heavy.parquet)" in only_line(
-        capsys
+    assert (
+        "part.parquet: the gains were identified from this recording or a copy or part of it (heavy.parquet)"
+        in only_line(capsys)
     )
     weighed = [
         "--model",
@@ -349,11 +382,28 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
         str(weighed_cell / "gains.toml"),
     ]
     assert main(["verify", *weighed, "--loaded", str(part), "--payload", unseen[3]]) == 2
-    assert "part.parquet: the gains were identified from this recording or a part of it" in only_line(capsys)
+    assert "part.parquet: the gains were identified from this recording or a copy or part of it" in only_line(capsys)
     weighed[3] = str(part)
     light = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
     assert main(["verify", *weighed, *light]) == 2
     assert "part.parquet: given as bare, but it was loaded" in only_line(capsys)
+
+
+def test_a_resampled_and_smoothed_copy_of_a_motion_that_a_fit_has_seen_is_refused(
+    weighed_cell, patching, tmp_path, capsys
+):
+    run, copy = weighed_cell / "run", tmp_path / "copy.parquet"
+    heavy = ident.read(run / "heavy.parquet").recording
+    t = np.arange(heavy.t[0] + 0.4, heavy.t[-1] - 0.3, 1 / 310)
+    q, v = (low_passed(each, heavy.period, 25.0) for each in (heavy.q, heavy.v))
+    q, v = (np.column_stack([np.interp(t, heavy.t, x) for x in each.T]) for each in (q, v))
+    write_recording(replace(heavy, t=t + 12.3, q=q, v=v), copy)
+    unseen = ["--unseen", str(copy), "--unseen-payload", str(run / "payload-heavy.toml")]
+    for words in (identified(weighed_cell), ["verify", *identified(weighed_cell)[1:]]):
+        assert main([*words, *PLAIN, *unseen]) == 2
+        assert re.search(r"copy\.parquet has the current noise of .*heavy\.parquet, so", only_line(capsys))
+    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
+    assert "copy.parquet: the gains were identified from this recording or a copy" in only_line(capsys)
 
 
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):

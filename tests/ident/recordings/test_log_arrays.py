@@ -146,6 +146,9 @@ def test_one_array_is_rows_or_named_fields(tmp_path):
     assert_same(read_recording(path, description))
     with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; declare the columns"):
         read_recording(path)
+    np.save(path, T)  # a single column is no rows
+    with pytest.raises(RecordingError, match=r"log\.npy"):
+        read_recording(path, description)
     fields = np.zeros(len(T), dtype=[("t", "f4"), ("q1", "f8"), ("v1", "i4"), ("stamp", "M8[ms]"), ("word", "U3")])
     fields["t"], fields["q1"], fields["v1"] = np.arange(len(T)) / 64.0, Q[:, 0], np.round(100.0 * V[:, 0])
     fields["stamp"] = np.datetime64("2031-07-19T09:41:07.125") + 4 * np.arange(len(T))

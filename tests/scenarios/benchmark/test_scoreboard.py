@@ -24,9 +24,13 @@ from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import Verification, verified
 from ident.support.errors import NotIdentifiable
 from scenarios.benchmark.scoreboard.recipes import RECIPES, recipes
+from scenarios.benchmark.scoreboard.results import Entry, Scoreboard
 from scenarios.cli import main
+from scenarios.reports.content import Heading, Table
+from scenarios.reports.scoreboard import scoreboard_report
 
 WRONG, RIGHT = "method_stubs:constant", "ls-2011"
+MISSING = "Missing recordings, and how to get them"
 UR = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
 
 
@@ -112,6 +116,25 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(played):
     page = (out / "scoreboard.html").read_text(encoding="utf-8")
     assert "Payloads estimated with gains that were identified without them" in page
     assert "untried" in page
+
+
+def test_the_report_adds_up_each_method_and_tells_what_is_missing(played):
+    entry = Entry.model_validate(played[0])
+    missing = entry.model_copy(update={"name": "Elsewhere", "status": "missing", "missing": ["there.csv"]})
+    report = scoreboard_report(Scoreboard(folder="here", methods=[RIGHT, WRONG], entries=[entry, missing]))
+    assert [part.text for part in report.parts if isinstance(part, Heading)] == ["Cells", MISSING]
+    tables = {part.title: part for part in report.parts if isinstance(part, Table)}
+    _, wrong = tables["Methods, all recordings together"].rows
+    assert [cell.text for cell in wrong[:7]] == [WRONG, "18", "0", "0", "6", "6", "6"]
+    gains = [[row[k].text for k in (0, 1, 2)] for row in tables["Gains"].rows]
+    assert gains == [[each.set, each.method, str(each.joint)] for each in entry.gains if each.gain is not None]
+    for title, numbers in (
+        ("Currents of recordings that were not used in any fit", ["Error"]),
+        ("Payloads estimated with gains that were identified without them", ["Scale", "Found", "2 sigma", "Error"]),
+    ):
+        assert [column.title for column in tables[title].columns if not column.words] == numbers
+    alone = scoreboard_report(Scoreboard(folder="here", methods=[RIGHT, WRONG], entries=[entry]))
+    assert MISSING not in [part.text for part in alone.parts if isinstance(part, Heading)]
 
 
 def test_a_set_whose_files_are_swapped_is_not_usable_and_wrong_gains_alone_are_a_number(cells, tmp_path, capsys):

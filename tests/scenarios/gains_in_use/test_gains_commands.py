@@ -134,3 +134,6 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert "--gains: for bare recordings only" in capsys.readouterr().err
     assert main([*identified(weighed_cell), "--if-loaded", payload]) == 2
     assert "--if-loaded: for bare recordings only" in capsys.readouterr().err
+    unloaded = str(weighed_cell / "run" / "unloaded.parquet")
+    assert main(["identify", "--model", MODEL, "--unloaded", unloaded, "--cutoff-hz", "4000"]) == 2
+    assert "4000 Hz" in capsys.readouterr().err

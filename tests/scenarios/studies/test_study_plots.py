@@ -52,6 +52,7 @@ def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
     np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
     assert [each.at for each in plot.references] == [-2.0, 2.0]
     assert plot.caption == "400 errors."
+    assert plot.y.zero
     sure = replace(trial_rows(np.array([1.0, -1.0, -0.5, 0.2])), claimed=np.full(4, 1e-4))
     x, y = (np.array(each) for each in (error_plot(4, sure).series[0].x, error_plot(4, sure).series[0].y))
     np.testing.assert_allclose(

@@ -2,12 +2,15 @@
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ident.recordings.motion import Motion
-from scenarios.experiments.named_robots import NamedRobot
 from scenarios.reports.content import Report
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.experiments.named_robots import NamedRobot
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
@@ -37,7 +40,7 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     return bare
 
 
-def found(options: argparse.Namespace, robot: NamedRobot, motions: Sequence[Motion], saving: Claim | None) -> Report:
+def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Motion], saving: Claim | None) -> Report:
     """Identify ratios, base parameters and friction, and save them on request.
 
     Raises:

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from ident.model.files import MODEL_FILES
 from ident.model.structure import Structure, structure_of
 from ident.support.arrays import Array
 from ident.support.naming import shown
@@ -44,7 +43,7 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
     """
     if not word:
         raise UnknownName("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
-    if Path(word).suffix.lower() in MODEL_FILES:
+    if Path(word).suffix.lower() not in ("", ".toml"):
         return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
     from scenarios.experiments.robots import robot, structure
 

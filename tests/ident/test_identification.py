@@ -87,7 +87,7 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
     wrong = replace(BRICK, com=(0.07, -0.05, 0.1))
     found = identify(axes, mounted(bare, loaded, wrong), method="ls-2011", gains=LOOSE)
     centre = next(each for each in found.found.findings if each.name == "payload centre")
-    assert "the payload's centre of mass seems to differ from the stated one" in centre.sentence
+    assert "the payload's centre of mass seems to differ from the specified one" in centre.sentence
     spoilt = {each.joint for each in centre.effects if each.spoils}
     assert spoilt == {1, 2}  # 1 of 14 cm, and the lightest of three links; joint 1 has the widest interval
     for j, joint in enumerate(found.estimate.joints):

@@ -58,8 +58,8 @@ UNPAIRED = {
         "loaded-2.parquet",
         "--payload",
         "payload.toml",
-    ): "no drive gain can be identified without a bare "
-    "motion: record one with nothing on the flange (--unloaded); joint 1: ",
+    ): "loaded-2.parquet carry the same payload of 7.025 kg, and no log is bare: a gain needs motions with and without "
+    "it; give the log of the bare flange with --unloaded, or record one",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "contain the same motion",
 }
 

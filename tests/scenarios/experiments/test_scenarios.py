@@ -307,7 +307,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
         "twice": ({"loaded": folder / "unloaded.parquet"}, "contain the same motion"),
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),
         "degrees": ({"loaded": degrees}, "the log looks like degrees"),
-        "no model": ({"model": folder / "payload.toml"}, "expected a .urdf, .xml or .mjcf file"),
+        "no model": ({"model": folder / "payload.toml"}, "payload.toml: name is missing"),
         "no payload": ({"payload": folder / "absent.toml"}, "absent.toml: no such file"),
     }
     for changes, message in cases.values():

@@ -12,7 +12,7 @@ from ident.diagnosis.catalog import FAMILIES, orders
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.zeros import turned
 from ident.diagnosis.logs import Logs, as_logged
-from ident.diagnosis.screening import _by_gravity, looked_at, screened, unexplained
+from ident.diagnosis.screening import _by_gravity, _columns_of, looked_at, screened, unexplained
 from ident.model.regressor import regressor
 from ident.recordings.recording import Recording
 
@@ -68,6 +68,17 @@ def six(ur) -> Logs:
 def wrong_logs(ur, fault: str) -> Logs:
     logs: tuple[Recording, ...] = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
     return doubted(ur, FAULTS[fault].put(*logs) if fault else logs)
+
+
+def test_a_log_has_columns_of_its_own_for_friction_and_for_a_payload_that_the_first_log_has_not(six):
+    bare, loaded = _columns_of(six, upright=True)
+    for j, (one, other) in enumerate(zip(bare, loaded, strict=True)):
+        np.testing.assert_array_equal(one.shared, other.shared)
+        assert not len(one.own)
+        friction, payload = other.own[:3], other.own[3:]
+        assert friction.tolist() == [14 * j + 11, 14 * j + 12, 14 * j + 13]
+        assert len(payload)
+        assert set(payload.tolist()) <= set(six.structure.payload_columns.tolist())
 
 
 @pytest.mark.parametrize("fault", GROSS)

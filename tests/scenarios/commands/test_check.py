@@ -220,6 +220,7 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
     np.testing.assert_array_equal(name.gain, file.gain)
     np.testing.assert_array_equal(model.structure.arm.translation, name.structure.arm.translation)
     assert named_robot("tx40").structure.arm.couplings == ((4, 5),)
+    assert named_robot("yam").flange == "gripper"
     assert named_robot("rx90", ((1, 2),)).structure.arm.couplings == ((1, 2),)
     assert model.structure.arm.couplings == ()
     with pytest.raises(ScenarioError, match=r"--flange: for model files only; 'rx90' states its own last body"):

@@ -1,12 +1,15 @@
 """How good the whole chain is: scenario, simulation, identification, verdict."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from scenarios.design.excitation import EXCESS, Design, design_problem
 from scenarios.experiments.build import Setup, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.run import Run, run
+from scenarios.experiments.judge import Verdict
+from scenarios.experiments.run import run
 from sim.clearance import Clearance
 
 
@@ -14,9 +17,9 @@ def setup(name: str) -> Setup:
     return setup_of(load_scenario(name))
 
 
-def gains(runs: list[Run], field: str) -> np.ndarray:
-    """A field of every joint's verdict, shape (runs, 6), NaN where refused."""
-    rows = [[getattr(gain, field) for gain in result.verdict.gains] for result in runs]
+def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
+    """A field of every joint's verdict, shape (verdicts, 6), NaN where refused."""
+    rows = [[getattr(gain, field) for gain in verdict.gains] for verdict in verdicts]
     return np.array(rows, dtype=float)
 
 
@@ -94,7 +97,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
 @pytest.mark.slow
 def test_nominal_errors_stay_below_1_percent_in_95_of_100_runs():
     scenario = setup("nominal")
-    error = np.abs(gains([run(scenario, seed) for seed in range(200)], "rel_error"))[:, :5]
+    error = np.abs(gains([run(scenario, seed).verdict for seed in range(200)], "rel_error"))[:, :5]
     assert np.isfinite(error).all()
     assert (np.percentile(error, 95, axis=0) < 0.01).all()
 
@@ -102,12 +105,12 @@ def test_nominal_errors_stay_below_1_percent_in_95_of_100_runs():
 @pytest.mark.slow
 def test_paper_noise_stays_inside_the_paper_s_two_sigma_and_claims_its_own_honestly():
     scenario = setup("paper-noise")
-    runs = [run(scenario, seed) for seed in range(200)]
-    error, z = np.abs(gains(runs, "rel_error")), gains(runs, "z")[:, :5]
+    verdicts = [run(scenario, seed).verdict for seed in range(200)]  # runs whole would take 8 GB
+    error, z = np.abs(gains(verdicts, "rel_error")), gains(verdicts, "z")[:, :5]
     assert (np.mean(error[:, :4] < [0.087, 0.037, 0.033, 0.055], axis=0) > 0.95).all()
     # 1000 z-scores: a true coverage of 95.4 % is seen as 93 to 97.5 % but for one time in 300.
     assert 0.93 < np.mean(np.abs(z) < 2.0) < 0.975
-    assert all(not result.verdict.gains[5].identifiable for result in runs)
+    assert all(not verdict.gains[5].identifiable for verdict in verdicts)
 
 
 @pytest.mark.slow
@@ -119,9 +122,9 @@ def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones
     )
     errors, claimed = {}, {}
     for name in (str(tmp_path / "coarse.toml"), str(tmp_path / "fine.toml")):
-        runs = [run(setup(name), seed) for seed in range(16)]
-        errors[name] = gains(runs, "rel_error")[:, :5]
-        claimed[name] = np.mean(gains(runs, "std") / gains(runs, "true"), axis=0)[:5]
+        verdicts = [run(setup(name), seed).verdict for seed in range(16)]
+        errors[name] = gains(verdicts, "rel_error")[:, :5]
+        claimed[name] = np.mean(gains(verdicts, "std") / gains(verdicts, "true"), axis=0)[:5]
     coarse, fine = errors.values()
     sure = 4.0 * coarse.std(axis=0, ddof=1) / 4.0  # four deviations of a mean of sixteen
     biased = [0, 1, 3]

@@ -16,13 +16,15 @@ demo: .venv/ready
 	$(BIN)/rx90 report out/demo
 	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
+# One worker more than cores: others go on while one waits for a process that it started.
+WORKERS := $(shell $(PYTHON) -c 'import os; print((os.cpu_count() or 1) + 1)')
+TESTS ?= --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder
+
 test: .venv/ready
-	$(BIN)/pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
+	$(BIN)/pytest $(TESTS)
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow
-
-TESTS ?= --numprocesses logical --dist loadfile --no-loadscope-reorder
 
 latest:  # the suite against the newest dependencies, without pins, in an environment of its own; says what broke
 	$(PYTHON) -m venv --clear out/latest

@@ -9,14 +9,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.diagnosis.link_masses import LinkWeight
+from ident.diagnosis.link_masses import LinkWeight, weight_of_links
 from ident.estimation.cross_validation import TIME_BLOCKS
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion
 from ident.model.base import independent_columns
 from ident.model.parameters import INERTIAL
-from ident.numerics.least_squares import column_space
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Mask
 
@@ -79,17 +78,14 @@ def link_weights(motions: Sequence[ObservedMotion], gains: KnownGains, base: Arr
         gains: The gains to test.
         base: Base parameters of the arm in the model file, shape (b,).
     """
-    system, found = pooled_system(motions), list[LinkWeight]()
+    system = pooled_system(motions)
     links = _named(motions[0].observation.structure.base.names, INERTIAL)
-    for j, g in zip(gains.joints.tolist(), gains.value, strict=True):
-        at = system.joint == j
-        drawn, Q = system.W[at][:, links] @ base[links], column_space(_beside(system.W[at], links))
-        drawn, torque = (each - Q @ (Q.T @ each) for each in (drawn, g * system.V[at]))
-        size = float(drawn @ drawn)
-        if size > 0.0:
-            factor = float(drawn @ torque) / size
-            found.append(LinkWeight(joint=j, factor=factor, share=factor**2 * size / float(torque @ torque)))
-    return tuple(found)
+    rows = ((j, g, system.joint == j) for j, g in zip(gains.joints.tolist(), gains.value, strict=True))
+    found = (
+        weight_of_links(j, system.W[at][:, links] @ base[links], g * system.V[at], _beside(system.W[at], links))
+        for j, g, at in rows
+    )
+    return tuple(each for each in found if each is not None)
 
 
 def _named(base: Sequence[str], names: Sequence[str]) -> Mask:

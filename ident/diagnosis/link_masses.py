@@ -126,8 +126,23 @@ def _link_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> Lin
     W, V = np.vstack([each.W for each in bare]), np.concatenate([each.V for each in bare])
     own = [f"{name}{joint + 1}" for name in STANDARD[len(INERTIAL) :]]
     beside = [k for k, name in enumerate(base.labels) if name in own or name.rstrip("0123456789") in COUPLING]
-    Q = column_space(W @ K[:, beside])
-    torque, links = (each - Q @ (Q.T @ each) for each in (gain * V, W @ (K @ drawn)))
+    return weight_of_links(joint, W @ (K @ drawn), gain * V, W @ K[:, beside])
+
+
+def weight_of_links(joint: int, links: Array, torque: Array, beside: Array) -> LinkWeight | None:
+    """Return the factor of the links' torque in the measured one, with free coefficients of other columns.
+
+    Args:
+        joint: The joint, from 0.
+        links: Torque of the model's links, shape (r,).
+        torque: Measured torque, shape (r,).
+        beside: Other columns, as of friction, shape (r, k).
+
+    Returns:
+        None if the other columns leave no torque of the links.
+    """
+    Q = column_space(beside)
+    torque, links = (each - Q @ (Q.T @ each) for each in (torque, links))
     size = float(links @ links)
     if size <= ALIKE**2 * float(torque @ torque):
         return None

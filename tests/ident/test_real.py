@@ -78,7 +78,8 @@ def test_half_of_a_tx40_motion_with_a_payload_added_to_its_torques_gives_the_gai
         recording = Recording(whole.t[rows] - whole.t[rows][0], whole.q[rows], v, f"half {k + 1}")
         motions.append(Motion(recording, replace(payload, known="mass") if k == loaded else None))
     found = identify(structure, motions)
-    # 4.5 s of a motion for other purposes: standard deviations of 3 to 8 %.
+    # 4.5 s of a motion for other purposes: standard deviations of 3 to 8 %. The largest of the twelve z-scores of both
+    # halves is below 2.5 in 86 of 100 such pairs if intervals are correct.
     assert (found.estimate.identifiable).sum() >= 5
     off = (found.gain / gain - 1.0) / (found.std / found.gain)
     assert np.abs(off).max() < 2.5

@@ -16,7 +16,13 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, wo
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
-from ident.diagnosis.exclusions import centres_excluded, exclusions, indistinguishable, indistinguishable_together
+from ident.diagnosis.exclusions import (
+    centres_excluded,
+    exclusions,
+    indistinguishable,
+    indistinguishable_together,
+    undetected_sizes,
+)
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
@@ -67,11 +73,11 @@ def horizon(logs: Logs) -> Diagnosed:
 
 
 def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
-    excluded = (*exclusions(seen), *(() if base is None else centres_excluded(base)))
+    sizes = undetected_sizes(seen)
     return Diagnosed(
-        excluded=excluded,
-        indistinguishable=tuple(indistinguishable(seen, base)),
-        indistinguishable_together=tuple(indistinguishable_together(seen)),
+        excluded=(*exclusions(seen, sizes), *(() if base is None else centres_excluded(base))),
+        indistinguishable=tuple(indistinguishable(seen, sizes, base)),
+        indistinguishable_together=tuple(indistinguishable_together(seen, sizes)),
     )
 
 

@@ -4,9 +4,9 @@ A small fault is excluded beyond the size at which predictions become significan
 the residual so much that no other change can compensate.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -53,6 +53,9 @@ QUARTER = 135.0
 NAMED = 2
 """Largest number of alternatives that a sentence names."""
 
+Sizes: TypeAlias = Mapping[tuple[str, bool, bool], Mapping[tuple[tuple[int, ...], str], float]]
+"""Sizes by joints and unit, of each family, by whether they are of single joints, and of one log."""
+
 
 def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
     """Return the size beyond which each direction, of one parameter, is excluded; None if it is not."""
@@ -78,13 +81,18 @@ def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
     return found
 
 
-def exclusions(seen: Survey) -> list[Exclusion]:
-    """Return what the logs exclude, one sentence per family."""
+def exclusions(seen: Survey, sizes: Sizes) -> list[Exclusion]:
+    """Return what the logs exclude, one sentence per family.
+
+    Args:
+        seen: Comparison with all alternatives.
+        sizes: Its `undetected_sizes`.
+    """
     found = list[Exclusion]()
     for family, words, column, one_log in BOUNDED:
-        sizes = _sizes(seen, family, of_joints=bool(column), one_log=one_log)
-        for unit in dict.fromkeys(unit for _, unit in sizes):
-            same = {joints: _rounded(size) for (joints, at), size in sizes.items() if at == unit}
+        own = sizes[family, bool(column), one_log]
+        for unit in dict.fromkeys(unit for _, unit in own):
+            same = {joints: _rounded(size) for (joints, at), size in own.items() if at == unit}
             limits = ", ".join(f"{size:g}{''.join(f' ({column}{j + 1})' for j in at)}" for at, size in same.items())
             joints, limit = tuple(j for at in same for j in at), max(same.values())
             sentence = f"{words} beyond {limits} {unit}"
@@ -92,8 +100,15 @@ def exclusions(seen: Survey) -> list[Exclusion]:
     return [*found, *_gross(seen)]
 
 
-@lru_cache(maxsize=16)  # for bounded and unbounded sizes
-def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
+def undetected_sizes(seen: Survey) -> Sizes:
+    """Return the largest size of a fault that is not excluded, of each kind in `BOUNDED`, where there is a limit."""
+    return {
+        (family, bool(column), one_log): _largest(seen, family, of_joints=bool(column), one_log=one_log)
+        for family, _, column, one_log in BOUNDED
+    }
+
+
+def _largest(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
     """Largest size of a family that is not excluded, by joints and unit; of families of one log, in any log."""
     count = 1 if one_log else len(seen.logs.recordings)
     own = [each for each in seen.directions if each.family == family and len(each.joints) == of_joints]
@@ -137,11 +152,12 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
             yield Exclusion(family=family, sentence=f"{words}{many}")
 
 
-def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]:
+def indistinguishable(seen: Survey, sizes: Sizes, base: Stated | None = None) -> Iterator[str]:
     """Return faults of single joints, and scales of currents, that these logs cannot reveal.
 
     Args:
         seen: Comparison with all alternatives.
+        sizes: Its `undetected_sizes`.
         base: The estimate, for the effect on the gains, or None.
     """
     n, open_ones = seen.logs.structure.arm.n, _of_every_log(seen)
@@ -152,22 +168,22 @@ def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"zero of q{j + 1} off by half a turn" if half else f"{what} of q{j + 1}"
-    yield from _open_scales(seen, base)
+    yield from _open_scales(seen, sizes, base)
 
 
-def indistinguishable_together(seen: Survey) -> Iterator[str]:
-    """Return faults of several joints together that these logs cannot reveal."""
-    bounded = {each for each in SIZED if _sizes(seen, each, of_joints=False, one_log=False)} | {"clock"}
+def indistinguishable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
+    """Return faults of several joints together that these logs cannot reveal; arguments as for `indistinguishable`."""
+    bounded = {each for each in SIZED if sizes.get((each, False, False))} | {"clock"}
     rest = [each for each in _of_every_log(seen) if len(each.joints) != 1 and each.family not in bounded]
     if rest:
         yield f"whether {_few([each.words for each in rest])}"
 
 
-def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
+def _open_scales(seen: Survey, sizes: Sizes, base: Stated | None) -> Iterator[str]:
     """Return scales of currents in one log that are not bounded, and the effect of 1 % on a gain."""
     for of_joints, words in ((True, "scale of v{joints} in one log"), (False, "scale of all currents in one log")):
         own = [each for each in seen.directions if each.family == "current scale" and bool(each.joints) == of_joints]
-        bounded = _sizes(seen, "current scale", of_joints=of_joints, one_log=True)
+        bounded = sizes["current scale", of_joints, True]
         own = [each for each in own if (each.joints, "%") not in bounded]
         if own:
             moved = 0.0 if base is None else _moved_by_a_hundredth(own, base)

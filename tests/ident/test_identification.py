@@ -1,5 +1,6 @@
 """Data that are not what they are said to be give no wrong gain: an arm of known gains, and its log corrupted."""
 
+import gc
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.gain_signs import joint_signs
-from ident.estimation.problem import pair
+from ident.estimation.problem import Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
@@ -174,6 +175,16 @@ def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch)
     assert found.options == asked
     with pytest.raises(OptionError, match="options are float"):
         identify(axes, mounted(*logs, BRICK), method="ls-2011", options=1.5, policy=SIMULATED)
+
+
+def test_what_an_identification_worked_with_is_freed_with_its_result(axes):
+    def problems() -> list[Problem]:
+        gc.collect()
+        return [each for each in gc.get_objects() if isinstance(each, Problem)]
+
+    before = problems()
+    identify(axes, mounted(*logs_of(Truth()), BRICK))
+    assert all(any(each is one for one in before) for each in problems())
 
 
 @pytest.fixture(scope="module")

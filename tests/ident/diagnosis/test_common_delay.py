@@ -16,7 +16,7 @@ from ident.check import check
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import faults, survey
-from ident.diagnosis.exclusions import exclusions
+from ident.diagnosis.exclusions import exclusions, undetected_sizes
 from ident.identification import Identification, identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, prepare
@@ -73,7 +73,8 @@ def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, 
     assert asked.observing == ObserveOptions()
     (said,) = [each for each in asked.found.reported if each not in plain.found.reported]
     assert said.severity is Severity.GOOD
-    of_all, of_one = [each for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
+    seen = survey(doubted(axes, pair))
+    of_all, of_one = [each for each in exclusions(seen, undetected_sizes(seen)) if each.family == "delay"]
     assert (of_all.joints, bool(of_one.joints)) == ((), True)
     limit = of_all.limit
     assert said.sentence.endswith(f"delays beyond {limit:.2g} ms are excluded")

@@ -11,6 +11,7 @@ from real_friction import Truth
 from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
+from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import Survey, compared, survey
 from ident.diagnosis.estimate_model import Stated, stated
 from ident.diagnosis.exclusions import (
@@ -21,6 +22,7 @@ from ident.diagnosis.exclusions import (
     exclusions,
     indistinguishable,
     indistinguishable_together,
+    undetected_sizes,
 )
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screening import Screened
@@ -28,9 +30,19 @@ from ident.estimation.estimate import GainEstimate
 from ident.payload.payload import Payload
 
 
+def excluded(seen: Survey) -> list[Exclusion]:
+    """What the logs exclude."""
+    return exclusions(seen, undetected_sizes(seen))
+
+
+def hidden(seen: Survey, base: Stated | None = None) -> list[str]:
+    """What the logs cannot reveal of single joints and of scales."""
+    return list(indistinguishable(seen, undetected_sizes(seen), base))
+
+
 def untold(seen: Survey, base: Stated | None = None) -> list[str]:
     """All that is untold."""
-    return [*indistinguishable(seen, base), *indistinguishable_together(seen)]
+    return [*hidden(seen, base), *indistinguishable_together(seen, undetected_sizes(seen))]
 
 
 @pytest.fixture(scope="module")
@@ -103,14 +115,14 @@ def test_bounds_of_many_directions_are_those_of_each(logs, seen):
 
 
 def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
-    found = {each.family: each for each in exclusions(seen) if each.limit is not None}
+    found = {each.family: each for each in excluded(seen) if each.limit is not None}
     zeros = found["zero"]
     limits = bounds(logs.model.fits, [direction(seen, "zero", (j,)) for j in zeros.joints])
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     assert zeros.unit == "degrees"
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
-    late = [each.sentence for each in exclusions(seen) if each.family == "delay"]
+    late = [each.sentence for each in excluded(seen) if each.family == "delay"]
     assert late[0].startswith("delays of all currents beyond ")
     sizes = [bounds(logs.model.fits, [direction(seen, "delay", (j,), (k,)) for k in (0, 1)]) for j in range(6)]
     each = ", ".join(f"{1e3 * max(size):.2g} (v{j + 1})" for j, size in enumerate(sizes) if None not in size)
@@ -127,7 +139,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
     recorded = logs_of(Truth(), seed=3)
     logs = doubted(axes, recorded)
     seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
-    plain = [each for each in indistinguishable(seen) if each.startswith("scale")]
+    plain = [each for each in hidden(seen) if each.startswith("scale")]
     faint = [
         replace(each, columns=tuple(None if own is None else 1e-6 * own for own in each.columns))
         for each in seen.directions
@@ -136,7 +148,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
     others = [each for each in seen.directions if each.joints not in ((), (0,), (2,))]
     assert plain == ["scale of v1 to 3 in one log", "scale of all currents in one log"]  # nothing excludes them
     bounded = replace(seen, directions=(*faint, *others))
-    assert "scale of v1 to 3 in one log" in list(indistinguishable(bounded))
+    assert "scale of v1 to 3 in one log" in hidden(bounded)
     by_one_percent = []
     for joint in range(3):
         v = recorded[1].v.copy()
@@ -144,7 +156,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
         scaled = [recorded[0], replace(recorded[1], v=v)]
         moved = gains_of(all_joints(problem_of(axes, scaled))) / gains_of(base.estimate) - 1.0
         by_one_percent.append(100.0 * np.abs(moved).max())
-    told = next(each for each in indistinguishable(seen, base) if each.startswith("scale of v"))
+    told = next(each for each in hidden(seen, base) if each.startswith("scale of v"))
     np.testing.assert_allclose(float(told.split()[-2]), max(by_one_percent), rtol=0.1)  # first order, and two digits
 
 
@@ -156,7 +168,7 @@ def test_a_scale_that_is_excluded_is_not_said_to_be_untold(seen):
     ]
     rest = [each for each in seen.directions if each.family == "current scale" and each.joints == (4,)]
     faint = [replace(each, columns=tuple(None if x is None else 1e-6 * x for x in each.columns)) for each in rest]
-    assert [each for each in indistinguishable(replace(seen, directions=(*large, *faint))) if "scale" in each] == [
+    assert [each for each in hidden(replace(seen, directions=(*large, *faint))) if "scale" in each] == [
         "scale of v5 in one log"
     ]
 
@@ -176,7 +188,7 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
 
     def said(*losses: float) -> list[str]:
         made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
-        return [each.sentence for each in exclusions(replace(seen, gross=made)) if each.limit is None]
+        return [each.sentence for each in excluded(replace(seen, gross=made)) if each.limit is None]
 
     assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q2, 4"]
     assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q4"]
@@ -184,7 +196,7 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
 
 
 def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
-    said = list(indistinguishable(seen))
+    said = hidden(seen)
     assert "zero of q1" in said
     assert not any(each.endswith(" of q2") for each in said)
 
@@ -197,10 +209,10 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
     }
     assert sorted(zeros) == [-180.0, -90.0, 90.0]
 
-    def said(*hidden: float) -> list[str]:
-        gain = {size: -0.9 if size in hidden else -1.1 for size in zeros}
+    def said(*open_ones: float) -> list[str]:
+        gain = {size: -0.9 if size in open_ones else -1.1 for size in zeros}
         gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
-        return list(indistinguishable(replace(seen, gross=gross, directions=())))
+        return hidden(replace(seen, gross=gross, directions=()))
 
     assert said(-180.0) == ["zero of q5 off by half a turn"]
     assert said(-180.0, 90.0) == ["zero of q5"]

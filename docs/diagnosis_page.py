@@ -11,11 +11,10 @@ from diagnosis_judged import REMARKS, RULES, Cost, Judged, Verdict, accusations,
 from diagnosis_run import Run
 from scipy import stats
 
-from ident.diagnosis.candidates import SHOWN, TIE
+from ident.diagnosis.candidates import SHOWN, TIE, WORTH
 from ident.diagnosis.catalog.zeros import LARGEST
 from ident.diagnosis.comparison import BLOCKS
 from ident.diagnosis.diagnosis import MATTERS, SPOILS
-from ident.diagnosis.engine import WORTH
 from scenarios.reports.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells
 
 TILTED = "base tilt 2 mrad"

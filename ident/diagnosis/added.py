@@ -57,23 +57,47 @@ class _Felt:
     held_residual: Array
 
 
-def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
+def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]], worth: float = 0.0) -> list[Added | None]:
     """Return the improvement by each of many sets of columns, each added alone to the model of all joints.
 
     Args:
         fits: The model.
         choices: Columns of shape (r, m) of each set and each part of the fits, None where they are zero.
+        worth: Smallest improvement of the log-likelihood for which predictions are compared, which takes most of the
+            time.
 
     Returns:
-        One result for each set, None if its columns are in the column space of the model.
+        One result for each set, None if its columns are in the column space of the model, or are not worth it.
     """
     found: list[Added | None] = [None] * len(choices)
     sigma = fits.sigma
     for piece in _pieces(fits, choices):
+        if worth > 0.0:
+            improved = _improvements(fits, [choices[k] for k in piece])
+            piece = [k for k, each in zip(piece, improved, strict=True) if each > worth]
         felt = list(_felt(fits, sigma, [choices[k] for k in piece]))
         for place, more in _added(fits, sigma, felt, len(piece)):
             found[piece[place]] = more
     return found
+
+
+def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Array:
+    """Improvement of the log-likelihood by each set of columns, all with the variance of the best log, shape (K,)."""
+    count, m = len(choices), next(own.shape[1] for own in choices[0] if own is not None)
+    square, left, along = np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, 1))
+    variance = fits.score.log_variance
+    least = np.min(np.where(variance > 0.0, variance, np.inf), axis=1)
+    for unit, (part, which, columns) in zip(least, _stacked(fits, choices), strict=True):
+        if part is not None and len(which) and np.isfinite(unit):
+            c = columns.reshape(len(columns), len(which), m).transpose(1, 2, 0)
+            inside = part.fit.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
+            square[which] += np.einsum("kmr,kmr->km", c, c) / unit
+            left[which] += (c @ c.swapaxes(1, 2) - inside @ inside.swapaxes(1, 2)) / unit
+            along[which] += c @ part.fit.residual[:, None] / unit
+    size = np.sqrt(np.where(square > 0.0, square, 1.0))
+    values, directions = np.linalg.eigh(left / (size[:, :, None] * size[:, None, :]))
+    turned = directions.swapaxes(1, 2) @ (along / size[..., None])
+    return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
 
 
 def _pieces(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[list[int]]:
@@ -91,11 +115,17 @@ def _pieces(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[l
 
 def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> Iterator[_Felt]:
     """Sets with equal numbers of columns, on the parts where they are not zero."""
-    for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
+    for j, (part, which, columns) in enumerate(_stacked(fits, choices)):
+        if part is not None and sigmas[j] > 0.0 and len(which):
+            yield _of_part(j, part, float(sigmas[j]), columns, which)
+
+
+def _stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[HeldOut | None, Indices, Array]]:
+    """Each part of the fits, with the indices of the sets that are not zero on it, shape (K,), and their columns."""
+    for j, part in enumerate(fits.parts):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
-        if part is not None and sigma > 0.0 and felt:
-            columns = np.hstack([own for _, own in felt])
-            yield _of_part(j, part, float(sigma), columns, np.array([k for k, _ in felt]))
+        columns = np.hstack([own for _, own in felt]) if felt else np.zeros((0, 0))
+        yield part, np.array([k for k, _ in felt], np.intp), columns
 
 
 def _of_part(place: int, part: HeldOut, sigma: float, columns: Array, which: Indices) -> _Felt:

@@ -17,6 +17,12 @@ SHOWN = 5.0
 In 187 fault-free sets of logs, the best of some 400 alternatives exceeded 4 in 18 sets, and 5 in 5 sets, four of these
 with very elastic joints, backlash or presliding (`docs/diagnosis.md` has the present rates).
 """
+WORTH = 8.0
+"""Improvement of the log-likelihood beyond which predictions are compared: z = 4 for white residuals.
+
+Of a large alternative it is that on subsampled states, of a direction that of the fit, which predictions of omitted
+blocks hardly exceed. It only saves time.
+"""
 TIE = 2.0
 """Difference of two alternatives, in standard errors, below which they cannot be distinguished."""
 

@@ -56,14 +56,21 @@ class FreeFit:
         """Degrees of freedom: rows minus unknowns."""
         return len(self.V) - self.Q.shape[1]
 
+    def inside(self, columns: Array) -> Array:
+        """Return the coordinates of columns, shape (r, k), in the basis Q, shape (p, k)."""
+        inside = np.zeros((self.Q.shape[1], columns.shape[1]))
+        for rows, Q, felt in self._parts:
+            own = np.flatnonzero(columns[rows].any(axis=0))
+            inside[np.ix_(felt, own)] += Q.T @ columns[rows, own]
+        return inside
+
     def without(self, columns: Array) -> Array:
-        """Residuals of columns, shape (r, k) or (r,), in this fit."""
-        inside, left = np.zeros((self.Q.shape[1], *columns.shape[1:])), np.empty_like(columns)
+        """Return the residuals of columns, shape (r, k) or (r,), in this fit."""
+        given = columns.reshape(len(columns), -1)
+        inside, left = self.inside(given), np.empty_like(given)
         for rows, Q, felt in self._parts:
-            inside[felt] += Q.T @ columns[rows]
-        for rows, Q, felt in self._parts:
-            left[rows] = columns[rows] - Q @ inside[felt]
-        return left
+            left[rows] = given[rows] - Q @ inside[felt]
+        return left.reshape(columns.shape)
 
     @cached_property
     def _parts(self) -> list[tuple[slice, Array, Indices]]:
@@ -97,14 +104,14 @@ class HeldOut:
     Attributes:
         fit: The fit.
         place: Index of each row among padded blocks, shape (r,).
-        inverse: (I - Q_b Q_b')^-1 of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
+        matrix: I - Q_b Q_b' of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
         factor: K of long blocks, whose inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
         width: Number of rows of a padded block, m.
     """
 
     fit: FreeFit
     place: Indices
-    inverse: Array | None
+    matrix: Array | None
     factor: Array
     width: int
 
@@ -120,9 +127,9 @@ class HeldOut:
 
     def by_block(self, x: Array) -> Array:
         """The same for padded columns, both of shape (blocks, m, k)."""
-        if self.inverse is None:
+        if self.matrix is None:
             return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
-        return self.inverse @ x
+        return np.asarray(np.linalg.solve(self.matrix, x), np.float64)
 
 
 def held_out(fit: FreeFit) -> HeldOut:
@@ -145,12 +152,11 @@ def held_out(fit: FreeFit) -> HeldOut:
     if width > 2 * p:
         L = np.linalg.cholesky(np.eye(p) - Q.swapaxes(1, 2) @ Q)
         return HeldOut(fit, place, None, readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2)), width)
-    inverse = np.linalg.inv(np.eye(width) - Q @ Q.swapaxes(1, 2))
-    return HeldOut(fit, place, readonly(inverse), Q[..., :0], width)
+    return HeldOut(fit, place, readonly(np.eye(width) - Q @ Q.swapaxes(1, 2)), Q[..., :0], width)
 
 
 def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
-    """Prepare the held-out predictions of a fit with further columns, from those without (Woodbury's identity).
+    """Prepare the held-out predictions of a fit with further columns, from those without.
 
     Args:
         held: Those without the further columns.
@@ -158,12 +164,10 @@ def held_out_beside(held: HeldOut, new: Array, residual: Array) -> HeldOut:
         residual: Residuals with them, shape (r,).
     """
     fit = replace(held.fit, residual=residual, Q=np.column_stack((held.fit.Q, new)))
-    if held.inverse is None:
+    if held.matrix is None:
         return held_out(fit)
     N = held.padded(new)
-    X = held.inverse @ N
-    more = X @ np.linalg.solve(np.eye(new.shape[1]) - N.swapaxes(1, 2) @ X, X.swapaxes(1, 2))
-    return replace(held, fit=fit, inverse=readonly(held.inverse + more))
+    return replace(held, fit=fit, matrix=readonly(held.matrix - N @ N.swapaxes(1, 2)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.alternative import Alternative, Direction
-from ident.diagnosis.candidates import SHOWN, Compared, Small, likeliest
+from ident.diagnosis.candidates import SHOWN, WORTH, Compared, Small, likeliest
 from ident.diagnosis.catalog import FAMILIES, Family
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.fitted_currents import Reference, reference
@@ -21,9 +21,6 @@ from ident.support.errors import IdentificationError
 
 LOOKED_AT = 3
 """Number of best alternatives of each kind that are compared exactly."""
-WORTH = 8.0
-"""Improvement of the log-likelihood on subsampled states beyond which a hypothesis is compared exactly: z = 4 for white
-residuals."""
 MOST = 4
 """Largest number of faults and terms in one set of logs."""
 REFINED = 3
@@ -95,8 +92,8 @@ def directions(fit: Reference | None, logs: Logs, families: Collection[Family] =
 
 
 def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
-    """Return the improvements by directions, the best first."""
-    each = zip(found, each_added(logs.model.fits, [one.columns for one in found]), strict=True)
+    """Return the improvements by directions that are worth a comparison, the best first."""
+    each = zip(found, each_added(logs.model.fits, [one.columns for one in found], WORTH), strict=True)
     small = [Small(direction, more) for direction, more in each if more is not None]
     return tuple(sorted(small, key=lambda each: -each.gain))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Direction, two_digits
-from ident.diagnosis.candidates import SHOWN, TIE, Small, likeliest
+from ident.diagnosis.candidates import SHOWN, TIE, WORTH, Small, likeliest
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains, z_of
@@ -92,7 +92,7 @@ def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
     """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
     choices = list(choices)
     while True:
-        added = zip(choices, base.each_added(choices), strict=True)
+        added = zip(choices, base.each_added(choices, WORTH), strict=True)
         small = [Small(each, more) for each, more in added if more is not None]
         shown = [each for each in small if each.within and each.z > SHOWN]
         if not shown:

@@ -94,9 +94,9 @@ class Stated:
         """Improvement by a direction; None if it is in the column space of the estimate."""
         return self.each_added([direction])[0]
 
-    def each_added(self, directions: Sequence[Direction]) -> list[Added | None]:
-        """Improvement by each of many directions, each added alone."""
-        return each_added(self.fits, [self.weighted(each).columns for each in directions])
+    def each_added(self, directions: Sequence[Direction], worth: float = 0.0) -> list[Added | None]:
+        """Improvement by each of many directions, each added alone; None also for less than `worth`."""
+        return each_added(self.fits, [self.weighted(each).columns for each in directions], worth)
 
     def beside(self, direction: Direction) -> "Stated":
         """The same estimate with the direction added to its model."""

@@ -1,10 +1,11 @@
 """Held-out predictions beside fits that are really made without a block; gains and z beside the formulas."""
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.comparison import (
@@ -187,6 +188,29 @@ def test_many_sets_of_columns_add_what_each_adds_alone(made, together, monkeypat
         if found is not None and alone is not None:
             for name in ("u", "value", "covariance"):
                 np.testing.assert_allclose(getattr(found, name), getattr(alone, name), rtol=1e-9)  # rounding
+
+
+def test_columns_that_improve_the_fit_less_than_they_are_worth_are_not_compared(made):
+    fits, fitted = made.fits, (0, 2)  # joint 2 has no fit
+    best = np.sqrt(fits.score.log_variance.min(axis=1))  # of the log with the smaller residual
+
+    def left(columns, width: int) -> float:
+        """Sum of squares of a fit of both joints, in units of `best`."""
+        W, V = [made.W[j] / best[j] for j in fitted], [made.V[j] / best[j] for j in fitted]
+        none = [np.zeros((len(each), width)) for each in V]
+        more = [none[k] if columns[j] is None else columns[j] / best[j] for k, j in enumerate(fitted)]
+        X, y = np.hstack((linalg.block_diag(*W), np.vstack(more))), np.concatenate(V)
+        return float(np.sum((y - X @ np.linalg.lstsq(X, y)[0]) ** 2))
+
+    three, last = made.columns, [each[:, 2:] for each in made.columns]
+    choices = [three, last, [three[0], None, None], [None, None, last[2]], [None, three[1], None]]
+    widths = [3, 1, 3, 1, 3]
+    improved = [0.5 * (left([None] * 3, m) - left(each, m)) for each, m in zip(choices, widths, strict=True)]
+    for worth in (0.5 * (a + b) for a, b in pairwise(sorted(improved))):
+        for found, columns, each in zip(each_added(fits, choices, worth), choices, improved, strict=True):
+            assert (found is not None) == (each > worth)
+            if found is not None:
+                np.testing.assert_allclose(found.value, added(fits, columns).value, rtol=1e-9)
 
 
 def test_blocks_are_twentieths_of_each_log_whatever_rows_are_left_out():

@@ -12,8 +12,8 @@ from known_logs import BRICK
 from log_faults import changed, late
 from real_friction import Truth
 
-from ident.diagnosis.added import Added
-from ident.diagnosis.candidates import Compared, likeliest
+from ident.diagnosis.added import Added, each_added
+from ident.diagnosis.candidates import Compared, Small, likeliest
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
@@ -111,7 +111,8 @@ def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever
 
 def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
     fit = sound_survey.fit
-    small = next(each for each in sound_survey.small if each.direction.key == ("zero", (1,), (0, 1)))
+    zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
+    small = Small(zero, each_added(sound_survey.logs.model.fits, [zero.columns])[0])
     rows, influence = fit.fitted.fit.rows, fit.fitted.fit.log_influence
     C = max_of_classical_and_jackknife(rows, influence, 0.0)
     moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from ident.estimation.all_joints.columns import Base, JointColumns
 from ident.estimation.all_joints.friction import OwnColumns
@@ -87,7 +86,7 @@ def base_of(joint: JointColumns, own: OwnColumns) -> Base:
     """Return the basis common to all fits of a joint: these own columns, and all columns from positions."""
     f, p, felt = own.F.shape[1], joint.shared.shape[1], np.flatnonzero(joint.shared.any(axis=0))
     W = np.column_stack((own.F, joint.shared[:, felt], joint.known, *joint.payload))
-    Q, R = (np.asarray(part, np.float64) for part in linalg.qr(W, mode="economic", check_finite=False))
+    Q, R = np.linalg.qr(W)
     A, last = np.zeros((len(R), p)), f + len(felt)
     A[:, felt] = R[:, f:last]
     names = enumerate(zip(own.names, own.motion, strict=True))
@@ -132,7 +131,7 @@ def _triangular(joint: JointColumns, own: OwnColumns) -> _Triangular:
     F = [new[:, terms.index(j)] if j in terms else known(base.own[name][:, None]) for j, name in enumerate(names)]
     A = np.hstack((known(base.A), new[:, len(terms) : -1]))[:, felt]
     W = np.column_stack((*F, A, known(base.k[:, None]), new[:, -1], known(base.payload)))
-    turn, R = (np.asarray(part, np.float64) for part in linalg.qr(W, mode="economic", check_finite=False))
+    turn, R = np.linalg.qr(W)
     return _Triangular(basis, turn, R, felt, slice(len(names), len(names) + len(felt)))
 
 
@@ -142,7 +141,7 @@ def _added(Q: Array, columns: Array) -> tuple[Array, Array]:
     for _ in range(2):  # the second pass removes rounding errors of the first
         again = Q.T @ left
         inside += again @ R
-        left, more = (np.asarray(part, np.float64) for part in linalg.qr(left - Q @ again, mode="economic"))
+        left, more = np.linalg.qr(left - Q @ again)
         R = more @ R
     return np.hstack((Q, left)), np.vstack((inside, R))
 
@@ -161,6 +160,4 @@ def _with_beliefs(R: Array, own: OwnColumns) -> tuple[Array, Array]:
     beliefs = np.zeros((int(own.believed.sum()), R.shape[1]))
     beliefs[np.arange(len(beliefs)), np.flatnonzero(own.believed)] = 1.0 / own.std[own.believed]
     beliefs[:, -1] = (own.mean / own.std)[own.believed]
-    factor = linalg.qr(np.vstack((R, beliefs)), mode="economic", check_finite=False)
-    turn, grown = (np.asarray(part, np.float64) for part in factor)
-    return turn, grown
+    return np.linalg.qr(np.vstack((R, beliefs)))

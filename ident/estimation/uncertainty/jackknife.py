@@ -3,6 +3,7 @@
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ident.estimation.rows import Rows
 from ident.support.arrays import Array, Indices, readonly
@@ -50,7 +51,11 @@ def _not_fitted_to(Q: Array, e: Array) -> Array:
     """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
     rows, columns = Q.shape
     if rows <= columns:
-        found = np.linalg.solve(np.eye(rows) - Q @ Q.T, e)
-    else:
-        found = e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e)
-    return np.asarray(found, np.float64)
+        return _solved(np.eye(rows) - Q @ Q.T, e)
+    return e + Q @ _solved(np.eye(columns) - Q.T @ Q, Q.T @ e)
+
+
+def _solved(A: Array, b: Array) -> Array:
+    """Solve A x = b for a positive definite A, or for one that is singular up to rounding."""
+    _, x, failed = lapack.dposv(A, b, lower=True)  # half the work of np.linalg.solve
+    return np.asarray(np.linalg.solve(A, b) if failed else x, np.float64)

@@ -15,7 +15,7 @@ spikes in more than `MANY` of the samples, which affect the quantiles of the oth
 detected. A change of a coarsely quantised channel by one quantum is not a spike.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -107,8 +107,12 @@ def _faults_by_channel(recording: Recording) -> Iterator[LogFault]:
         yield from _current_faults(recording, j)
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
     for j in range(recording.n):
-        yield from _spike_faults(recording, "q", j, fastest)
-        yield from _spike_faults(recording, "v", j, float("inf"))
+        yield from _spike_faults(recording, "q", j, *_many_spikes(recording.q[:, j], fastest))
+    found = [_many_spikes(v, float("inf")) for v in recording.v.T]
+    answered = _answered([mask for mask, _ in found], recording.q)
+    for j in range(recording.n):
+        if not answered[j]:
+            yield from _spike_faults(recording, "v", j, *found[j])
 
 
 def spikes(recording: Recording) -> tuple[Mask, Mask]:
@@ -222,11 +226,11 @@ def _is_smooth(x: Array, far: float) -> bool:
     return min(low, high) > beyond
 
 
-def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterator[LogFault]:
-    x = recording.q[:, j] if kind == "q" else recording.v[:, j]
-    found, near = _many_spikes(x, far)
-    if not found.any() or (kind == "v" and _answers(found, recording.q[:, j])):
+def _spike_faults(recording: Recording, kind: str, j: int, found: Mask, near: Array) -> Iterator[LogFault]:
+    """Return the spikes of a channel as a fault, if there are any."""
+    if not found.any():
         return
+    x = recording.q[:, j] if kind == "q" else recording.v[:, j]
     row, many = int(found.argmax()), int(found.sum())
     sentence = (
         f"{kind}{j + 1} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at row {row + 1}, "
@@ -235,13 +239,25 @@ def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterat
     yield LogFault(j, sentence, "remove or repair those samples")
 
 
-def _answers(spikes: Mask, q: Array) -> bool:
-    """Return whether all spikes of a current follow encoder steps, as a response of the controller."""
-    follow = np.zeros(len(q), dtype=np.bool_)
-    stepped = np.flatnonzero(np.diff(q) != 0.0) + 1
-    for later in range(NEAR + 1):
-        follow[np.minimum(stepped + later, len(q) - 1)] = True
-    return bool(follow[spikes].all()) and int(spikes.sum()) * float(np.log(follow.mean())) < float(np.log(CHANCE))
+def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
+    """Return for each joint whether all spikes of its current follow encoder steps, as a response of the controller.
+
+    The joints of an arm have one kind of controller, so the probability that all follow by chance is that of all joints
+    together.
+
+    Args:
+        spikes: Masks of the spikes of each current, n masks of shape (N,).
+        q: Positions, shape (N, n).
+    """
+    answers, log_chance = list[bool](), 0.0
+    for mask, position in zip(spikes, q.T, strict=True):
+        follow = np.zeros(len(q), dtype=np.bool_)
+        stepped = np.flatnonzero(np.diff(position) != 0.0) + 1
+        for later in range(NEAR + 1):
+            follow[np.minimum(stepped + later, len(q) - 1)] = True
+        answers.append(bool(follow[mask].all()))
+        log_chance += int(mask.sum()) * float(np.log(max(follow.mean(), 1e-300))) if answers[-1] else 0.0
+    return [each and log_chance < float(np.log(CHANCE)) for each in answers]
 
 
 def _flickers(x: Array, away: Array) -> bool:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.recordings.checks import BURST, FASTEST, FASTEST_CLOCK, SLOWEST, UNUSUAL, check_log
+from ident.recordings.checks import BURST, FASTEST, FASTEST_CLOCK, SLOWEST, UNUSUAL, check_log, log_faults
 from ident.recordings.files import read_recording
 from ident.recordings.recording import LARGEST_CURRENT, LARGEST_POSITION, Recording
 from ident.support.errors import RecordingError
@@ -280,6 +280,24 @@ def stepping(later: int, every: int = 37) -> tuple[np.ndarray, np.ndarray]:
 def test_a_current_that_answers_each_step_of_its_encoder_has_no_spikes(later):
     q, v = stepping(later)
     check_log(log(q=q, v=v))
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_few_spikes_may_follow_steps_by_chance_but_not_where_another_joint_of_the_arm_answers_its_own(order):
+    def doubted(*, beside: bool, late: int = 0) -> str:
+        q, v = stepping(later=1)
+        if not beside:
+            q[:, 1], v[:, 1] = Q[:, 1], V[:, 1]
+        q[:, 0] = 1e-3 * (np.arange(len(T)) // 8 % 2)  # half of all samples follow one of these steps
+        rows = np.arange(80, len(T) - 8, 160) + 2  # 25 spikes
+        rows[7] += late
+        v[rows, 0] += 4.0 * np.ptp(V[:, 0])
+        return "; ".join(each.sentence for each in log_faults(log(q=q[:, order], v=v[:, order])))
+
+    spiky = f"v{order[0] + 1} has 25 spikes"
+    assert spiky in doubted(beside=False)
+    assert not doubted(beside=True)
+    assert spiky in doubted(beside=True, late=4)  # one of them follows no step
 
 
 @pytest.mark.parametrize(("later", "every"), [(4, 37), (-1, 37), (0, 1)])

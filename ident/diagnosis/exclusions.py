@@ -34,6 +34,12 @@ BOUNDED = (
 )
 """Families whose excluded sizes are reported: wording, column of the joint concerned ("" for all joints), and whether
 they concern one log."""
+OPEN = (
+    ("clock", False, False, "rate of the clock"),
+    ("current scale", True, True, "scale of v{joints} in one log"),
+    ("current scale", False, True, "scale of all currents in one log"),
+)
+"""Families whose sizes are reported if they are not excluded: whether they concern a joint, one log, and wording."""
 FARTHEST = 0.1
 """Largest tested error of a payload's centre [m]."""
 GROSS = {
@@ -138,7 +144,7 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
 
 
 def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]:
-    """Return faults of single joints, and scales of currents, that these logs cannot reveal.
+    """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
 
     Args:
         seen: Comparison with all alternatives.
@@ -152,7 +158,7 @@ def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"zero of q{j + 1} off by half a turn" if half else f"{what} of q{j + 1}"
-    yield from _open_scales(seen, base)
+    yield from _open_factors(seen, base)
 
 
 def indistinguishable_together(seen: Survey) -> Iterator[str]:
@@ -163,12 +169,13 @@ def indistinguishable_together(seen: Survey) -> Iterator[str]:
         yield f"whether {_few([each.words for each in rest])}"
 
 
-def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
-    """Return scales of currents in one log that are not bounded, and the effect of 1 % on a gain."""
-    for of_joints, words in ((True, "scale of v{joints} in one log"), (False, "scale of all currents in one log")):
-        own = [each for each in seen.directions if each.family == "current scale" and bool(each.joints) == of_joints]
-        bounded = _sizes(seen, "current scale", of_joints=of_joints, one_log=True)
-        own = [each for each in own if (each.joints, "%") not in bounded]
+def _open_factors(seen: Survey, base: Stated | None) -> Iterator[str]:
+    """Return factors of time and of currents in one log that are not bounded, and the effect of 1 % on a gain."""
+    for family, of_joints, one_log, words in OPEN:
+        logs = 1 if one_log else len(seen.logs.recordings)
+        own = [each for each in seen.directions if each.family == family and bool(each.joints) == of_joints]
+        bounded = _sizes(seen, family, of_joints=of_joints, one_log=one_log)
+        own = [each for each in own if (each.joints, "%") not in bounded and len(each.logs) == logs]
         if own:
             moved = 0.0 if base is None else _moved_by_a_hundredth(own, base)
             matters = f" (1 % changes a gain by {moved:.2g} %)" if moved else ""
@@ -176,7 +183,7 @@ def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
 
 
 def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
-    """Largest change of a gain [%] by 1 % of any of the scales."""
+    """Largest change of a gain [%] by 1 % of any of the factors."""
     found = (effect for each in scales for effect in base.effects(0.01 * base.stacked(each.columns)[:, 0]))
     return max((abs(effect.percent) for effect in found), default=0.0)
 

@@ -15,7 +15,7 @@ import numpy as np
 from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
-SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
+SAME_PARAMETER = {"sign": "zero", "current sign": "current scale", "payload shift": "payload centre"}
 """Families whose size is the parameter of another family's direction."""
 
 

@@ -16,7 +16,7 @@ from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
 SAME_PARAMETER = {"sign": "zero", "current sign": "current scale", "payload shift": "payload centre"}
-"""Families whose size is the parameter of another family's direction."""
+"""Families whose size is, or includes, the parameter of another family's direction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

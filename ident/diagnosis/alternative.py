@@ -15,8 +15,8 @@ import numpy as np
 from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
-SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
-"""Families whose size is the parameter of another family's direction."""
+SAME_PARAMETER = {"sign": "zero", "current sign": "current scale", "payload shift": "payload centre"}
+"""Families whose size is, or includes, the parameter of another family's direction."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

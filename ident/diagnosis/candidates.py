@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from ident.diagnosis.added import Added
-from ident.diagnosis.alternative import Alternative, Direction
+from ident.diagnosis.alternative import SAME_PARAMETER, Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.logs import Logs
@@ -165,5 +165,5 @@ def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
 
 def _contains(general: Compared | Small, special: Compared | Small) -> bool:
     """Whether an alternative is a generalisation of another one: separate delays of all joints of a common delay."""
-    same = (general.family, general.logs) == (special.family, special.logs)
-    return same and general.parameters > special.parameters
+    kinds = {SAME_PARAMETER.get(each.family, each.family) for each in (general, special)}
+    return len(kinds) == 1 and general.logs == special.logs and general.parameters > special.parameters

@@ -3,7 +3,7 @@
 Severity follows from two numbers: z, the significance, and the effect on each gain.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
-from ident.diagnosis.comparison import Score, gains
+from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
@@ -46,11 +46,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     """
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
-    found = list(faults(seen))
-    of_logs = [each for each in found if isinstance(each.found, Compared)]
     known = None if estimate is None else _Known(estimate, base, reestimate)
-    if known is not None:
-        of_logs = list(known.confirmed(of_logs))
+    found = list(faults(seen) if known is None else faults(seen, known.confirms))
+    of_logs = [each for each in found if isinstance(each.found, Compared)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if not of_logs:
         diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
@@ -117,23 +115,16 @@ class _Known:
                 self.others[id(found)] = None
         return self.others[id(found)]
 
-    def confirmed(self, faults: Iterable[Fault]) -> Iterator[Fault]:
-        """Return the faults before the first that does not improve the predictions of the estimate itself.
+    def confirms(self, found: Compared) -> bool:
+        """Whether a fault improves the predictions of the estimate itself, or cannot be tested by it.
 
-        It has more information than the free model, which short motions hardly determine: what it does not confirm is
-        chance.
+        The estimate has more information than the free model, which short motions hardly determine.
         """
-        score: Score | None = None
-        for each in faults:
-            assert isinstance(each.found, Compared), "a fault of the logs"
-            other = self.of(each.found)
-            if self.base is not None and other is not None and _linear(other):
-                score = score or self.base.by_joint
-                hypothesis = each.found.alternative.hypothesis
-                read = scored_as(stated(each.found.read.problem, other).by_joint, hypothesis)
-                if gains(score, read).sum() <= 0.0:
-                    return
-            yield each
+        other = self.of(found)
+        if self.base is None or other is None or not _linear(other):
+            return True
+        read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
+        return bool(gains(self.base.by_joint, read).sum() > 0.0)
 
     def effects(self, found: Compared | Small) -> Iterator[Effect]:
         """Error of the gains due to a fault of the logs, or to a term that the model lacks."""

@@ -3,7 +3,7 @@
 Terms that a model may lack compete with faults, so that no fault is reported for what a term explains.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,10 +98,16 @@ def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 
-def faults(seen: Survey) -> Iterator[Fault]:
-    """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included."""
+def faults(seen: Survey, confirms: Callable[[Compared], bool] = lambda _: True) -> Iterator[Fault]:
+    """Return faults and terms of the logs, the one that explains most first, each with the earlier ones included.
+
+    Args:
+        seen: Comparison with all alternatives.
+        confirms: Whether an estimate, which has more information, agrees with a fault of the logs; the next best one
+            is taken if it does not.
+    """
     for _ in range(MOST):
-        found = _best(seen)
+        found = _best(seen, confirms)
         if found is None:
             return
         yield found
@@ -111,14 +117,18 @@ def faults(seen: Survey) -> Iterator[Fault]:
             seen = _with_term(seen, found.found.direction)
 
 
-def _best(seen: Survey) -> Fault | None:
-    """Return the best of the significantly better alternatives."""
+def _best(seen: Survey, confirms: Callable[[Compared], bool]) -> Fault | None:
+    """Return the best of the significantly better alternatives that are confirmed."""
     full = [each for each in _in_full(seen) if each.z > SHOWN]
     terms = [each for each in seen.small if each.direction.alternative is None and each.z > SHOWN]
     candidates = [*full, *terms]
-    if not candidates:
+    while candidates:
+        best, rivals = likeliest(candidates)
+        if isinstance(best, Small) or confirms(best):
+            break
+        candidates.remove(best)
+    else:
         return None
-    best, rivals = likeliest(candidates)
     small = (
         best if isinstance(best, Small) else next((each for each in seen.small if each.near(best.alternative)), None)
     )

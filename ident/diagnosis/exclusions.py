@@ -34,6 +34,12 @@ BOUNDED = (
 )
 """Families whose excluded sizes are reported: wording, column of the joint concerned ("" for all joints), and whether
 they concern one log."""
+OPEN = (
+    ("clock", False, False, "rate of the clock"),
+    ("current scale", True, True, "scale of v{joints} in one log"),
+    ("current scale", False, True, "scale of all currents in one log"),
+)
+"""Families whose sizes are reported if they are not excluded: whether they concern a joint, one log, and wording."""
 FARTHEST = 0.1
 """Largest tested error of a payload's centre [m]."""
 GROSS = {
@@ -153,7 +159,7 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
 
 
 def indistinguishable(seen: Survey, sizes: Sizes, base: Stated | None = None) -> Iterator[str]:
-    """Return faults of single joints, and scales of currents, that these logs cannot reveal.
+    """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
 
     Args:
         seen: Comparison with all alternatives.
@@ -168,7 +174,7 @@ def indistinguishable(seen: Survey, sizes: Sizes, base: Stated | None = None) ->
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"zero of q{j + 1} off by half a turn" if half else f"{what} of q{j + 1}"
-    yield from _open_scales(seen, sizes, base)
+    yield from _open_factors(seen, sizes, base)
 
 
 def indistinguishable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
@@ -179,12 +185,13 @@ def indistinguishable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
         yield f"whether {_few([each.words for each in rest])}"
 
 
-def _open_scales(seen: Survey, sizes: Sizes, base: Stated | None) -> Iterator[str]:
-    """Return scales of currents in one log that are not bounded, and the effect of 1 % on a gain."""
-    for of_joints, words in ((True, "scale of v{joints} in one log"), (False, "scale of all currents in one log")):
-        own = [each for each in seen.directions if each.family == "current scale" and bool(each.joints) == of_joints]
-        bounded = sizes["current scale", of_joints, True]
-        own = [each for each in own if (each.joints, "%") not in bounded]
+def _open_factors(seen: Survey, sizes: Sizes, base: Stated | None) -> Iterator[str]:
+    """Return factors of time and of currents in one log that are not bounded, and the effect of 1 % on a gain."""
+    for family, of_joints, one_log, words in OPEN:
+        logs = 1 if one_log else len(seen.logs.recordings)
+        own = [each for each in seen.directions if each.family == family and bool(each.joints) == of_joints]
+        bounded = sizes[family, of_joints, one_log]
+        own = [each for each in own if (each.joints, "%") not in bounded and len(each.logs) == logs]
         if own:
             moved = 0.0 if base is None else _moved_by_a_hundredth(own, base)
             matters = f" (1 % changes a gain by {moved:.2g} %)" if moved else ""
@@ -192,7 +199,7 @@ def _open_scales(seen: Survey, sizes: Sizes, base: Stated | None) -> Iterator[st
 
 
 def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
-    """Largest change of a gain [%] by 1 % of any of the scales."""
+    """Largest change of a gain [%] by 1 % of any of the factors."""
     found = (effect for each in scales for effect in base.effects(0.01 * base.stacked(each.columns)[:, 0]))
     return max((abs(effect.percent) for effect in found), default=0.0)
 

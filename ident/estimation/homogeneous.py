@@ -117,7 +117,7 @@ def homogeneous_system(problem: Problem, weights: str) -> HomogeneousSystem:
     n, p = len(columns), shared.count
     H = np.zeros((len(joint), n + p + sum(each.F.shape[1] for each in own)))
     if len(H) <= H.shape[1]:
-        raise TooFewRows(f"{len(H)} rows cannot give {H.shape[1]} unknowns; record a longer motion")
+        raise TooFewRows.of(*H.shape)
     first = n + p
     for j, (each, F) in enumerate(zip(columns, own, strict=True)):
         rows = joint == j

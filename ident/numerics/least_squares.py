@@ -62,7 +62,7 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     """
     r, b = W.shape
     if r <= b:
-        raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
+        raise TooFewRows.of(r, b)
     scale = np.linalg.norm(W, axis=0)
     if not scale.all():
         column = int(np.argmin(scale))

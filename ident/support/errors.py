@@ -41,6 +41,14 @@ class OptionError(IdentificationError):
 class TooFewRows(IdentificationError):
     """A linear system with too few equations for its unknowns."""
 
+    @classmethod
+    def of(cls, rows: int, unknowns: int, where: str = "") -> "TooFewRows":
+        """State the numbers, and where it is, such as `joint 2`; rows near reversals of a joint are left out."""
+        return cls(
+            f"{f'{where}: ' if where else ''}{rows} rows cannot give {unknowns} unknowns; record a longer motion with "
+            "fewer reversals, and positions that are neither coarse nor repeated"
+        )
+
 
 class NotExcited(IdentificationError):
     """A linear system that does not determine every unknown."""

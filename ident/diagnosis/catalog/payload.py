@@ -29,10 +29,18 @@ INERTIA = Term(
     advice="check the payload's inertia: axes, reference point and units",
     at_fault=True,
 )
+SHIFT = Term(
+    words=lambda offset: (
+        "the payload seems to move in its mount, its centre of mass by some "
+        f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset[len(offset) // 2 :])}) mm from beginning to end,"
+    ),
+    advice="fasten the payload, and record this motion again",
+    at_fault=True,
+)
 
 
 def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
-    """Errors of the specified centre of mass and inertia of each payload."""
+    """Errors of the specified centre of mass and inertia of each payload, and its shift within a log."""
     for which, payload in enumerate(problem.payloads):
         if payload.known in KNOWN_CENTRE:
             yield _of(problem, estimate, which, FAMILIES[0], CENTRE, per_metre(payload), "mm", 1e3, payload.com_std)
@@ -40,11 +48,27 @@ def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
             inertia = np.zeros((10, 6))
             inertia[:6] = np.eye(6)
             yield _of(problem, estimate, which, FAMILIES[1], INERTIA, inertia, "kg m^2", 1.0)
+        moment = np.zeros((10, 3))
+        moment[6:9] = payload.mass * np.eye(3)
+        carrying = [k for k, motion in enumerate(problem.motions) if motion.payload is payload]
+        fixed = _of(problem, estimate, which, "payload shift", SHIFT, moment, "mm", 1e3)
+        yield from (_during(problem, fixed, log) for log in carrying)
 
 
 def per_metre(payload: Payload) -> Array:
     """Change of a payload's known standard parameters per metre of its centre along each axis, shape (10, 3)."""
     return replace(payload, com_std=(1.0, 1.0, 1.0)).known_part().spread[:, 1:4]
+
+
+def _during(problem: Problem, fixed: Direction, log: int) -> Direction:
+    """Return a change within one log: its mean, then its growth in proportion to time."""
+    columns = list[Array | None]()
+    for j, each in enumerate(fixed.columns):
+        rows = joint_rows(problem, j)
+        own = rows.motion == log
+        share = own * (rows.position / max(1, int(rows.position[own].max(initial=1))) - 0.5)
+        columns.append(None if each is None else np.hstack((each, share[:, None] * each)))
+    return replace(fixed, logs=(log,), columns=tuple(columns))
 
 
 def _of(

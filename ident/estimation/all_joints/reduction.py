@@ -67,7 +67,7 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
     """
     f, p, r = own.F.shape[1], joint.shared.shape[1], len(joint.V)
     if r <= f + p + 2:
-        raise TooFewRows(f"joint {joint.joint + 1}: {r} rows cannot give {f + p + 2} unknowns; record a longer motion")
+        raise TooFewRows.of(r, f + p + 2, f"joint {joint.joint + 1}")
     turned = _triangular(joint, own)
     m = turned.others.stop + 2
     sigma = left_alone(joint, turned)

@@ -144,7 +144,7 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
     W, V = system.W, system.rows.V
     r, b = W.shape
     if r <= b:
-        raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
+        raise TooFewRows.of(r, b)
     scale, aid = np.linalg.norm(W, axis=0), np.linalg.norm(Z, axis=0)
     if not scale.all() or not aid.all():
         column = int(np.argmin(np.minimum(scale, aid)))

@@ -21,6 +21,8 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
 
     Arguments as for all covariance estimators; `serial_s` is ignored. Shape (k, k).
     """
+    if not len(influence):  # of no joint; there may be no row either
+        return np.zeros((0, 0))
     changes = np.array([influence[:, block] @ left for block, left in left_out(rows)])
     apart = changes - changes.mean(axis=0)
     return (len(changes) - 1) / len(changes) * (apart.T @ apart)

@@ -195,7 +195,7 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
         size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
         own_sign = each.family in ("clock", "delay", "current scale")  # angles are told as what undoes them
         np.testing.assert_allclose(other.value if own_sign else abs(other.value), size, rtol=1e-9)
-    assert set(SAME_PARAMETER) == {"sign", "current sign"}
+    assert set(SAME_PARAMETER) == {"sign", "current sign", "payload shift"}
 
 
 def test_terms_of_the_model_are_no_alternative_readings(found):

@@ -17,7 +17,7 @@ from ident.diagnosis.candidates import Compared, Small, likeliest
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import Fault, compared
+from ident.diagnosis.engine import Fault, compared, faults
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.diagnosis.estimate_model import between, consequence, severity_of
 from ident.estimation.estimate import IdentifiedGain, RefusedGain
@@ -244,12 +244,25 @@ def test_a_refusal_names_two_rivals_at_most():
 def test_a_fault_that_the_estimate_does_not_bear_out_is_chance(axes, monkeypatch, factor, told):
     bare, heavy = logs_of(Truth())
     logs = doubted(axes, [bare, changed(heavy, v=factor * heavy.v)])
-    found = Fault(found=compared(logs, scaled(logs, (1,), (), 1.3)), small=None, rivals=(), before=logs)
-    monkeypatch.setattr("ident.diagnosis.diagnose.faults", lambda _: [found])
+    certain = replace(compared(logs, scaled(logs, (1,), (), 1.3)), u=np.linspace(0.9, 1.1, 40))
+    monkeypatch.setattr("ident.diagnosis.engine._in_full", lambda seen: [certain] if seen.logs is logs else [])
     said = diagnose(logs, all_joints(logs.problem), all_joints)
     assert [each.name for each in said.diagnoses] == told
     assert bool(said.excluded) == (not told)
     assert "current scale" in {each.name for each in diagnose(logs).diagnoses}  # without gains nobody knows better
+
+
+def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(sound_survey, monkeypatch):
+    logs = sound_survey.logs
+    best, next_best = (
+        replace(compared(logs, scaled(logs, (1,), (), factor)), u=np.linspace(0.9, 1.1, 40) * gain)
+        for factor, gain in ((1.3, 3.0), (1.2, 1.0))
+    )
+    full = lambda seen: [next_best, best] if seen is sound_survey else []  # noqa: E731
+    monkeypatch.setattr("ident.diagnosis.engine._in_full", full)
+    assert next(faults(sound_survey)).found is best
+    assert next(faults(sound_survey, lambda each: each is not best)).found is next_best
+    assert not any(isinstance(each.found, Compared) for each in faults(sound_survey, lambda _: False))
 
 
 def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):

@@ -42,7 +42,7 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
-    (centre, _) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_catalog.directions(problem, estimate)
     (found,) = imitated(base, base.solution.stiff, (), [centre, elastic(axes, logs)])
     assert found.best.direction is centre
     np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
@@ -61,7 +61,7 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
-    (centre, _) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_catalog.directions(problem, estimate)
     assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
         centre
     ]  # alone it is believed
@@ -73,9 +73,23 @@ def test_softer_joints_than_their_first_order_describes_are_no_fault_where_the_e
     logs = logs_of(Truth(compliance=(4e-3, 2.8e-3, 3.6e-3)), seed=2)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.0065, 0.0125))))))
     estimate, stiff = yielding(problem)
-    (centre, _) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_catalog.directions(problem, estimate)
     assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre]))
     assert list(imitated(stated(problem, stiff), stiff.solution, (), [centre]))  # an estimate that does not yield
+
+
+def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(axes, logs):
+    """Its centre moves evenly during the loaded motion; currents are linear in the payload's first moment."""
+    moved = replace(BRICK, com=tuple(np.add(BRICK.com, (0.05, 0.05, -0.05))))
+    late = logs_of(Truth(), seed=2, payloads=(None, moved))[1]
+    share = np.linspace(0.0, 1.0, len(late.t))[:, None]
+    creeping = [logs[0], replace(logs[1], v=(1.0 - share) * logs[1].v + share * late.v)]
+    for pair, name in ((creeping, "payload shift"), ([logs[0], late], "payload centre")):
+        problem = problem_of(axes, pair)
+        base = stated(problem, all_joints(problem))
+        lack = next(shown_beside(base, list(payload_catalog.directions(problem, base.estimate))))
+        assert lack.best.family == name
+        assert lack.best.what.logs == (1,)
 
 
 TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
@@ -132,7 +146,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
     base = stated(problem, joint_by_joint(problem))
-    (centre, _) = payload_catalog.directions(problem, base.estimate)
+    (centre, *_) = payload_catalog.directions(problem, base.estimate)
     size = np.abs(base.added(centre).value).max()
 
     def said(largest: float) -> list[str]:

@@ -161,3 +161,10 @@ def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
     white, blocks = (np.sqrt(squares[kind]) / spread for kind in (classical, jackknife))
     assert white < 0.4
     assert 0.85 < blocks < 1.25
+
+
+def test_of_no_gain_there_is_no_covariance():
+    none = np.zeros(0, dtype=int)
+    rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, row_period=0.05, unknowns={},
+        weight=none, explained=np.zeros((0, 0)))  # fmt: skip
+    assert jackknife(rows, np.zeros((0, 0)), 1.0).shape == (0, 0)

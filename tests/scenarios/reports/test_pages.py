@@ -184,4 +184,4 @@ def test_a_verdict_stands_behind_the_first_column_of_a_page_and_last_elsewhere()
 
 def test_a_cell_keeps_its_mood():
     table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
-    assert '<td class="bad words">x</td>' in renderer("html")(Report("T", (table,), {}), Page())
+    assert '<td class="bad words whole">x</td>' in renderer("html")(Report("T", (table,), {}), Page())

@@ -21,11 +21,11 @@ from scenarios.reports.torque import torque_report
 @pytest.mark.parametrize(
     ("value", "spread", "text"),
     [
-        (7.0531, 0.0482, "7.05 +- 0.05"),
-        (7.0531, 0.0142, "7.053 +- 0.014"),
-        (-0.00034, 0.00061, "-0.0003 +- 0.0006"),
-        (4.2, 0.0996, "4.20 +- 0.10"),
-        (1234.0, 23.0, "1234 +- 23"),
+        (7.0531, 0.0482, "7.05 ± 0.05"),
+        (7.0531, 0.0142, "7.053 ± 0.014"),
+        (-0.00034, 0.00061, "-0.0003 ± 0.0006"),
+        (4.2, 0.0996, "4.20 ± 0.10"),
+        (1234.0, 23.0, "1234 ± 23"),
         (7.025, 0.0, "7.025"),
     ],
 )
@@ -89,13 +89,13 @@ def test_torques_are_told_with_rms_peak_and_interval_of_each_joint():
     )
     file = GainsFile(gains=gains)
     verdict, table, *rest = torque_report(torques(found, file, Path("tau.parquet")), found, file).parts
-    assert verdict.text == "Peak 5.00 +- 0.10 N m on joint 1 and 40.0 +- 0.8 N on joint 3 (2 sigma)."
+    assert verdict.text == "Peak 5.00 ± 0.10 N m on joint 1 and 40.0 ± 0.8 N on joint 3 (2 sigma)."
     assert isinstance(table, Table)
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["1", "base", "4.08", "5.00", "0.10", "N m", "2.00"],  # root of 50 / 3
         ["3", "", "28.87", "40.00", "0.80", "N", "2.00"],  # root of 2500 / 3
     ]
-    assert rest[-1].text == "joint 2 has no column: too light"
+    assert rest[-1].text == "Joint 2 has no column: too light."
 
 
 def test_a_payload_begins_with_its_mass_and_where_it_is():
@@ -105,6 +105,6 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     mass, z = quantity("mass", "kg", 7.0531, 0.0241), quantity("z", "m", 0.1432, 0.0008)
     body = FoundBody(quantities=(mass, z), refused={}, possible=None)
     said = payload_verdict(body, Mood.PLAIN)
-    assert said.text == "7.05 +- 0.05 kg (2 sigma); centre of mass at z 143.2 +- 1.6 mm."
+    assert said.text == "7.05 ± 0.05 kg (2 sigma); centre of mass at z 143.2 ± 1.6 mm."
     without = FoundBody(quantities=(z,), refused={}, possible=None)
     assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text

@@ -37,7 +37,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     )
     load, said = new.load, list(_warnings(new))
     parts = (
-        _verdict(found),
+        verdict(found),
         joints,
         Paragraph(
             "Check order and names of the joints against your controller's. Values marked * are assumed. Gains, "
@@ -67,17 +67,18 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     return Report(f"Robot {new.name}: {arm.n} joints", parts, result.model_dump(mode="json"))
 
 
-def _verdict(found: Found) -> Paragraph:
-    """Return the predicted accuracy, and the joints without a gain."""
-    shares = [100.0 * float(std) for std, ok in zip(found.predicted, found.identifiable, strict=True) if ok]
-    none = [j + 1 for j, ok in enumerate(found.identifiable) if not ok]
-    if not shares:
-        return Paragraph("The motion and payload found identify no gain.", Mood.BAD, strong=True)
-    size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(shares), max(shares))))
-    but = f", but not {joints_named(none)}" if none else ""
-    said = f"The motion and payload found identify {len(shares)} of {len(found.identifiable)} gains{but}"
-    words = f"{said}; predicted standard deviation {size} %."
-    return Paragraph(words, Mood.DOUBTFUL if none else Mood.GOOD, strong=True)
+def verdict(found: Found) -> Paragraph:
+    """Return the number of gains that motion and payload identify, their accuracy, and the joints without a gain."""
+    sizes = [100.0 * std for std, ok in zip(found.predicted.tolist(), found.identifiable, strict=True) if ok]
+    none = [j for j, ok in enumerate(found.identifiable, 1) if not ok]
+    if not sizes:
+        return Paragraph("No gain is identifiable with this motion and payload.", Mood.BAD, strong=True)
+    size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(sizes), max(sizes))))
+    but = f", not of {joints_named(none)}" if none else ""
+    said = (
+        f"{len(sizes)} of {len(found.identifiable)} gains are identifiable{but}; predicted standard deviation {size} %."
+    )
+    return Paragraph(said, Mood.DOUBTFUL if none else Mood.GOOD, strong=True)
 
 
 def _warnings(new: NewRobot) -> Iterator[str]:

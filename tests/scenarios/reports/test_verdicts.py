@@ -8,14 +8,17 @@ import pytest
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
+from scenarios.design.new_robot import Found
 from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.gains import budget_verdict
+from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.predict import prediction_report
 from scenarios.reports.torque import torque_report
+from sim.trajectory import FourierTrajectory
 
 
 @pytest.mark.parametrize(
@@ -108,3 +111,22 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     assert said.text == "7.05 ± 0.05 kg (2 sigma); centre of mass at z 143.2 ± 1.6 mm."
     without = FoundBody(quantities=(z,), refused={}, possible=None)
     assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text
+
+
+@pytest.mark.parametrize(
+    ("predicted", "text", "mood"),
+    [
+        ([0.0034, 0.0142], "2 of 2 gains are identifiable; predicted standard deviation 0.34 to 1.4 %.", Mood.GOOD),
+        (
+            [0.4, 0.0034, 0.5],
+            "1 of 3 gains are identifiable, not of joints 1 and 3; predicted standard deviation 0.34 %.",
+            Mood.DOUBTFUL,
+        ),
+        ([0.4, 0.5], "No gain is identifiable with this motion and payload.", Mood.BAD),
+    ],
+)
+def test_a_new_robot_begins_with_the_gains_that_are_identifiable(predicted, text, mood):
+    still = np.zeros((len(predicted), 3))
+    motion = FourierTrajectory(still[:, 0], still, still, 1.0)
+    said = robot_verdict(Found(motion=motion, predicted=np.array(predicted)))
+    assert (said.text, said.mood, said.strong) == (text, mood, True)

@@ -69,12 +69,6 @@ def identification(folder: Path, saved: Path) -> Path:
     return folder
 
 
-def bare(folder: Path, saved: Path) -> Path:
-    """Its bare recording alone."""
-    main(["identify", "--model", str(saved / "robot.xml"), "--unloaded", _logs(saved)[0], "--save", str(folder)])
-    return folder
-
-
 def answers(folder: Path) -> Path:
     """Answers of two methods to a problem, one of them refused."""
     folder.mkdir()

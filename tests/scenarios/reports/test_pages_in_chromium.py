@@ -23,10 +23,7 @@ KINDS = [
     "run",
     "comparison",
     "answers",
-    *(
-        pytest.param(kind, marks=pytest.mark.slow)
-        for kind in ("identification", "check", "bare", "monte-carlo", "sensitivity")
-    ),
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("identification", "check", "monte-carlo", "sensitivity")),
 ]
 DRAWN = "document.documentElement.dataset.drawn === 'all'"
 
@@ -41,7 +38,6 @@ def folders(tmp_path_factory):
         "check": lambda: page_folders.check(root / "check", folder("run")),
         "monte-carlo": lambda: page_folders.study(made_folder("study here")),
         "sensitivity": lambda: page_folders.budget(made_folder("budget here")),
-        "bare": lambda: page_folders.bare(root / "bare", folder("run")),
         "comparison": lambda: page_folders.comparison(root / "comparison"),
         "answers": lambda: page_folders.answers(root / "answers"),
     }

@@ -9,9 +9,10 @@ from scenarios.commands import GROUPS, command
 
 HEAD = """# Commands
 
-`rx90 COMMAND --help` says the same. Results are told as text that fits the terminal, in colours unless NO_COLOR is set,
-`--format markdown` or `--json`, one object; progress, which `--quiet` leaves out, and complaints go to standard error.
-Files are never written over unless the same command wrote them and nobody has changed them since, or `--force` says so.
+`rx90 COMMAND --help` says the same. Results are printed as text that fits the terminal, in colours unless NO_COLOR is
+set; `--format` chooses Markdown, an HTML page or one JSON object (`--json`). Progress, which `--quiet` omits, and
+errors go to standard error. A file is overwritten only if the same command wrote it and it has not been changed since,
+or with `--force`.
 
 """
 STATUSES = """## Exit statuses

@@ -138,7 +138,7 @@ def _rival_friction(each: AlternativeModel, joint: int, final: Fitted) -> Array:
 
 
 def _friction_unit(name: str, *, turns: bool) -> str:
-    if name.startswith("load"):
+    if name.startswith("load") or name.endswith("-share"):
         return "1"
     unit = FRICTION_UNITS.get(name, "")
     return f"units {unit if turns else unit.replace('rad', 'm')}".rstrip()

@@ -66,4 +66,4 @@ def _is_common(joints: tuple[int, ...], of_logs: tuple[int, ...], logs: Logs) ->
 def _rounded(size: float, std: float) -> str:
     """A size and its standard deviation, rounded by the latter."""
     places = max(0, -int(np.floor(np.log10(std)))) if std > 0.0 else 2
-    return f"{size:.{places}f} +- {std:.{places}f}"
+    return f"{size:.{places}f} ± {std:.{places}f}"

@@ -126,7 +126,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     return Diagnosis(
         name="autocorrelation",
         severity=Severity.WEAK if size > MUCH else Severity.GOOD,
-        sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:.2f}); the standard deviation that "
+        sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:z.2f}); the standard deviation that "
         f"accounts for it {accounted} {size:.2g} times that of white residuals",
         advice="refine the model" if size > MUCH else None,
         joints=(worst,),

@@ -1,5 +1,6 @@
 """Report of `rx90 identify` for bare motions: ratios of gains, parameters, links, expected gains with a payload."""
 
+import math
 from collections.abc import Sequence
 
 from ident.diagnosis.alternative import two_digits
@@ -46,6 +47,8 @@ TERMS = {
     "by-direction": "by-direction: difference of viscous friction between the two directions",
     "load": "load: friction as a share of the torque of links and payload",
     "load-motor": "load-motor: friction as a share of the motor torque",
+    "offset-share": "offset-share: share of the offset that is no torque",
+    "rotor-share": "rotor-share: share of the inertia that is the rotor's",
     "load-through": "load-through: friction as a share of the torque of links, payload and other friction",
 }
 """Meaning of the names of a joint's own columns."""
@@ -181,15 +184,22 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
         table(
             links.links,
             column("Joint", lambda each: each.joint),
-            column("Mass [kg]", lambda each: f"{each.mass:.4g}"),
-            column("Centre [m]", lambda each: " ".join(f"{x:.4f}" for x in each.com), words=True),
+            column("Mass [kg]", lambda each: f"{each.mass:#.4g}"),
+            column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
             column(
                 "ixx iyy izz ixy ixz iyz [kg m^2]",
-                lambda each: " ".join(f"{x:.4g}" for x in each.inertia.six),
+                lambda each: _alike(each.inertia.six),
                 words=True,
             ),
-            column(f"Motor [{unit}]", lambda each: f"{each.motor_inertia:.4g}"),
+            column(f"Motor [{unit}]", lambda each: f"{each.motor_inertia:#.4g}"),
             title=title,
         ),
         Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),
     ]
+
+
+def _alike(numbers: Sequence[float]) -> str:
+    """Return numbers with the decimals that show four digits of the largest."""
+    largest = max(map(abs, numbers))
+    places = max(3 - math.floor(math.log10(largest)), 0) if largest else 0
+    return " ".join(f"{x:z.{places}f}" for x in numbers)

@@ -18,7 +18,7 @@ def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
     found, result = checked.found, Check.of(checked, arm)
     parts: list[Part] = list(findings(found, hint="" if every else "; --all lists them"))
     if every:
-        parts.append(every_line(found.diagnoses))
+        parts += every_line(found.diagnoses)
         parts += [
             motion_table(f"Motion of {PurePath(log.log).name}", log.joints, arm) for log in result.logs if log.joints
         ]

@@ -185,8 +185,11 @@ class Report:
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:
-    """Return a number with its unit, a dash for None."""
-    return NONE if value is None else f"{value:{form}}{unit}"
+    """Return a number with its unit, a dash for None; a number that is rounded to zero has no minus sign."""
+    if value is None:
+        return NONE
+    sign = form[:1] if form[:1] in "+- " else ""
+    return f"{value:{sign}z{form.removeprefix(sign)}}{unit}"
 
 
 def percent(share: float | None, form: str = ".3f") -> str:
@@ -223,7 +226,7 @@ def plus_minus(value: float, spread: float) -> str:
         return f"{value:.6g}"
     first = f"{spread:.1e}"
     places = max((first[0] == "1") - int(first.partition("e")[2]), 0)
-    return f"{value:.{places}f} +- {spread:.{places}f}"
+    return f"{value:z.{places}f} ± {spread:.{places}f}"
 
 
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:

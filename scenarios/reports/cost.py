@@ -65,7 +65,7 @@ def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
         )
         for each in cost.arm
     ]
-    shown, rest = SHOWN + len(cost.arm), "products of inertia: with --json and in the page"
+    shown, rest = SHOWN + len(cost.arm), "products of inertia"
     title = "Results with a-priori gains" + (" and with identified gains" if judged else "")
     return Table(title=title, columns=columns, rows=tuple(rows), shown=shown, rest=rest)
 

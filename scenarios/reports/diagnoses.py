@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from scenarios.reports.content import NONE, Cell, Heading, Mood, Paragraph, Part, Table, column, table
+from scenarios.reports.content import Cell, Heading, Mood, Paragraph, Part, Table, column, table
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
 VERDICTS = LABELS | {Severity.GOOD: "good"}
 """Words of the severities in a table."""
+TOGETHER = "All logs together"
+"""Title of the checks of no single log."""
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
@@ -66,19 +68,25 @@ def many(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
-    """Return the table of all checks, the worst first."""
-    return table(
-        diagnoses,
-        column("Log", lambda each: ", ".join(PurePath(log).name for log in each.logs) or NONE, words=True),
-        column("What", lambda each: each.name, words=True),
-        column("Verdict", lambda each: Cell(VERDICTS[each.severity], MOODS[each.severity]), words=True),
-        column("Found", lambda each: each.sentence, words=True),
-    )
+def every_line(diagnoses: Sequence[Diagnosis]) -> list[Table]:
+    """Return a table of checks for each log and one for all logs together, the worst first."""
+    of_log = dict[str, list[Diagnosis]]()
+    for each in diagnoses:
+        of_log.setdefault(", ".join(PurePath(log).name for log in each.logs) or TOGETHER, []).append(each)
+    return [
+        table(
+            own,
+            column("What", lambda each: each.name, words=True),
+            column("Verdict", lambda each: Cell(VERDICTS[each.severity], MOODS[each.severity]), words=True),
+            column("Found", lambda each: each.sentence, words=True),
+            title=log,
+        )
+        for log, own in of_log.items()
+    ]
 
 
 def diagnosis_parts(found: Diagnosed) -> list[Part]:
     """Return a table of all diagnoses and conclusions, none without checks."""
-    parts: list[Part] = [every_line(found.diagnoses)] if found.diagnoses else []
+    parts: list[Part] = [*every_line(found.diagnoses)]
     parts += horizon_paragraphs(found, every=True)
     return [Heading("Diagnoses"), *parts] if parts else []

@@ -54,10 +54,10 @@ def gain_unit(revolute: Array) -> str:
 
 def meaning(revolute: Array) -> Paragraph:
     """Return the meaning of a table of gains: units and interval; `revolute`, (n,), is the mask of revolute joints."""
-    sliding = np.flatnonzero(revolute == 0) + 1
-    if sliding.size == len(revolute):
+    sliding = np.flatnonzero(revolute == 0).tolist()
+    if len(sliding) == len(revolute):
         return Paragraph(f"Gains in N per drive unit. {MEANING}")
-    apart = f", of prismatic joint {', '.join(map(str, sliding))} in N per drive unit" if sliding.size else ""
+    apart = f", of prismatic {joint_list(sliding)} in N per drive unit" if sliding else ""
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 
@@ -110,10 +110,13 @@ def reason_paragraph(joint: int, reason: str) -> Paragraph:
     return Paragraph(sentence(f"Joint {joint}: {reason}"))
 
 
-def quantity_row(name: str, unit: str, value: float | None, *spreads: float | None) -> tuple[Cell, ...]:
-    """Return the cells of a number, rounded by its first standard deviation, of these, and of the unit."""
-    shown, numbers = in_unit(unit, value, *spreads)
-    return cells(name, *(rounded(each, numbers[1]) for each in numbers), shown)
+def quantity_row(
+    name: str, unit: str, value: float | None, spread: float | None, *shares: float | None
+) -> tuple[Cell, ...]:
+    """Return the cells of a number, of its uncertainty, of the unit, and of shares, all rounded by the uncertainty."""
+    shown, numbers = in_unit(unit, value, spread, *shares)
+    estimate, own, *others = (rounded(each, numbers[1]) for each in numbers)
+    return cells(name, estimate, own, shown, *others)
 
 
 def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:

@@ -55,7 +55,7 @@ def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
     failed = [joint.joint for joint in statistics if not joint.held]
     trials, allowed, wanted = statistics[0].trials, statistics[0].allowed, f"{100.0 * statistics[0].wanted:g} %"
     worst = min(statistics, key=lambda joint: joint.pass_rate)
-    most = f"{round((1.0 - worst.pass_rate) * trials)} of {trials}"
+    missed = round((1.0 - worst.pass_rate) * trials)
     rule = (
         f"{trials} {'trial is' if trials == 1 else 'trials are'} too few to test a pass rate of {wanted}"
         if allowed >= trials
@@ -64,9 +64,16 @@ def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
     if failed:
         fail = f"{joints_named(failed)} {'fail' if failed[1:] else 'fails'} the tolerance"
         return Paragraph(
-            f"FAILED: {fail} (worst: joint {worst.joint}, in {most} trials; {rule}).", Mood.BAD, strong=True
+            f"FAILED: {fail} (worst: joint {worst.joint}, in {missed} of {trials} trials; {rule}).",
+            Mood.BAD,
+            strong=True,
         )
-    return Paragraph(f"PASSED: no joint fails in more than {most} trials ({rule}).", Mood.GOOD, strong=True)
+    said = (
+        f"no joint fails in more than {missed} of {trials} trials"
+        if missed
+        else f"every joint passes in all {trials} trials"
+    )
+    return Paragraph(f"PASSED: {said} ({rule}).", Mood.GOOD, strong=True)
 
 
 def _figures(result: StudyResult, rows: StudyRows) -> list[Figure]:

@@ -20,10 +20,10 @@ def motion_table(title: str, motions: Sequence[CheckJoint], arm: Arm) -> Table:
         column(f"From [{place}]", lambda row: f"{np.round(row[1].low, 3):.3f}"),
         column(f"To [{place}]", lambda row: f"{np.round(row[1].high, 3):.3f}"),
         column("Of its range [%]", lambda row: percent(row[1].covered, ".0f")),
-        column(f"Fastest [{speed}]", lambda row: f"{row[1].speed:.3g}"),
-        column(f"Rms acceleration [{rate}]", lambda row: f"{row[1].acceleration_rms:.3g}"),
+        column(f"Fastest [{speed}]", lambda row: f"{row[1].speed:#.3g}"),
+        column(f"Rms acceleration [{rate}]", lambda row: f"{row[1].acceleration_rms:#.3g}"),
         column("Slow [% of time]", lambda row: percent(row[1].slow, ".0f")),
-        column("Rms current [units]", lambda row: f"{row[1].current_rms:.3g}"),
+        column("Rms current [units]", lambda row: f"{row[1].current_rms:#.3g}"),
         title=title,
     )
 

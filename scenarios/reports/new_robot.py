@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 
 import scenarios.design.results as results
+from ident.diagnosis.alternative import two_digits
 from scenarios.design.excitation import near_words
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
 from scenarios.design.robot_folder import FILES, SCENARIO
-from scenarios.reports.content import NONE, Line, Paragraph, Report, column, percent, table
+from scenarios.reports.content import NONE, Line, Mood, Paragraph, Report, column, percent, table
+from scenarios.reports.gains import joints_named
+from scenarios.reports.motion import length_units
 from sim.clearance import CLEARANCE
 
 
@@ -18,20 +21,23 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     """Return the report: joints in order, limits with marks of assumed ones, next command."""
     torque, speed = new.drives["current_limit"], new.drives["max_velocity"]
     arm = new.arm
+    place, rate = (", ".join(f"{unit}{per}" for unit in length_units(arm)) for per in ("", "/s"))
+    effort = ", ".join({"rad": "N m", "m": "N"}[unit] for unit in length_units(arm))
     joints = table(
         range(arm.n),
         column("Joint", lambda j: j + 1),
         column("Name", lambda j: arm.joint_names[j], words=True),
-        column("Kind", lambda j: "turns" if arm.revolute[j] else "slides", words=True),
-        column("From [rad, m]", lambda j: _end(arm.lower[j])),
-        column("To [rad, m]", lambda j: _end(arm.upper[j])),
-        column("Torque [N m, N]", lambda j: f"{torque.value[j]:.4g}{_mark(torque.origin[j])}"),
-        column("Speed [rad/s, m/s]", lambda j: f"{speed.value[j]:.4g}{_mark(speed.origin[j])}"),
-        column("Predicted [%]", lambda j: percent(float(found.predicted[j]), ".2g")),
+        column("Kind", lambda j: "revolute" if arm.revolute[j] else "prismatic", words=True),
+        column(f"From [{place}]", lambda j: _end(arm.lower[j])),
+        column(f"To [{place}]", lambda j: _end(arm.upper[j])),
+        column(f"Torque [{effort}]", lambda j: f"{torque.value[j]:.4g}{_mark(torque.origin[j])}"),
+        column(f"Speed [{rate}]", lambda j: f"{speed.value[j]:.4g}{_mark(speed.origin[j])}"),
+        column("Predicted [%]", lambda j: percent(float(found.predicted[j]), ".2f")),
         column("Wanted", lambda j: "yes" if found.identifiable[j] else "no", words=True),
     )
     load, said = new.load, list(_warnings(new))
     parts = (
+        verdict(found),
         joints,
         Paragraph(
             "Check order and names of the joints against your controller's. Values marked * are assumed. Gains, "
@@ -43,7 +49,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
             f"Payload: {load.body.mass:g} kg, centre {list(load.body.com)} m in the frame of the last link; "
             f"{load.source}."
         ),
-        *map(Paragraph, said),
+        *(Paragraph(each, Mood.DOUBTFUL if each.startswith("WARNING") else Mood.PLAIN) for each in said),
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),
         Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
     )
@@ -61,10 +67,24 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     return Report(f"Robot {new.name}: {arm.n} joints", parts, result.model_dump(mode="json"))
 
 
+def verdict(found: Found) -> Paragraph:
+    """Return the number of gains that motion and payload identify, their accuracy, and the joints without a gain."""
+    sizes = [100.0 * std for std, ok in zip(found.predicted.tolist(), found.identifiable, strict=True) if ok]
+    none = [j for j, ok in enumerate(found.identifiable, 1) if not ok]
+    if not sizes:
+        return Paragraph("No gain is identifiable with this motion and payload.", Mood.BAD, strong=True)
+    size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(sizes), max(sizes))))
+    but = f", not of {joints_named(none)}" if none else ""
+    said = (
+        f"{len(sizes)} of {len(found.identifiable)} gains are identifiable{but}; predicted standard deviation {size} %."
+    )
+    return Paragraph(said, Mood.DOUBTFUL if none else Mood.GOOD, strong=True)
+
+
 def _warnings(new: NewRobot) -> Iterator[str]:
     """Yield remarks on the arm, its home pose and its file."""
     if new.load.warning:
-        yield f"Warning: payload: {new.load.warning}."
+        yield f"WARNING: payload: {new.load.warning}."
     if new.end.held:
         yield (
             f"Recognised as joints of a gripper and locked: {', '.join(new.end.held)}. "

@@ -57,7 +57,7 @@ def _table_2(found: PaperResult) -> Table:
             theirs = (f"{value:.3f}", f"{two_sigma:.4f}", f"{50 * two_sigma / value:.1f}")
             rows.append(cells(f"case {k} {name}", f"{own.true:.3f}", *ours, *theirs))
     columns = _numbers(
-        "Parameter", "true", "ours", "2 sigma", "rel. sigma|%", "paper", "paper's\n2 sigma", "paper's\nrel. sigma|%"
+        "Parameter", "True", "Ours", "2 sigma", "Rel. sigma|%", "Paper", "Paper's\n2 sigma", "Paper's\nrel. sigma|%"
     )
     title = "Table 2: payload parameters with the gains of each case [kg m, kg]"
     return Table(title=title, columns=columns, rows=tuple(rows))
@@ -73,7 +73,7 @@ def _table_3(found: PaperResult) -> Table:
         if j < IDENTIFIED:
             theirs = (f"{published.GAINS[j]:.4f}", f"{published.GAINS_2SIGMA[j]:.4f}")
         rows.append(cells(f"joint {gain.joint}", f"{gain.true:.4f}", *ours, *theirs))
-    columns = _numbers("Joint", "injected", "ours", "2 sigma", "paper", "paper's\n2 sigma")
+    columns = _numbers("Joint", "Injected", "Ours", "2 sigma", "Paper", "Paper's\n2 sigma")
     return Table(title="Table 3: identified drive gains [N m / drive unit]", columns=columns, rows=tuple(rows))
 
 
@@ -93,7 +93,7 @@ def _table_4(found: PaperResult) -> Table:
         for k, (case, printed) in enumerate(zip(found.cases, published.CASES, strict=True), 1)
     )
     ours = ("norm", "relative", "sigma", "r - b")
-    columns = _numbers("Case", *ours, *(f"paper's\n{title}" for title in ours))
+    columns = _numbers("Case", "Norm", "Relative", "Sigma", "r - b", *(f"Paper's\n{title}" for title in ours))
     return Table(
         title="Table 4: error norm, relative norm, sigma, degrees of freedom; ours, then the paper's",
         columns=columns,
@@ -111,7 +111,7 @@ def _patterns(found: PaperResult) -> Table:
     rows.append(cells("paper", f"{three.M / two.M:.3f}", f"{three.MZ / two.MZ:.3f}", f"{norm:.3f}"))
     return Table(
         title="Errors of 20 % on the gains of joints 1 to 4, by their signs: ratios to case 2",
-        columns=_numbers("Signs", "M", "MZ", "error norm"),
+        columns=_numbers("Signs", "M", "MZ", "Error norm"),
         rows=tuple(rows),
     )
 
@@ -126,7 +126,7 @@ def _second_payload(found: PaperResult) -> Table:
         f"{published.SECOND_MASS:.3f}",
         f"{published.SECOND_MASS_2SIGMA:.3f}",
     )
-    columns = _numbers("Parameter", "true", "ours", "2 sigma", "paper", "paper's\n2 sigma")
+    columns = _numbers("Parameter", "True", "Ours", "2 sigma", "Paper", "Paper's\n2 sigma")
     return Table(title="The second payload with the gains of case 2 [kg]", columns=columns, rows=(row,))
 
 
@@ -142,11 +142,11 @@ def _all_parameters(found: PaperResult) -> Table:
         )
         for k, name in enumerate(INERTIAL)
     )
-    columns = _numbers("Parameter", "true", "case 1", "case 2", "case 3", "second, true", "second")
+    columns = _numbers("Parameter", "True", "Case 1", "Case 2", "Case 3", "Second, true", "Second")
     title = "All ten parameters, ± 2 sigma; * essential: relative standard deviation under 10 %"
     return Table(title=title, columns=columns, rows=rows, file_only=True)
 
 
 def _about(case: PaperPayload, k: int) -> str:
     own = case.payload[k]
-    return f"{own.estimate:.4f} ± {2 * own.std:.4f}{' *' if own.essential else ''}"
+    return f"{own.estimate:z.4f} ± {2 * own.std:.4f}{' *' if own.essential else ''}"

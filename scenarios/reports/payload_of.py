@@ -15,10 +15,10 @@ COLUMNS = (
     Column(title="Payload", words=True),
     Column(title="Estimate"),
     Column(title="2 sigma"),
+    Column(title="Unit", words=True),
     Column(title="Residual", file_only=True),
     Column(title="Gains", file_only=True),
     Column(title="Model", file_only=True),
-    Column(title="Unit", words=True),
 )
 
 

@@ -56,7 +56,7 @@ def _costs_something(of_joints: Sequence[Cost]) -> bool:
 
 def _table(budget: PredictedBudget) -> Table:
     joints = budget.joints
-    columns = (Column(title="Source", words=True), *(Column(title=f"joint {each.joint}", unit="%") for each in joints))
+    columns = (Column(title="Source", words=True), *(Column(title=f"Joint {each.joint}", unit="%") for each in joints))
     rows = [
         cells("all together", *(percent(each.together.rms, ".3f") for each in joints)),
         cells("  of which bias", *(percent(each.together.bias, "+.3f") for each in joints)),

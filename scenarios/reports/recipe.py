@@ -68,7 +68,7 @@ def recipe_report(
         Heading("Mount"),
         _weights(payloads),
         Paragraph(
-            "In the frame of the last link, as the scenario states; +- is one standard deviation. The files are in "
+            "In the frame of the last link, as the scenario states; ± is one standard deviation. The files are in "
             "the folder of this page; enter the measured values there." + rated
         ),
         Heading("Log"),
@@ -119,13 +119,13 @@ def _weights(payloads: Mapping[str, Payload]) -> Table:
 
 
 def _mass(payload: Payload) -> str:
-    return f"{payload.mass:g}" + (f" +- {payload.mass_std:g}" if payload.mass_std else "")
+    return f"{payload.mass:g}" + (f" ± {payload.mass_std:g}" if payload.mass_std else "")
 
 
 def _centre(payload: Payload) -> str:
     if payload.com is None:
         return "not stated"
-    spread = f" +- {', '.join(f'{x:g}' for x in payload.com_std)}" if any(payload.com_std) else ""
+    spread = f" ± {', '.join(f'{x:g}' for x in payload.com_std)}" if any(payload.com_std) else ""
     return ", ".join(f"{x:g}" for x in payload.com) + spread
 
 

@@ -16,6 +16,7 @@ from scenarios.reports.content import (
     cells,
     number,
     percent,
+    rounded,
 )
 from scenarios.reports.gains import sentence
 
@@ -29,7 +30,7 @@ METHODS = (
     Column(title="Method", words=True),
     Column(title="Gains"),
     Column(title="Refused"),
-    Column(title="rightly"),
+    Column(title="Refused\nrightly"),
     Column(title="Given\nwrongly"),
     Column(title="Within\n2 sigma"),
     Column(title="Compared"),
@@ -157,7 +158,7 @@ def _entry_parts(each: Entry) -> list[Part]:
                 gain.set,
                 gain.method,
                 str(gain.joint),
-                number(gain.gain, ".3f"),
+                rounded(gain.gain, None if gain.std is None else 2.0 * gain.std),
                 percent(None if gain.std is None or not gain.gain else 2.0 * gain.std / abs(gain.gain), ".1f"),
                 number(gain.published, ".3f"),
                 percent(gain.rel_difference, "+.1f"),
@@ -171,7 +172,10 @@ def _entry_parts(each: Entry) -> list[Part]:
                 ratio.set,
                 str(ratio.joint),
                 str(ratio.reference),
-                number(ratio.ratio, ".3f"),
+                rounded(
+                    ratio.ratio,
+                    None if ratio.rel_std is None or ratio.ratio is None else 2.0 * ratio.rel_std * ratio.ratio,
+                ),
                 percent(None if ratio.rel_std is None else 2.0 * ratio.rel_std, ".1f"),
                 percent(ratio.rel_difference, "+.1f"),
             )
@@ -200,8 +204,8 @@ def _entry_parts(each: Entry) -> list[Part]:
                 w.gains,
                 w.gains_set or NONE,
                 f"{w.mass:g}",
-                f"{w.found:.3f}",
-                f"{2.0 * w.std:.3f}",
+                rounded(w.found, 2.0 * w.std),
+                rounded(2.0 * w.std, 2.0 * w.std),
                 percent(w.found / w.mass - 1.0, "+.1f"),
             )
             for w in each.weights
@@ -218,7 +222,7 @@ def _entry_parts(each: Entry) -> list[Part]:
             cells(
                 str(s.joint),
                 s.sensor,
-                number(s.slope, ".4f"),
+                rounded(s.slope, None if s.std is None else 2.0 * s.std),
                 percent(None if s.std is None or not s.slope else 2.0 * s.std / abs(s.slope), ".1f"),
                 percent(s.rel_error, ".0f"),
             )

@@ -7,7 +7,7 @@ from ident.support.naming import one_line
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import Torques
 from scenarios.reports.content import Paragraph, Report, column, percent, plus_minus, table
-from scenarios.reports.gains import sentence
+from scenarios.reports.gains import joints_named, sentence
 
 INCLUDED = (
     "Torque of the drive, current times gain. It includes friction and the amplifier's offset, which currents "
@@ -19,7 +19,7 @@ OF_ROBOT = "The gains are of robot {}. Logs do not name their robot: make sure t
 
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:
     """Return the report: largest torques and written file."""
-    title = f"{one_line(written.out)}: {written.samples} samples, joints {', '.join(map(str, written.joints))}"
+    title = f"{one_line(written.out)}: {written.samples} samples, {joints_named(written.joints)}"
     largest = float(np.abs(found.tau).max())
     places = max(3 - int(np.floor(np.log10(largest))), 0) if largest else 0  # four digits of the largest torque
     peaks, joints = [_peak(found, k) for k in range(len(found.joints))], found.joints.tolist()
@@ -37,7 +37,7 @@ def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Repo
     )
     parts = [_verdict(found, file), rows, Paragraph(INCLUDED)]
     parts += [] if file.robot is None else [Paragraph(OF_ROBOT.format(one_line(file.robot)))]
-    parts += [Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in written.missing]
+    parts += [Paragraph(sentence(f"Joint {each['joint']} has no column: {each['reason']}")) for each in written.missing]
     parts += [Paragraph(sentence(f"Note: {note}")) for note in written.notes]
     return Report(title, tuple(parts), written.model_dump(mode="json"))
 

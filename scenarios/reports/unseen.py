@@ -125,4 +125,4 @@ def _gain_error(joint: UnseenJoint) -> str:
     """`+9.8 ± 0.6`, with two standard deviations."""
     if joint.gain_rel_error is None or joint.gain_rel_std is None:
         return NONE
-    return f"{100.0 * joint.gain_rel_error:+.1f} ± {200.0 * joint.gain_rel_std:.1f}"
+    return f"{100.0 * joint.gain_rel_error:+z.1f} ± {200.0 * joint.gain_rel_std:.1f}"

@@ -34,6 +34,7 @@ from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.support.arrays import Array
+from ident.support.naming import joint_list
 
 BETTER = 2.0
 """Number of standard errors by which the prediction of omitted time blocks must improve for a term to be selected.
@@ -131,11 +132,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
-    remarks += [
-        f"{SPEED_TERMS[law].words} on joint {', '.join(str(j + 1) for j in joints)}"
-        for law, joints in bent.items()
-        if joints
-    ]
+    remarks += [f"{SPEED_TERMS[law].words} on {joint_list(sorted(joints))}" for law, joints in bent.items() if joints]
     if yields:
         remarks.append("joint elasticity detected and modelled")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)

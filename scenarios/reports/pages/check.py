@@ -28,7 +28,7 @@ def page(folder: Path) -> Report:
     record, result, given = read_saved(folder, Check)
     found = result.found
     parts: list[Part] = [Paragraph(verdict(found, result.robot), MOODS[found.severity], strong=True)]
-    parts += [*findings(found), Heading("All checks"), every_line(found.diagnoses)]
+    parts += [*findings(found), Heading("All checks"), *every_line(found.diagnoses)]
     parts += _plots(result, given)
     parts += provenance.origin(record, provenance.asked(folder, record), given.arm, check_words(folder, record))
     return Report(record.title, tuple(parts), result.model_dump(mode="json"))

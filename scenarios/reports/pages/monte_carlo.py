@@ -81,7 +81,7 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
         y=Axis(title="passed", unit="% of trials"),
         series=(
             intervals(
-                "passed",
+                "Passed",
                 names,
                 [(100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in statistics],
                 Tone.THIRD,

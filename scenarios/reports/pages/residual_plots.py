@@ -105,8 +105,9 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
     ]
     many = sum(len(each.t) for each in rows)
     accident = many * 2.0 * float(stats.norm.sf(FAR))
+    have = "has a residual" if len(found) == 1 else "have residuals"
     said = (
-        f"{len(found)} of {many} rows have residuals above {FAR:g} standard deviations of their joint's residual; if "
+        f"{len(found)} of {many} rows {have} above {FAR:g} standard deviations of their joint's residual; if "
         f"residuals are normal, {accident:.1f} are expected."
     )
     found.sort(key=lambda each: -each[0])

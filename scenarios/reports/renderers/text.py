@@ -38,6 +38,8 @@ GAPS = (2, 1)
 """Preferred and least number of spaces between columns."""
 HANGING = "  "
 """Indentation of continuation lines of a note."""
+EVERY_ROW = "--format markdown shows them"
+"""Where rows that are left out can be read."""
 GOES_ON, INDENT = " \\", "  "
 """End of a continued command line, and beginning of the next one."""
 STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
@@ -142,7 +144,7 @@ def _print_table(table: Table, console: Console, width: int) -> None:
             grid.add_row(*(Text(cell.text, style=STYLES[cell.mood]) for cell in row))
         console.print(grid, soft_wrap=True)
     if len(table.rows) > len(rows) and table.rest:
-        _print_words(table.rest, "", console, width)
+        _print_words(f"{table.rest} ({EVERY_ROW})", "", console, width)
 
 
 def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, tuple[int, ...]]]:

@@ -56,7 +56,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
     assert 0.1 < said.std < 1.5
     assert abs(said.value - 1e3 * delay) < 3.0 * said.std
     assert said.z > 5.0
-    assert said.sentence == f"the currents are logged {abs(said.value):.1f} +- {said.std:.1f} ms {way}: corrected"
+    assert said.sentence == f"the currents are logged {abs(said.value):.1f} ± {said.std:.1f} ms {way}: corrected"
     np.testing.assert_allclose(corrected.observing.current_delay, -1e-3 * said.value, rtol=1e-12)
     for mine, right in zip(corrected.estimate.joints, sound.joints, strict=True):
         assert abs(mine.value - right.value) < right.std  # the same noise: what differs is the delay left

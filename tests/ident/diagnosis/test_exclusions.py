@@ -177,13 +177,13 @@ def test_a_clock_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
     recorded = logs_of(Truth(), seed=3)
     logs = doubted(axes, recorded)
     seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
-    assert not any("clock" in each for each in indistinguishable(seen, base))  # these logs exclude it
+    assert not any("clock" in each for each in hidden(seen, base))  # these logs exclude it
     faint = [
         replace(each, columns=tuple(None if own is None else 1e-3 * own for own in each.columns))
         for each in seen.directions
         if each.family == "clock"
     ]
-    open_ones = indistinguishable(replace(seen, directions=tuple(faint)), base)
+    open_ones = hidden(replace(seen, directions=tuple(faint)), base)
     (told,) = (each for each in open_ones if "clock" in each)
     slow = [replace(each, t=1.001 * each.t) for each in recorded]
     moved = gains_of(all_joints(problem_of(axes, slow))) / gains_of(base.estimate) - 1.0

@@ -98,9 +98,9 @@ def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tm
     (tmp_path / "payload-heavy.toml").write_text("mine")
     for _ in range(2):  # files of payloads stay, whoever wrote them
         assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0
-        row = "| light | 2.4 +- 0.03 | 0.1, 0.2, 0.3 +- 0.01, 0.02, 0.04 |"
+        row = "| light | 2.4 ± 0.03 | 0.1, 0.2, 0.3 ± 0.01, 0.02, 0.04 |"
         assert row in (tmp_path / "recipe.md").read_text()
-        assert "| heavy | 7.025 +- 0.025 | 0, 0, 0.142776 |" in (tmp_path / "recipe.md").read_text()
+        assert "| heavy | 7.025 ± 0.025 | 0, 0, 0.142776 |" in (tmp_path / "recipe.md").read_text()
     found = read_payload(tmp_path / "payload-light.toml")
     assert (found.mass_std, found.com_std) == (0.03, (0.01, 0.02, 0.04))
     assert (tmp_path / "payload-heavy.toml").read_text() == "mine"

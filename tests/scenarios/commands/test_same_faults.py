@@ -196,7 +196,7 @@ def test_every_command_undoes_a_common_delay_on_request(command, cell, late_cell
         words[-1] = str(late_cell / "again.parquet")
     assert main([*words, "--current-delay", "auto"]) == 0
     out = capsys.readouterr().out
-    (said,) = re.findall(r"WARNING: the currents are logged (\d\.\d) \+- (0\.\d) ms late: corrected\.", out)
+    (said,) = re.findall(r"WARNING: the currents are logged (\d\.\d) ± (0\.\d) ms late: corrected\.", out)
     delay, std = map(float, said)
     # 0.5 ms less: a reference that is held acts half a period after its stamp. One noise in 15 000 is so far off.
     assert abs(delay - 6.8) < 4.0 * std < 2.0

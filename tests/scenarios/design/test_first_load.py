@@ -149,5 +149,5 @@ def test_warning_and_gripper_are_told_on_the_screen(tmp_path, capsys, monkeypatc
     words = ["--payload", "0.2", "--evaluations", "60", "--jobs", "1"]
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), *words]) == Status.PASSED
     said = " ".join(capsys.readouterr().out.split())
-    assert "Warning: payload: 0.2 kg is more than the last link's own 0.1 kg" in said
+    assert "WARNING: payload: 0.2 kg is more than the last link's own 0.1 kg" in said
     assert re.search(r"Recognised as joints of a gripper and locked: jaw\. The arm ends at body palm", said)

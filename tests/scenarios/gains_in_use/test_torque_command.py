@@ -31,7 +31,7 @@ def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
     for entry in gains.gains:
         if not entry.identifiable:
             assert f"tau{entry.joint}" not in table
-            assert f"joint {entry.joint} has no column" in said
+            assert f"Joint {entry.joint} has no column" in said
             missing.append(entry.joint)
             continue
         tau, v = table[f"tau{entry.joint}"], recording.v[:, entry.joint - 1]

@@ -250,15 +250,15 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     )
-    heading, table, *said = diagnosis_parts(
+    heading, of_log, of_all, *said = diagnosis_parts(
         Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, indistinguishable=("zero of q1", "whether q4 is negated"))
     )
     assert heading.text == "Diagnoses"
-    assert [[cell.text for cell in row] for row in table.rows] == [
-        ["b.csv", "zero", "WRONG", "the zero of q3 is off"],
-        ["-", "clipping", "good", "no current is clipped"],
+    assert [(each.title, [cell.text for cell in row]) for each in (of_log, of_all) for row in each.rows] == [
+        ("b.csv", ["zero", "WRONG", "the zero of q3 is off"]),
+        ("All logs together", ["clipping", "good", "no current is clipped"]),
     ]
-    assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
+    assert [of_log.rows[0][1].mood, of_all.rows[0][1].mood] == [Mood.BAD, Mood.GOOD]
     assert [part.text for part in said] == [
         "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
         "Cannot be checked with these logs: zero of q1; whether q4 is negated.",

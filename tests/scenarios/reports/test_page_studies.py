@@ -113,7 +113,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     assert [column.title for column in tables[0].columns] == ["Joint", "ls-2011", "slow"]
     assert tables[0].columns[1].unit == "N (m)/unit"  # nobody says here which joints slide
     late = "MethodTimedOut"
-    assert said[0] == [["1", "0.90 +- 0.04", late], ["2", "refused", late], ["3", "-1.5", late]]
+    assert said[0] == [["1", "0.90 ± 0.04", late], ["2", "refused", late], ["3", "-1.5", late]]
     assert said[1] == [["slow", "all", "took longer than 60 s"], ["ls-2011", "2", "too light"]]
     assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]
     assert len(report.document["answers"]) == 2

@@ -182,6 +182,14 @@ def test_a_verdict_stands_behind_the_first_column_of_a_page_and_last_elsewhere()
     ]
 
 
+def test_options_of_a_command_are_whole_and_a_title_that_is_the_verdict_has_its_colour():
+    parts = (Paragraph("Lower --cutoff-hz, `rx90 x --all` or a--b."), Line("rx90 x --out 'a--b'"))
+    page = renderer("html")(Report("WRONG", parts, {}, Mood.BAD), Page())
+    assert re.findall(r'<span class="whole">(.*?)</span>', page) == ["--cutoff-hz", "--all", "--out"]
+    assert '<code>rx90 x <span class="whole">--all</span></code>' in page
+    assert '<h1 class="bad">WRONG</h1>' in page
+
+
 def test_a_cell_keeps_its_mood():
     table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
-    assert '<td class="bad words">x</td>' in renderer("html")(Report("T", (table,), {}), Page())
+    assert '<td class="bad words whole">x</td>' in renderer("html")(Report("T", (table,), {}), Page())

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from ident.estimation.all_joints.terms import SHARES
 from ident.estimation.estimators.nls import FRICTIONS
 from scenarios.reports.bare import TERMS
 from scenarios.reports.content import (
@@ -19,6 +20,7 @@ from scenarios.reports.content import (
     column,
     in_unit,
     percent,
+    plus_minus,
     rounded,
     table,
 )
@@ -149,7 +151,7 @@ def test_text_fits_the_page_and_cuts_no_number(width):
     assert path in text
     assert all(len(line) <= width for line in text.splitlines() if path not in line)
     assert "0.9401234" in text
-    assert "and 1 more" in text
+    assert "and 1 more (--format markdown shows them)" in " ".join(text.split())
     assert "-17.25" not in text
     assert "…" not in text
     assert "\x1b" not in text
@@ -255,8 +257,13 @@ def test_a_share_is_told_in_percent_and_none_as_a_dash():
     assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
 
 
+def test_a_number_that_is_rounded_to_zero_has_no_minus_sign():
+    assert (percent(-1e-6, ".2f"), percent(-1e-6, "+.1f"), rounded(-1e-6, 0.01)) == ("0.00", "+0.0", "0.000")
+    assert plus_minus(-1e-6, 0.01) == "0.000 ± 0.010"
+
+
 def test_every_term_of_friction_that_is_told_has_its_meaning():
-    known = {"Fv", "Fc", "off", *(name for terms in FRICTIONS.values() for name in terms)}
+    known = {"Fv", "Fc", "off", *SHARES, *(name for terms in FRICTIONS.values() for name in terms)}
     assert set(TERMS) == known
     assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())
 
@@ -268,4 +275,4 @@ def test_numbers_have_the_decimals_that_two_digits_of_their_spread_need_and_shor
     assert in_unit("m", 0.25, -1.0) == ("m", (0.25, -1.0))
     assert in_unit("kg", 0.25) == ("kg", (0.25,))
     row = quantity_row("x", "m", 0.0123, 0.0041, 0.00051)
-    assert [cell.text for cell in row] == ["x", "12.3", "4.1", "0.5", "mm"]
+    assert [cell.text for cell in row] == ["x", "12.3", "4.1", "mm", "0.5"]

@@ -8,24 +8,27 @@ import pytest
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
+from scenarios.design.new_robot import Found
 from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.gains import budget_verdict
+from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.predict import prediction_report
 from scenarios.reports.torque import torque_report
+from sim.trajectory import FourierTrajectory
 
 
 @pytest.mark.parametrize(
     ("value", "spread", "text"),
     [
-        (7.0531, 0.0482, "7.05 +- 0.05"),
-        (7.0531, 0.0142, "7.053 +- 0.014"),
-        (-0.00034, 0.00061, "-0.0003 +- 0.0006"),
-        (4.2, 0.0996, "4.20 +- 0.10"),
-        (1234.0, 23.0, "1234 +- 23"),
+        (7.0531, 0.0482, "7.05 ± 0.05"),
+        (7.0531, 0.0142, "7.053 ± 0.014"),
+        (-0.00034, 0.00061, "-0.0003 ± 0.0006"),
+        (4.2, 0.0996, "4.20 ± 0.10"),
+        (1234.0, 23.0, "1234 ± 23"),
         (7.025, 0.0, "7.025"),
     ],
 )
@@ -89,13 +92,13 @@ def test_torques_are_told_with_rms_peak_and_interval_of_each_joint():
     )
     file = GainsFile(gains=gains)
     verdict, table, *rest = torque_report(torques(found, file, Path("tau.parquet")), found, file).parts
-    assert verdict.text == "Peak 5.00 +- 0.10 N m on joint 1 and 40.0 +- 0.8 N on joint 3 (2 sigma)."
+    assert verdict.text == "Peak 5.00 ± 0.10 N m on joint 1 and 40.0 ± 0.8 N on joint 3 (2 sigma)."
     assert isinstance(table, Table)
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["1", "base", "4.08", "5.00", "0.10", "N m", "2.00"],  # root of 50 / 3
         ["3", "", "28.87", "40.00", "0.80", "N", "2.00"],  # root of 2500 / 3
     ]
-    assert rest[-1].text == "joint 2 has no column: too light"
+    assert rest[-1].text == "Joint 2 has no column: too light."
 
 
 def test_a_payload_begins_with_its_mass_and_where_it_is():
@@ -105,6 +108,25 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     mass, z = quantity("mass", "kg", 7.0531, 0.0241), quantity("z", "m", 0.1432, 0.0008)
     body = FoundBody(quantities=(mass, z), refused={}, possible=None)
     said = payload_verdict(body, Mood.PLAIN)
-    assert said.text == "7.05 +- 0.05 kg (2 sigma); centre of mass at z 143.2 +- 1.6 mm."
+    assert said.text == "7.05 ± 0.05 kg (2 sigma); centre of mass at z 143.2 ± 1.6 mm."
     without = FoundBody(quantities=(z,), refused={}, possible=None)
     assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text
+
+
+@pytest.mark.parametrize(
+    ("predicted", "text", "mood"),
+    [
+        ([0.0034, 0.0142], "2 of 2 gains are identifiable; predicted standard deviation 0.34 to 1.4 %.", Mood.GOOD),
+        (
+            [0.4, 0.0034, 0.5],
+            "1 of 3 gains are identifiable, not of joints 1 and 3; predicted standard deviation 0.34 %.",
+            Mood.DOUBTFUL,
+        ),
+        ([0.4, 0.5], "No gain is identifiable with this motion and payload.", Mood.BAD),
+    ],
+)
+def test_a_new_robot_begins_with_the_gains_that_are_identifiable(predicted, text, mood):
+    still = np.zeros((len(predicted), 3))
+    motion = FourierTrajectory(still[:, 0], still, still, 1.0)
+    said = robot_verdict(Found(motion=motion, predicted=np.array(predicted)))
+    assert (said.text, said.mood, said.strong) == (text, mood, True)

@@ -31,6 +31,10 @@ MARK = "rx90 report"
 """Generator of the page, by which a page is recognised."""
 CODE = re.compile(r"`([^`\n]+)`")
 """A command or a name within a text."""
+OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
+"""An option of a command."""
+SHORT = 12
+"""Characters of a cell of words that is not wrapped: about the width of a heading."""
 
 
 KINDS: dict[type[Part], str] = {
@@ -66,16 +70,24 @@ def render(report: Report, page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"heading": heading, "prose": prose, "picture": _picture, "figure": _figure}
+    templates.filters |= {
+        "heading": heading,
+        "options": options,
+        "prose": prose,
+        "picture": _picture,
+        "figure": _figure,
+    }
     plots = [each for part in report.parts if isinstance(part, Plot) for each in canvases(part)]
     return templates.get_template("page.html.j2").render(
         title=report.title,
+        mood=report.mood,
         maker=MARK,
         sections=sections(report.parts),
         number={id(plot): k for k, plot in enumerate(plots)}.__getitem__,
         id=id,
         canvases=canvases,
         moods={mood: mood.value for mood in Mood},
+        short=SHORT,
         legend=legend,
         style=Markup(_own("page.css")),
         plots=Markup(script_json(drawn_plots(plots))) if plots else None,
@@ -112,9 +124,14 @@ def heading(column: Column) -> str:
     return " ".join(column.title.split())
 
 
+def options(text: str) -> Markup:
+    """Return escaped text, the options of commands in it not broken at their hyphens."""
+    return Markup(OPTION.sub(r'<span class="whole">\g<0></span>', str(escape(text))))
+
+
 def prose(text: str) -> Markup:
-    """Return escaped text with text in backticks as code."""
-    return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
+    """Return escaped text with whole options, and with text in backticks as code."""
+    return Markup(CODE.sub(r"<code>\1</code>", str(options(text))))
 
 
 def _picture(picture: Picture) -> str:

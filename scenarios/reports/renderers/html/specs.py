@@ -61,7 +61,7 @@ CONFIG: Spec = {
         "titleFontWeight": "normal",
         "labelLimit": 150,
     },
-    "axisY": {"minExtent": 36},  # a plot and the strip below it are aligned
+    "axisY": {"minExtent": 44},  # a plot and the strip below it are aligned
     "aria": False,
 }
 

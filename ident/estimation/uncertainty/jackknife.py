@@ -52,6 +52,8 @@ def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], .
 def _not_fitted_to(Q: Array, e: Array) -> Array:
     """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
     rows, columns = Q.shape
+    if not columns:
+        return e
     if rows <= columns:
         return _solved(np.eye(rows) - Q @ Q.T, e)
     return e + Q @ _solved(np.eye(columns) - Q.T @ Q, Q.T @ e)

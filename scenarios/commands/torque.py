@@ -28,6 +28,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
     from scenarios.experiments.files.gains import read_gains
+    from scenarios.gains_in_use.known_gains_problem import check_currents
     from scenarios.gains_in_use.results import torques
     from scenarios.reports.torque import torque_report
     from scenarios.results.torque_file import write_torque
@@ -36,6 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
     said = log_description(options, names if len(names) == len(file.gains) else None)
     (recording,) = told([read_log(options.log, said)])
+    check_currents(file, recording)
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)

@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TypeVar
 
+import numpy as np
 from pydantic import JsonValue
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
+from ident.diagnosis.link_masses import OTHER_UNIT
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
@@ -127,6 +129,24 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
                 f"({seen.name}), so they reproduce the payload that was specified then; use a recording with another "
                 "payload"
             )
+
+
+def check_currents(file: GainsFile, recording: Recording) -> None:
+    """Check that currents are not in a smaller unit than those from which the gains were identified.
+
+    Currents in a larger unit look like those of an arm at rest.
+
+    Raises:
+        ScenarioError: If the largest currents of all joints are larger than then by more than a factor of units.
+    """
+    then = [each.largest for each in file.recordings if len(each.largest) == recording.n]
+    now, before = np.abs(recording.v).max(axis=0), np.max(then, axis=0, initial=0.0)
+    if before.all() and len(then) and (now > OTHER_UNIT * before).all():
+        j = int(np.argmin(now / before))
+        raise ScenarioError(
+            f"{one_line(recording.name)}: v{j + 1} reaches {now[j]:.3g}, but {before[j]:.3g} when the gains were "
+            "identified, and likewise all joints; are the currents in another unit? --columns states it, as in 'v=[mA]'"
+        )
 
 
 def _seen(entries: Sequence[RecordingEntry], recording: Recording) -> RecordingEntry | None:

@@ -70,6 +70,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
                     payload=number.get(id(each.payload)),
                     marks=marks(each.recording),
                     noise=_noise(each.recording),
+                    largest=tuple(np.abs(each.recording.v).max(axis=0).tolist()),
                 )
                 for each in origin.motions
             ),

@@ -86,6 +86,9 @@ class RecordingEntry(_Table):
         (), description="Hashes of some rows q, v, by which a part of the recording is recognised"
     )
     noise: NoiseEntry | None = Field(None, description="Noise of the current of one joint")
+    largest: tuple[float, ...] = Field(
+        (), description="Largest magnitude of each joint's current, by which another unit is recognised"
+    )
 
 
 class OptionsEntry(_Table):

@@ -56,6 +56,26 @@ def test_torques_say_whose_gains_they_were_made_with(weighed_cell, tmp_path, cap
     assert "The gains are of robot rx90. Logs do not name their robot" in " ".join(capsys.readouterr().out.split())
 
 
+def test_currents_in_another_unit_than_the_gains_are_refused(weighed_cell, tmp_path, capsys):
+    table = pd.read_parquet(weighed_cell / "run" / "light.parquet")
+    currents = [name for name in table if name.startswith("v")]
+    words = ["--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "t.parquet"), "--force"]
+
+    def status(factors) -> int:
+        log = tmp_path / "log.parquet"
+        table.assign(**{name: each * table[name] for name, each in zip(currents, factors, strict=True)}).to_parquet(log)
+        return main(["torque", str(log), *words])
+
+    assert status([1000.0] * 6) == 2
+    said = capsys.readouterr().err
+    assert "when the gains were identified, and likewise all joints; are the currents in another unit?" in said
+    assert "--columns states it" in said
+    assert not (tmp_path / "t.parquet").exists()
+    assert status([1000.0] * 5 + [3.0]) == 0  # not all of them: a collision
+    assert status([1e-3] * 6) == 0  # an arm at rest
+    assert status([20.0] * 6) == 0
+
+
 SIGNED = (13, 11, 7, -9, 12, 8)
 
 

@@ -121,9 +121,10 @@ def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_
     words = [*(word.format(cell) for word in COMMANDS["identify"]), "--save", str(tmp_path / "saved")]
     assert main(words) == 0
     report = page_of(tmp_path / "saved")
-    checks = [part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "What"]
-    doubts = {(each.title, row[0].text) for each in checks for row in each.rows if row[1].text != "good"}
-    assert doubts == {("faulty.parquet", what) for what in ("current scale", "missing samples", "wrapped")}
+    checks = [part for part in report.parts if isinstance(part, Table) and part.columns[-1].title == "Found"]
+    doubts = {row[0].text: each.title for each in checks for row in each.rows if row[1].text != "good"}
+    assert doubts.keys() == {"current scale", "missing samples", "wrapped"}
+    assert doubts["missing samples"] == doubts["wrapped"] == "faulty.parquet"
     fit = read_fit(tmp_path / "saved")
     assert [Path(motion.log).name for motion in fit.motions] == [
         "bare.parquet",

@@ -87,7 +87,7 @@ class RecordingEntry(_Table):
     )
     noise: NoiseEntry | None = Field(None, description="Noise of the current of one joint")
     largest: tuple[float, ...] = Field(
-        (), description="Largest magnitude of each joint's current, by which another unit is recognised"
+        (), description="Largest magnitude of each joint's current [drive units], by which another unit is recognised"
     )
 
 

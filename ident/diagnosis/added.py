@@ -132,7 +132,7 @@ def _of_part(place: int, part: HeldOut, sigma: float, columns: Array, which: Ind
     sets, e = (len(which), columns.shape[1] // len(which)), part.fit.residual[:, None]
     rest = part.fit.without(columns)
     left, of_residual = part.padded(rest), part.padded(e)
-    held, held_residual = part.by_block(left), part.by_block(of_residual)
+    held, held_residual = np.split(part.by_block(np.concatenate((left, of_residual), axis=2)), [-1], axis=2)
     residual = left.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)
     c, rest, left, held = (each.reshape(*each.shape[:-1], *sets) for each in (columns, rest, left, held))
     own = c.transpose(1, 2, 0)  # differences of large numbers: BLAS sums have smaller rounding errors

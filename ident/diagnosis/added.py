@@ -94,9 +94,8 @@ def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Arra
             square[which] += np.einsum("kmr,kmr->km", c, c) / unit
             left[which] += (c @ c.swapaxes(1, 2) - inside @ inside.swapaxes(1, 2)) / unit
             along[which] += c @ part.fit.residual[:, None] / unit
-    size = np.sqrt(np.where(square > 0.0, square, 1.0))
-    values, directions = np.linalg.eigh(left / (size[:, :, None] * size[:, None, :]))
-    turned = directions.swapaxes(1, 2) @ (along / size[..., None])
+    values, axes = _principal(square, left)
+    turned = axes.swapaxes(1, 2) @ along
     return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
 
 
@@ -171,12 +170,10 @@ def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt], count: int) -> Itera
             (residual, each.residual),
         ):  # fmt: skip
             total[each.which] += own
-    size = np.sqrt(square)
-    unit = np.where(size > 0.0, size, 1.0)
-    values, directions = np.linalg.eigh(products[..., :m] / (unit[:, :, None] * unit[:, None, :]))
+    values, axes = _principal(square, products[..., :m])
     # left' left without priors
-    known = (size > 0.0).all(axis=1) & (values[:, 0] >= UNSEEN)
-    spread = directions / np.sqrt(np.where(known[:, None], values, 1.0))[:, None] / unit[:, :, None]  # (K, m, m)
+    known = (square > 0.0).all(axis=1) & (values[:, 0] >= UNSEEN)
+    spread = axes / np.sqrt(np.where(known[:, None], values, 1.0))[:, None]  # (K, m, m)
     turned = spread.swapaxes(1, 2)
     value = spread @ (turned @ products[..., m:])  # (K, m, 1)
     turned, wide, far = turned[:, None], spread[:, None], value[:, None]
@@ -194,6 +191,21 @@ def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt], count: int) -> Itera
     covariance = spread @ own @ spread.swapaxes(1, 2)
     for k in np.flatnonzero(known).tolist():
         yield k, Added(u=u[k], value=value[k, :, 0], covariance=covariance[k])
+
+
+def _principal(square: Array, left: Array) -> tuple[Array, Array]:
+    """Shares of unit columns outside the model along principal axes, increasing, and the axes in units of the columns.
+
+    Args:
+        square: Sums of squares of the columns of each set, shape (K, m).
+        left: Products of their residuals, shape (K, m, m).
+
+    Returns:
+        Shapes (K, m) and (K, m, m).
+    """
+    unit = np.sqrt(np.where(square > 0.0, square, 1.0))
+    values, axes = np.linalg.eigh(left / (unit[:, :, None] * unit[:, None, :]))
+    return np.asarray(values, np.float64), np.asarray(axes / unit[:, :, None], np.float64)
 
 
 def _combined(held: Array, coefficients: Array) -> Array:

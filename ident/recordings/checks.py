@@ -256,7 +256,8 @@ def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
         for later in range(NEAR + 1):
             follow[np.minimum(stepped + later, len(q) - 1)] = True
         answers.append(bool(follow[mask].all()))
-        log_chance += int(mask.sum()) * float(np.log(max(follow.mean(), 1e-300))) if answers[-1] else 0.0
+        if mask.any() and answers[-1]:
+            log_chance += int(mask.sum()) * float(np.log(follow.mean()))
     return [each and log_chance < float(np.log(CHANCE)) for each in answers]
 
 

@@ -140,8 +140,10 @@ def check_currents(file: GainsFile, recording: Recording) -> None:
         ScenarioError: If the largest currents of all joints are larger than then by more than a factor of units.
     """
     then = [each.largest for each in file.recordings if len(each.largest) == recording.n]
-    now, before = np.abs(recording.v).max(axis=0), np.max(then, axis=0, initial=0.0)
-    if before.all() and len(then) and (now > OTHER_UNIT * before).all():
+    if not then:
+        return  # of other joints, or of a file that does not say
+    now, before = np.abs(recording.v).max(axis=0), np.max(then, axis=0)
+    if before.all() and (now > OTHER_UNIT * before).all():
         j = int(np.argmin(now / before))
         raise ScenarioError(
             f"{one_line(recording.name)}: v{j + 1} reaches {now[j]:.3g}, but {before[j]:.3g} when the gains were "

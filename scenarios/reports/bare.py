@@ -1,6 +1,5 @@
 """Report of `rx90 identify` for bare motions: ratios of gains, parameters, links, expected gains with a payload."""
 
-import math
 from collections.abc import Sequence
 
 from ident.diagnosis.alternative import two_digits
@@ -18,6 +17,7 @@ from scenarios.reports.content import (
     column,
     number,
     percent,
+    places_of,
     rounded,
     table,
     two_sigma,
@@ -199,7 +199,5 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
 
 
 def _alike(numbers: Sequence[float]) -> str:
-    """Return numbers with the decimals that show four digits of the largest."""
-    largest = max(map(abs, numbers))
-    places = max(3 - math.floor(math.log10(largest)), 0) if largest else 0
-    return " ".join(f"{x:z.{places}f}" for x in numbers)
+    """Return numbers with the same decimals."""
+    return " ".join(f"{x:z.{places_of(max(map(abs, numbers)))}f}" for x in numbers)

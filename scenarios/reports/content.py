@@ -210,6 +210,11 @@ def rounded(value: float | None, spread: float | None) -> str:
     return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
 
 
+def places_of(largest: float) -> int:
+    """Return the decimals that show four digits of the largest of several numbers."""
+    return max(3 - math.floor(math.log10(largest)), 0) if largest else 0
+
+
 def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
     """Return a unit and numbers in it; lengths below a metre in millimetres."""
     if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):

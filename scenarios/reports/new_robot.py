@@ -49,7 +49,8 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
             f"Payload: {load.body.mass:g} kg, centre {list(load.body.com)} m in the frame of the last link; "
             f"{load.source}."
         ),
-        *(Paragraph(each, Mood.DOUBTFUL if each.startswith("WARNING") else Mood.PLAIN) for each in said),
+        *([Paragraph(f"WARNING: payload: {load.warning}.", Mood.DOUBTFUL)] if load.warning else []),
+        *map(Paragraph, said),
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),
         Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
     )
@@ -83,8 +84,6 @@ def verdict(found: Found) -> Paragraph:
 
 def _warnings(new: NewRobot) -> Iterator[str]:
     """Yield remarks on the arm, its home pose and its file."""
-    if new.load.warning:
-        yield f"WARNING: payload: {new.load.warning}."
     if new.end.held:
         yield (
             f"Recognised as joints of a gripper and locked: {', '.join(new.end.held)}. "

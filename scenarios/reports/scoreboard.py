@@ -174,7 +174,7 @@ def _entry_parts(each: Entry) -> list[Part]:
                 str(ratio.reference),
                 rounded(
                     ratio.ratio,
-                    None if ratio.rel_std is None or ratio.ratio is None else 2.0 * ratio.rel_std * ratio.ratio,
+                    None if ratio.rel_std is None or ratio.ratio is None else 2.0 * ratio.rel_std * abs(ratio.ratio),
                 ),
                 percent(None if ratio.rel_std is None else 2.0 * ratio.rel_std, ".1f"),
                 percent(ratio.rel_difference, "+.1f"),

@@ -6,7 +6,7 @@ from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import Torques
-from scenarios.reports.content import Paragraph, Report, column, percent, plus_minus, table
+from scenarios.reports.content import Paragraph, Report, column, percent, places_of, plus_minus, table
 from scenarios.reports.gains import joints_named, sentence
 
 INCLUDED = (
@@ -20,8 +20,7 @@ OF_ROBOT = "The gains are of robot {}. Logs do not name their robot: make sure t
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:
     """Return the report: largest torques and written file."""
     title = f"{one_line(written.out)}: {written.samples} samples, {joints_named(written.joints)}"
-    largest = float(np.abs(found.tau).max())
-    places = max(3 - int(np.floor(np.log10(largest))), 0) if largest else 0  # four digits of the largest torque
+    places = places_of(float(np.abs(found.tau).max()))
     peaks, joints = [_peak(found, k) for k in range(len(found.joints))], found.joints.tolist()
     names = [str(file.gains[joint].name or "") for joint in joints]
     rms = np.sqrt(np.mean(found.tau**2, axis=0))

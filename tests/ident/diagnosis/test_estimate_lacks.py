@@ -1,5 +1,6 @@
 """What an estimate lacks: faults that yielding joints take up, payloads that are not as stated, what is unexplained."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +15,11 @@ from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import survey
-from ident.diagnosis.estimate_lacks import _unexplained, imitated, lacks_of, shown_beside
+from ident.diagnosis.estimate_lacks import _unexplained, diagnosis_of, imitated, lacks_of, shown_beside
 from ident.diagnosis.estimate_model import claimed, consequence, stated
 from ident.diagnosis.fitted_currents import reference
 from ident.estimation.estimators.nls import all_joints_gains
+from ident.estimation.joint_by_joint.gain_system import joint_rows
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +92,26 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
         lack = next(shown_beside(base, list(payload_catalog.directions(problem, base.estimate))))
         assert lack.best.family == name
         assert lack.best.what.logs == (1,)
+        if name == "payload shift":
+            size, std = lack.best.found.value[-3:], np.sqrt(np.diag(lack.best.found.covariance))[-3:]
+            assert (np.abs(size - (0.05, 0.05, -0.05)) < 3.0 * std).all()
+            assert (std[[0, 2]] < 0.005).all()  # the second axis is hardly moved by these joints
+            told = [float(x) for x in re.findall(r"[+-]\d+(?:\.\d+)?", diagnosis_of(lack, ("a", "b")).cause)]
+            np.testing.assert_allclose(told, 1e3 * size, rtol=0.05)  # two digits
+
+
+def test_a_shift_in_one_of_two_loaded_logs_grows_there_alone(axes, logs):
+    problem = problem_of(axes, [*logs, logs[1]], (None, BRICK, BRICK))
+    estimate = all_joints(problem)
+    shifts = [each for each in payload_catalog.directions(problem, estimate) if each.family == "payload shift"]
+    assert [each.logs for each in shifts] == [(1,), (2,)]
+    for each in shifts:
+        for j, columns in enumerate(each.columns):
+            rows, (mean, growth) = joint_rows(problem, j), np.hsplit(columns, 2)
+            own = rows.motion == each.logs[0]
+            assert not growth[~own].any()
+            share = rows.position[own] / rows.position[own].max() - 0.5
+            np.testing.assert_allclose(growth[own], share[:, None] * mean[own], rtol=1e-12)
 
 
 TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])

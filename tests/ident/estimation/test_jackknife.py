@@ -163,6 +163,12 @@ def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
     assert 0.85 < blocks < 1.25
 
 
+def test_what_no_column_explains_is_left_as_it_is(linear):
+    rows = replace(linear.rows, explained=np.zeros((len(linear.V), 0)))
+    for block, left in left_out(rows):
+        np.testing.assert_allclose(left, rows.residual[block], rtol=1e-15)
+
+
 def test_of_no_gain_there_is_no_covariance():
     none = np.zeros(0, dtype=int)
     rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, row_period=0.05, unknowns={},

@@ -6,8 +6,11 @@ import pytest
 from printed import printed
 
 from ident.recordings.files import read_recording
+from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
+from scenarios.gains_in_use.known_gains_problem import check_currents
+from scenarios.support.errors import ScenarioError
 
 
 @pytest.mark.parametrize("command", ["torque", "convert"])
@@ -74,6 +77,25 @@ def test_currents_in_another_unit_than_the_gains_are_refused(weighed_cell, tmp_p
     assert status([1000.0] * 5 + [3.0]) == 0  # not all of them: a collision
     assert status([1e-3] * 6) == 0  # an arm at rest
     assert status([20.0] * 6) == 0
+
+
+def test_the_largest_current_of_any_recording_of_the_gains_counts_whatever_its_sign(weighed_cell):
+    given = read_gains(weighed_cell / "gains.toml")
+    for each in given.recordings:
+        (log,) = weighed_cell.rglob(each.name)
+        np.testing.assert_allclose(each.largest, np.abs(read_recording(log).v).max(axis=0), rtol=1e-12)
+    one, other = given.recordings
+    changed = (one.model_copy(update={"largest": (3.0, 2.0)}), other.model_copy(update={"largest": (1.0, 7.0)}))
+    file = given.model_copy(update={"recordings": changed})
+
+    def log(*largest: float) -> Recording:
+        t = np.arange(5.0)
+        return Recording(t, np.outer(t, largest), np.outer([0.2, -1.0, 0.5, 0.9, 0.1], largest), "log")
+
+    check_currents(file, log(94.0, 230.0))  # 31.6 times 3, and 7
+    check_currents(file, log(90.0, 230.0))
+    with pytest.raises(ScenarioError, match=r"log: v1 reaches 96, but 3 when the gains were identified"):
+        check_currents(file, log(96.0, 230.0))
 
 
 SIGNED = (13, 11, 7, -9, 12, 8)

@@ -5,7 +5,8 @@ load        friction proportional to torque, always, with a common prior of all 
 form        proportional to the torque of the motor, in the gears or at their output: the best prediction is selected;
             the others contribute to the interval, by the largest share that a mixture can have of them
 cbrt        viscous friction that grows less than linearly with speed, joint by joint
-compliance  of all joints, or of none
+compliance  of all joints, or of none; a joint whose compliance is significantly negative stays rigid, as no joint is
+            like that: a delay of its currents or its friction explains the same currents
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -14,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
+from ident.estimation.all_joints.fit import AllJointsFit
 from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
@@ -33,7 +35,7 @@ from ident.estimation.all_joints.terms import (
 from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import joint_list
 
 BETTER = 2.0
@@ -114,18 +116,24 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     plain = _tried(fit_with(ready, nothing, (), None))
     first = torque_terms(ready.problem, ready.shared, plain.fitted.own, plain.fitted.fit, compliance=True)
     speeds = speed_terms(ready.problem)
+    elastic = np.arange(ready.n)
     softened: Sequence[Array] = first.softened
     soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
     if yielding or soft.surer_than(plain, range(ready.n)) > SUSPECTED:
         laws = [{law: term.column for law, term in each.items()} for each in speeds]
         softened = by_currents(ready, first, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
         soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
+        while not yielding and (rigid := _of_negative_compliance(soft.fitted.fit, len(elastic))).any():
+            elastic = elastic[~rigid]
+            softened = tuple(each[:, ~rigid] for each in softened)
+            soft = _tried(fit_with(ready, nothing, softened if len(elastic) else (), plain.fitted))
     yields = yielding or soft.surer_than(plain, range(ready.n)) > BETTER
     base = soft if yields else plain
+    elastic = elastic if yields else elastic[:0]
     softened = softened if yields else ()
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
-    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
+    loads = {form: _with_load(ready, chosen, first, softened, elastic, base.fitted, form) for form in LOAD_FORMS}
     form = _form_of(loads, base)
     best = loads[form].tried
     rivals = [_beside(best, each.tried) for other, each in loads.items() if other != form]
@@ -134,7 +142,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     remarks = [_load_note(form, loads[form].belief)]
     remarks += [f"{SPEED_TERMS[law].words} on {joint_list(sorted(joints))}" for law, joints in bent.items() if joints]
     if yields:
-        remarks.append("joint elasticity detected and modelled")
+        remarks.append(f"joint elasticity detected and modelled{_except(set(range(ready.n)) - set(elastic.tolist()))}")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
@@ -143,6 +151,18 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         softened=tuple(each @ compliance for each in first.softened),
         stiff=fit_with(ready, loads[form].terms, (), best.fitted) if yields and not yielding else None,
     )
+
+
+def _of_negative_compliance(fit: AllJointsFit, count: int) -> Mask:
+    """Mask of the compliances, the last shared parameters of a fit, that are significantly negative, shape (count,)."""
+    own = slice(len(fit.found.theta) - count, None)
+    covariance = max_of_classical_and_jackknife(fit.rows, fit.theta_influence[own], 0.0)
+    return fit.found.theta[own] < -BETTER * np.sqrt(np.diag(covariance))
+
+
+def _except(joints: Collection[int]) -> str:
+    """Return joints, from 0, whose negative compliance is not modelled, in words."""
+    return f" (but not of {joint_list(sorted(joints))}, whose compliance would be negative)" if joints else ""
 
 
 def _load_note(form: str, belief: Belief) -> str:
@@ -239,18 +259,36 @@ class _Loaded:
 
 
 def _with_load(
-    ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
+    ready: Setting,
+    chosen: Terms,
+    first: TermColumns,
+    softened: Sequence[Array],
+    elastic: Indices,
+    base: Fitted,
+    form: str,
 ) -> _Loaded:
     """Fit load-dependent friction of one form, with torques from an earlier fit that included it.
 
     If the estimated share of the offset that is not a torque is impossible, data cannot separate it from the friction,
     and all of the joint's offset counts as torque.
+
+    Args:
+        ready: The problem.
+        chosen: Terms that are selected for each joint.
+        first: Columns from the torques of rigid joints.
+        softened: Change of torque of each joint's rows per compliance of each elastic joint.
+        elastic: Indices of the elastic joints.
+        base: An earlier fit.
+        form: A name in `LOAD_FORMS`.
     """
 
     def columns(fitted: Fitted) -> TermColumns:
         own, fit = fitted.own, fitted.fit
         found = torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
-        return replace(found, softened=by_currents(ready, found, fitted, found.own)) if softened else found
+        if not softened:
+            return found
+        all_of_them = by_currents(ready, found, fitted, found.own)
+        return replace(found, softened=tuple(each[:, elastic] for each in all_of_them))
 
     def found(offsets: Collection[int]) -> tuple[_Loaded, list[int]]:
         free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, offsets), softened, base)

@@ -95,6 +95,26 @@ def test_what_is_there_is_found_where_it_is_and_the_gains_are_within_their_devia
     assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
 
 
+@pytest.mark.parametrize(
+    ("compliance", "said"),
+    [
+        (
+            (-3e-4, 1.5e-4, 2e-4),
+            ["joint elasticity detected and modelled (but not of joint 1, whose compliance would be negative)"],
+        ),
+        ((-1.9e-4, -1.7e-4, -2.3e-4), []),
+    ],
+    ids=["one", "all"],
+)
+def test_no_joint_has_a_negative_compliance(axes, compliance, said):
+    estimate = gains(made(axes, Truth(compliance=compliance), seed=8))
+    assert [each for each in estimate.remarks if "elasticity" in each] == said
+    assert (estimate.solution.stiff is not None) == bool(said)
+    if said:
+        assert (np.abs(off(estimate))[SHOWN] < 2.5e-3).all()
+        assert abs(off(estimate)[0]) > 1e-2  # its column is left out of every fit
+
+
 @pytest.mark.parametrize("form", LOAD_FORMS)
 def test_load_friction_that_is_named_gives_the_gains_where_it_is_and_matters(axes, form):
     problem = made(axes, Truth(**{form.replace("-", "_"): LOADED}))

@@ -45,7 +45,8 @@ class AllJointsFit:
     def rows(self) -> Rows:
         """Rows of all joints with their residuals."""
         lengths, explained = [len(each.V) for each in self.columns], self._linear[1]
-        hat = [np.zeros((length, explained.shape[1])) for length in lengths]
+        whole = np.zeros((sum(lengths), explained.shape[1]))
+        hat = np.split(whole, np.cumsum(lengths)[:-1])
         for own, each, part in zip(hat, self.joints, self._parts, strict=True):
             felt = explained[part].any(axis=0)
             own[:, felt] = each.on_rows(explained[part, felt])
@@ -59,24 +60,36 @@ class AllJointsFit:
             position=np.concatenate([each.position for each in self.columns]),
             row_period=self.row_period,
             unknowns={j: float(np.sum(own**2)) for j, own in enumerate(hat)},
-            explained=np.vstack(hat),
+            explained=whole,
             weight=np.repeat([1.0 / each.sigma for each in self.joints], lengths),
         )
 
     @cached_property
     def log_influence(self) -> Array:
         """Derivative of each log|h| by each row's current, shape (n, r)."""
-        return self._by_rows(self._places[0])
+        return self._by_rows(self._linear[0][self._places[0]])
 
     @cached_property
     def theta_influence(self) -> Array:
         """Derivative of each shared parameter by each row's current, zero if not identifiable, shape (p, r)."""
-        return self._by_rows(self._places[1])
+        return self._by_rows(self._linear[0][self._places[1]])
 
     @cached_property
     def phi_influence(self) -> tuple[Array, ...]:
         """Derivative of each joint's own parameters by each row's current, n arrays of shape (f_j, r)."""
-        return tuple(self._by_rows(part) for part in self._places[2:])
+        return tuple(self.own_influence(j, np.eye(len(phi))) for j, phi in enumerate(self.phi))
+
+    def own_influence(self, joint: int, weights: Array) -> Array:
+        """Derivative of weighted sums of a joint's own parameters by each row's current.
+
+        Args:
+            joint: The joint, from 0.
+            weights: Of each of its own parameters, shape (k, f_j).
+
+        Returns:
+            Shape (k, r).
+        """
+        return self._by_rows(weights @ self._linear[0][self._places[2 + joint]])
 
     @cached_property
     def log_belief(self) -> Array:
@@ -138,8 +151,7 @@ class AllJointsFit:
         Q[inner, own[-1].stop - first :] = solved.Q
         return pseudo, Q
 
-    def _by_rows(self, unknowns: slice) -> Array:
-        spread = self._linear[0][unknowns]
+    def _by_rows(self, spread: Array) -> Array:
         each = zip(self.joints, self._parts, strict=True)
         return np.hstack([joint.on_rows(spread[:, part].T).T / joint.sigma for joint, part in each])
 

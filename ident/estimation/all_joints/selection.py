@@ -332,7 +332,7 @@ def _belief(free: Fitted, form: str) -> Belief:
     """
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])
-    influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
+    influence = np.array([free.fit.own_influence(j, np.eye(1, len(free.own[j].names), k))[0] for j, k in at])
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
     noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence, 0.0))), held)
     shown = np.abs(seen) < STRONGEST

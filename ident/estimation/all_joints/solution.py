@@ -191,14 +191,14 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened
     fit = final.fit
     n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
-    for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
+    for j, (own, phi) in enumerate(zip(final.own, fit.phi, strict=True)):
+        size = np.zeros((2, len(phi)))  # of both kinds of friction together, and of Coulomb friction
         for k, name in enumerate(own.names):
             if name in ("Fv", "Fc"):
                 column = own.F[:, k]
-                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2))) / own.names.count(name)
-                for which in (0, 1) if name == "Fc" else (0,):
-                    friction[j, which] += size * phi[k]
-                    influence[j, which] += size * phi_influence[k]
+                rms = float(np.sqrt(np.mean(column[column != 0.0] ** 2)))
+                size[: 2 if name == "Fc" else 1, k] = rms / own.names.count(name)
+        friction[j], influence[j] = size @ phi, fit.own_influence(j, size)
     payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
     spread = [W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)]
     stated = h[rows.joint][:, None] * np.hstack([np.zeros((len(rows.V), 0)), *spread])
@@ -232,7 +232,8 @@ def _load_friction(final: Fitted) -> LoadFriction | None:
     for j, own in enumerate(final.own):
         for k, name in enumerate(own.names):
             if name in LOAD_FORMS:
-                coefficient = np.concatenate((fit.phi_influence[j][k] / fit.rows.weight, fit.phi_belief[j][k]))
+                (own_influence,) = fit.own_influence(j, np.eye(1, len(own.names), k))
+                coefficient = np.concatenate((own_influence / fit.rows.weight, fit.phi_belief[j][k]))
                 log_h = np.concatenate((fit.log_influence[j] / fit.rows.weight, fit.log_belief[j]))
                 std[j] = np.linalg.norm(coefficient)
                 slope[j] = -float(log_h @ coefficient) / float(std[j] ** 2)  # log g = -log h

@@ -307,11 +307,14 @@ def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
     fit = fitted.fit
     at = [own.names.index("load") for own in fitted.own]
     phi = tuple(np.where(np.arange(len(p)) == k, v, p) for p, k, v in zip(fit.phi, at, values, strict=True))
-    still = tuple(np.zeros_like(each) for each in fit.phi_influence)
     belief = [np.zeros((len(p), 2)) for p in phi]
     for each, k, d in zip(belief, at, deviation, strict=True):
         each[k] = 0.6 * d, -0.8 * d
-    return replace(fitted, fit=SimpleNamespace(rows=fit.rows, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
+
+    def still(joint: int, weights: np.ndarray) -> np.ndarray:
+        return np.zeros((len(weights), len(fit.rows.V)))
+
+    return replace(fitted, fit=SimpleNamespace(rows=fit.rows, phi=phi, own_influence=still, phi_belief=tuple(belief)))
 
 
 @pytest.fixture(scope="module")
@@ -360,7 +363,7 @@ def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives
 def test_the_noise_of_the_currents_is_noise_of_a_coefficient(loaded):
     # Three that differ by what noise explains: no spread is left but the least, where their belief alone knows nothing.
     fit, nothing = loaded.fit, tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)
-    told = SimpleNamespace(rows=fit.rows, phi=fit.phi, phi_influence=fit.phi_influence, phi_belief=nothing)
+    told = SimpleNamespace(rows=fit.rows, phi=fit.phi, own_influence=fit.own_influence, phi_belief=nothing)
     noisy = replace(loaded, fit=told)
     belief = selection._belief(noisy, "load")
     assert belief.std < 3e-3

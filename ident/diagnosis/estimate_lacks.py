@@ -207,12 +207,21 @@ def _with_masses_alone(problem: Problem) -> Problem | None:
 
 
 def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
-    """Return the diagnosis of an effect that an estimate lacks."""
+    """Return the diagnosis of an effect that an estimate lacks.
+
+    What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
+    deviation of a gain that is not refused.
+    """
     direction, more = lack.best.direction, lack.best.found
     effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)
-    if not direction.at_fault:
-        severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
+    largest = max((abs(each.percent) for each in effects if each.spoils), default=0.0)
+    if (
+        severity is Severity.WRONG
+        and not direction.at_fault
+        and largest < 100.0 * lack.base.problem.options.max_rel_std
+    ):
+        severity = Severity.WEAK
     message = direction.message(more.value, names)
     return Diagnosis(
         name=direction.family,

@@ -56,6 +56,19 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
         np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claimed(now), rtol=1e-9)
 
 
+def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_gains(axes):
+    logs = logs_of(Truth(compliance=(1.2e-3, 0.9e-3, 1.1e-3)), seed=2)
+    problem = problem_of(axes, logs)
+    (lack,) = shown_beside(stated(problem, all_joints(problem)), [elastic(axes, logs)])
+    moved = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
+    for factor, severity in ((0.9, Severity.WRONG), (1.1, Severity.WEAK)):
+        options = replace(problem.options, max_rel_std=factor * moved[-1] / 100.0)
+        limited = replace(lack, base=replace(lack.base, problem=replace(problem, options=options)))
+        assert diagnosis_of(limited, ("a", "b")).severity is severity
+    assert len(moved) > 1
+    assert moved[-1] > 1.3 * moved[0]
+
+
 @pytest.mark.parametrize(
     ("compliance", "off"), [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125))], ids=["explain it all", "a tie"]
 )

@@ -30,7 +30,7 @@ LONG = (
     "test_unseen_refused",
     "test_identify_unseen",
     "test_identification",
-    "test_prediction",
+    "test_budget",
     "test_monte_carlo",
     "test_scenarios",
     "test_cost",

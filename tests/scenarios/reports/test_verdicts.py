@@ -16,7 +16,7 @@ from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.gains import budget_verdict
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
-from scenarios.reports.predict import prediction_report
+from scenarios.reports.predict import _within, prediction_report
 from scenarios.reports.torque import torque_report
 from scenarios.reports.unseen import unseen_verdict
 from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
@@ -161,3 +161,10 @@ def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
         told = unseen_verdict(found)
         assert said in " ".join(each.text for each in told)
         assert len(told) == (2 if error > 0.0 else 1)
+
+
+@pytest.mark.parametrize(
+    ("share", "mood"), [(0.951, Mood.GOOD), (0.949, Mood.DOUBTFUL), (0.501, Mood.DOUBTFUL), (0.499, Mood.BAD)]
+)
+def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
+    assert _within(share).mood is mood

@@ -9,6 +9,7 @@ from three_joints import case
 from ident.estimation.all_joints.columns import joint_columns, shared_parameters
 from ident.estimation.all_joints.friction import Term, own_columns
 from ident.estimation.all_joints.reduction import base_of, own_sigma, reduced_joint
+from ident.estimation.all_joints.torques import fitted_parameters
 
 
 @pytest.mark.parametrize("prepared", [False, True])
@@ -72,6 +73,9 @@ def test_each_mounting_has_its_own_share_of_what_was_found(small, unsure):
     found = shared.payload_values(theta)
     assert shared.count == len(shared.arm) + 2 * len(shared.free[0])
     np.testing.assert_array_equal(np.concatenate([found[k, shared.free[k]] for k in (0, 1)]), theta[len(shared.arm) :])
+    bare, *carried = (fitted_parameters(problem, each, shared, theta) for each in problem.motions)
+    added = [(each - bare)[small.payload_columns] for each in carried]  # by equal payloads, which are two
+    np.testing.assert_allclose(added, found, rtol=1e-12)
     for k, each in enumerate(joint_columns(problem, shared)):  # the columns of the one are zero where the other is
         mine, count = each.shared[:, len(shared.arm) :], len(shared.free[0])
         assert not mine[each.motion != 1, :count].any(), k

@@ -15,8 +15,9 @@ from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.settings import with_settings
 from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate_batch
 from scenarios.prediction.expected import expected_logs
-from scenarios.prediction.linear import linearised
+from scenarios.prediction.linear import _variance, linearised
 from sim.sensors import logged
+from sim.sensors.effect import Noise
 from sim.trajectory import at_rest
 
 COMPLIANCE = [1.3e-5, 1.4e-5, 3.5e-5, 5.2e-5, 7.8e-5, 1.6e-4]
@@ -152,3 +153,17 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
         ]
         changes.append(sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, drawn, strict=True)))
     np.testing.assert_allclose(np.std(changes, axis=0), predicted, rtol=0.17)
+
+
+@pytest.mark.parametrize(("lasting", "shared"), [(False, True), (True, False), (True, True)])
+def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lasting, shared):
+    K, by_position, q, v = (
+        rng.normal(size=(2, 5, 3)),
+        rng.normal(size=(2, 5, 3)),
+        rng.normal(size=3),
+        rng.normal(size=3),
+    )
+    noise = Noise(stream="new", q=q, v=v, lasting=lasting, shared=shared)
+    draws = np.eye((1 if lasting else 5) * (1 if shared else 3)).reshape(-1, 1 if lasting else 5, 1 if shared else 3)
+    found = [np.sum((K * v + by_position * q) * draw, axis=(1, 2)) for draw in draws]
+    np.testing.assert_allclose(_variance(noise, K, by_position), np.sum(np.square(found), axis=0), rtol=1e-12)

@@ -13,9 +13,9 @@ from printed import printed
 
 from ident.model.structure import structure_of
 from scenarios.cli import main
-from scenarios.experiments.files.gains import GainEntry, GainsFile
+from scenarios.experiments.files.gains import GainEntry, GainsFile, read_gains
 from scenarios.experiments.robot_models import read_arm
-from scenarios.gains_in_use.model_update.values import BareFile, Unknown, joint_values
+from scenarios.gains_in_use.model_update.values import BareFile, Unknown, joint_values, unstated_parameters
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
 GAIN = {0: 11.9, 1: 11.6, 2: -9.8, 3: 10.3, 4: 9.1}
@@ -326,6 +326,19 @@ def test_gains_of_another_data_sheet_are_refused(cell, capsys):
     (cell / "sheet.toml").write_text(gains_text(OLD).replace("elbow_joint", "knee_joint"))
     assert main(patched(cell, "arm.urdf", *sheet(cell))) == 2
     assert "joint 3 is knee_joint" in capsys.readouterr().err
+
+
+def test_what_a_model_does_not_state_is_in_si_with_its_deviations(cell):
+    structure, gains = structure_of(read_arm(cell / "arm.xml", ())), read_gains(cell / "gains.toml")
+    names = structure.base.names
+    stated = np.where(np.array(names) == "Ia4", 0.05, 0.0)
+    motor = np.where(np.arange(6) == 4, 0.02, 0.0)  # that of joint 5 is stated
+    found, C = unstated_parameters(structure, gains, BareFile.model_validate(bare_document()), stated, motor)
+    value, std = (dict(zip(names, each.tolist(), strict=True)) for each in (found, np.sqrt(np.diag(C))))
+    unit = GAIN[3]  # that of the reference
+    np.testing.assert_allclose([value[f"Ia{j}"] for j in (3, 4, 5)], [unit * IA[3], unit * IA[4] - 0.05, 0.0])
+    np.testing.assert_allclose([std[f"Ia{j}"] for j in (3, 4, 5)], [0.01 * unit * IA[3], 0.01 * unit * IA[4], 0.0])
+    np.testing.assert_allclose([value[f"off{j}"] for j in (3, 6)], [0.1 * GAIN[2], 0.0])  # joint 6 has no gain
 
 
 SLIDER = """<mujoco><worldbody><body name="base"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>

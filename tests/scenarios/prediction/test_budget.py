@@ -113,6 +113,16 @@ def test_sources_add_by_sign_and_by_variance_and_noise_that_is_none_is_told(quic
     assert worst == sorted(worst, reverse=True)
 
 
+def test_a_noise_costs_what_it_has_beyond_that_which_is_left_when_it_is_off(quick):
+    level = quick.table.experiment.sensors.current_white
+    target = f"{SENSORS}current_white"
+    whole, part = (
+        cost_of(predicted_budget(sourced(quick, white=SourceTable(target=target, stream="white", off=off))), "white")
+        for off in (0.0, 0.6 * level)
+    )
+    np.testing.assert_allclose(part.std, 0.8 * whole.std, rtol=1e-9)  # 1 - 0.6^2 of the variance
+
+
 def test_a_choice_counts_each_of_its_values_alike(quick):
     one, both = (
         SourceTable(target="plant.errors.load_friction", choice=choice) for choice in ((0.03,), (0.0, 0.03, 0.03))

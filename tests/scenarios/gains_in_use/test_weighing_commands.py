@@ -59,6 +59,10 @@ def test_verify_predicts_with_the_gains_of_a_file_and_with_those_it_finds(weighe
     assert main([*words, "--compare-with", sheet]) == 0
     by_file = printed(capsys, "verify")
     assert (by_file["passed"], by_file["unseen"]["verdict"]) == (True, "better")
+    assert main([*words, "--compare-with", good]) == 1
+    same = printed(capsys, "verify")
+    assert (same["passed"], same["together"]["verdict"]) == (False, "agrees")
+    assert same["unseen"]["verdict"] == "no different"
     assert main([*with_other(words, "--gains", sheet), "--compare-with", good]) == 1
     assert printed(capsys, "verify")["unseen"]["verdict"] == "worse"
     words = ["verify", *identified(weighed_cell)[1:], *PLAIN, *light(weighed_cell), "--json"]
@@ -112,6 +116,10 @@ def test_an_unknown_payload_is_found_with_the_gains(weighed_cell, capsys):
         parts = [body[name][f"{share}_std"] for share in ("residual", "gain", "model")]
         np.testing.assert_allclose(body[name]["std"], np.linalg.norm(parts), rtol=1e-9)
     assert len(found["parameters"]) == len(found["covariance"]) == 10
+    for k, each in enumerate(found["parameters"]):
+        parts = [each[f"{share}_std"] for share in ("residual", "gain", "model")]
+        np.testing.assert_allclose(np.linalg.norm(parts), each["std"], rtol=1e-9)
+        np.testing.assert_allclose(found["covariance"][k][k], each["std"] ** 2, rtol=1e-9)
     assert {each["verdict"] for each in found["joints"]} <= {"agrees", "says nothing"}
     assert main(words) == 0
     assert "mass " in (said := capsys.readouterr().out)

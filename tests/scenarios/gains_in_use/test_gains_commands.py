@@ -101,6 +101,7 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert main([*words, "--json"]) == 0
     found = printed(capsys, "identify-bare")
     assert len(found["joints"]) == 6
+    assert all(0.0 < each["fitted_rel_error"] < each["predicted_rel_error"] for each in found["joints"])
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2
     assert (found["if_loaded"], found["consistent"]) == (None, None)

@@ -21,21 +21,24 @@ def mass(rel_error: float, rel_std: float, gain_share: float = 0.0) -> Quantity:
 
 
 def weighing(
-    *errors: float | None, stds: float | tuple[float, ...] = 0.01, gain_share: float = 0.0, scale: float = SCALE
+    *errors: float | None,
+    stds: float | tuple[float, ...] = 0.01,
+    gain_share: float | tuple[float, ...] = 0.0,
+    scale: float = SCALE,
 ) -> Verification:
     """What a verification finds where joints alone are off by so much, 2.7 deviations being too much."""
-    each = np.broadcast_to(stds, len(errors)).tolist()
+    each, shares = (np.broadcast_to(values, len(errors)).tolist() for values in (stds, gain_share))
     joints = tuple(
         Weighed(joint=j, mass=None, rel_error=None, rel_std=None, verdict="says nothing", reason="it is weak")
         if off is None
         else Weighed(
             joint=j,
-            mass=mass(off, std, gain_share),
+            mass=mass(off, std, share),
             rel_error=off,
             rel_std=float(np.hypot(std, scale)),
             verdict=DIFFERS if abs(off) > 2.7 * np.hypot(std, scale) else AGREES,
         )
-        for j, (off, std) in enumerate(zip(errors, each, strict=True))
+        for j, (off, std, share) in enumerate(zip(errors, each, shares, strict=True))
     )
     known = [off for off in errors if off is not None]
     return Verification(

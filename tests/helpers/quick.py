@@ -25,8 +25,9 @@ apply = "multiply"
 target = "plant.payload.mass"
 choice = [7.025, 7.0, 95.0]
 """
-
-
+SENSORS = "experiment.sensors."
+QUIET = {f"{SENSORS}{name}": 0.0 for name in ("encoder_quantum", "encoder_noise", "current_white", "current_coloured")}
+"""Settings without noise."""
 BRIEF = 4.0
 """Seconds that are enough where trials are counted and compared, and no gain is judged."""
 

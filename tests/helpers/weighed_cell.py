@@ -1,8 +1,10 @@
 """Recordings of two weights and a file of gains, as commands that weigh and compare read them."""
 
 import json
+import tomllib
 from pathlib import Path
 
+import numpy as np
 from quick import quick_scenario
 
 import rx90_mjcf
@@ -20,6 +22,8 @@ light = "4.275 kg"
 heavy = "7.025 kg"
 """
 MODEL = str(rx90_mjcf.MJCF)
+PLAIN = ["--option", "friction=viscous-coulomb"]
+"""Data need not choose what is known, which takes longer."""
 
 
 def make_cell(folder: Path) -> Path:
@@ -30,9 +34,7 @@ def make_cell(folder: Path) -> Path:
     )
     path.write_text(text)
     main(["run", str(path), "--save", str(folder / "run")])
-    words = [*identified(folder), "--gains-out", str(folder / "gains.toml")]
-    words += ["--option", "friction=viscous-coulomb"]  # data need not choose what is known, which takes longer
-    assert main(words) == 0
+    assert main([*identified(folder), *PLAIN, "--gains-out", str(folder / "gains.toml")]) == 0
     return folder
 
 
@@ -42,13 +44,44 @@ def identified(cell: Path) -> list[str]:
             "--loaded", str(run / "heavy.parquet"), "--payload", str(run / "payload-heavy.toml")]  # fmt: skip
 
 
+def light(cell: Path) -> list[str]:
+    """Words that give the light motion, which the gains were not found from, to be predicted."""
+    run = cell / "run"
+    return ["--unseen", str(run / "light.parquet"), "--unseen-payload", str(run / "payload-light.toml")]
+
+
+def with_other(words: list[str], option: str, value: str) -> list[str]:
+    """Words of a command with another value of an option."""
+    at = words.index(option) + 1
+    return [*words[:at], value, *words[at + 1 :]]
+
+
+def heavier(cell: Path, factor: float, folder: Path) -> str:
+    """A copy of the light payload's file that states more mass than it has."""
+    text = (cell / "run" / "payload-light.toml").read_text()
+    mass = tomllib.loads(text)["mass"]
+    path = folder / "heavier.toml"
+    path.write_text(text.replace(f"mass = {mass}", f"mass = {factor * mass}"))
+    return str(path)
+
+
 def off(cell: Path, joint: int, factor: float, name: str) -> None:
     """A copy of the gains with one of them off."""
+    (cell / name).write_text(json.dumps(_scaled(cell, {joint: factor})))
+
+
+def elsewhere(cell: Path, factor: float, path: Path) -> str:
+    """A copy of the gains, all of them a factor too large, as if they were found from other motions."""
+    path.write_text(json.dumps(_scaled(cell, dict.fromkeys(range(1, 7), factor)) | {"recordings": []}))
+    return str(path)
+
+
+def _scaled(cell: Path, factors: dict[int, float]) -> dict:
+    """The file of gains with those of some joints, from 1, times a factor."""
     file = read_gains(cell / "gains.toml").model_dump(mode="json", exclude_none=True)
-    at = [each["joint"] for each in file["gains"] if each["identifiable"]].index(joint)
-    file["gains"][joint - 1]["estimate"] *= factor
-    file["gains"][joint - 1]["std"] *= factor
-    for k in range(len(file["covariance"])):
-        file["covariance"][at][k] *= factor
-        file["covariance"][k][at] *= factor
-    (cell / name).write_text(json.dumps(file))
+    found = [each for each in file["gains"] if each["identifiable"]]
+    factor = np.array([factors.get(each["joint"], 1.0) for each in found])
+    for each, times in zip(found, factor.tolist(), strict=True):
+        each |= {key: times * each[key] for key in ("estimate", "std")}
+    file["covariance"] = (np.outer(factor, factor) * file["covariance"]).tolist()
+    return file

@@ -1,5 +1,7 @@
 """When a run is no recording, and what is said of it."""
 
+from copy import copy
+
 import numpy as np
 import pytest
 from plants import experiment, nominal_plant
@@ -55,3 +57,13 @@ def test_the_first_joint_that_leaves_its_range_is_named_with_time_and_range(mode
     found = logged(model, v, q)
     assert isinstance(found, LimitReached)
     assert f"joint5 at {high + 0.02:.3f} rad leaves its range {low:.3f} to {high:.3f} rad at t = 0.350 s" in str(found)
+
+
+def test_a_joint_without_a_range_leaves_none(model):
+    endless = copy(model)
+    endless.jnt_range[3] = 0.0
+    assert STILL[3] != 0.0
+    q = np.tile(STILL, (1000, 1))
+    assert fault(experiment(), endless, q, currents(), unstable=False) is None
+    q[600:, 1] = model.jnt_range[1, 1] + 0.3
+    assert "joint2" in str(fault(experiment(), endless, q, currents(), unstable=False))

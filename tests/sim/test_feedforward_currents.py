@@ -142,6 +142,7 @@ def test_an_effect_that_is_asked_moment_by_moment_gives_the_same(effects, monkey
     at_once = feedforward_currents(motion, 50.0)
     slow = {name: replace(effect, instant=False, along=None) for name, effect in EFFECTS.items()}
     monkeypatch.setattr(needed_module, "EFFECTS", slow)
+    needed_module._settled.cache_clear()  # of what was found at once
     np.testing.assert_allclose(feedforward_currents(motion, 50.0), at_once, rtol=1e-12)  # rounding
     assert effects_package.EFFECTS is EFFECTS
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios, ratio_discrepancies
+from ident.arm_parameters.bare import GainRatios, _check_size, _surest, arm_in_SI, gain_ratios, ratio_discrepancies
 from ident.arm_parameters.parameter_values import _covariance, _friction_unit, _rival_friction
 from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.estimators.nls import AllJointsOptions
@@ -31,22 +31,33 @@ def base_values(structure, chi) -> dict[str, float]:
     return dict(zip(structure.base.names, structure.base.regrouping @ chi, strict=True))
 
 
-def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure, chi, rng):
-    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
+@pytest.mark.parametrize("wired", [1.0, -1.0])
+def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure, chi, rng, wired):
+    gain = wired * GAIN
+    problem = exact_problem(structure, [(chi, None, None)] * 2, gain, rng, noise=1e-6, options=TRUSTING)
+    found = gain_ratios(problem, AllJointsOptions(friction_per_motion=False))
     r = found.ratios.reference
     # Noise of 1e-6 of the rms currents, amplified by the condition number.
-    np.testing.assert_allclose(found.ratios.value, GAIN / GAIN[r], rtol=1e-4)
+    np.testing.assert_allclose(found.ratios.value, gain / gain[r], rtol=1e-4)
+    np.testing.assert_array_equal(np.sign(found.selected.final.fit.found.h), np.sign(gain))  # so that friction brakes
     assert found.ratios.rel_std[r] == 0.0
     assert found.ratios.given.all()
     true = base_values(structure, chi)
     assert len(found.inertial) == sum(name[:2] not in ("Fv", "Fc", "of") for name in true)
     for each in found.inertial:
-        np.testing.assert_allclose(each.value, true[each.name] / GAIN[r], rtol=1e-3, atol=1e-3, err_msg=each.name)
+        np.testing.assert_allclose(each.value, true[each.name] / gain[r], rtol=1e-3, atol=1e-3, err_msg=each.name)
+        assert each.std > 0.0
         assert each.unit.endswith(f"/ g{r + 1}")
     for j, own in enumerate(found.friction):
         assert [each.name for each in own] == ["Fv", "Fc", "off"]
         for each in own:
-            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / GAIN[j], rtol=1e-3)
+            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / gain[j], rtol=1e-3)
+
+
+def test_of_joints_beside_which_as_many_are_sure_the_surest_is_the_reference():
+    C = np.diag(np.array([0.03, 0.011, 0.02, 0.7]) ** 2)
+    assert _surest(C, 0.1) == 1
+    assert _surest(C[::-1, ::-1], 0.1) == 2
 
 
 def test_friction_of_each_motion_has_its_number(structure, chi, rng):

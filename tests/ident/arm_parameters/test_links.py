@@ -152,3 +152,10 @@ def test_a_coupled_motors_inertia_is_no_links(arm, drawn):
     np.testing.assert_allclose(near.own, drawn.own, rtol=0, atol=1e-3)
     loose = found(coupled_structure, drawn, values, 0.3)  # the model says nothing of it that data had to give way to
     assert np.abs(loose.moved).max() < 0.1
+
+
+def test_data_and_model_that_are_as_sure_of_a_motor_meet_halfway(structure, drawn):
+    # The model's inertia has a deviation of its own size.
+    for j, size in ((2, 0.21), (5, 0.07)):
+        near = found(structure, drawn, {f"Ia{j + 1}": size + 0.04}, size)
+        assert near.motor[j] == pytest.approx(size + 0.02, rel=1e-6)

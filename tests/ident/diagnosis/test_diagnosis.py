@@ -9,7 +9,8 @@ from consistency_logs import all_joints, doubted, logs_of
 from diagnoses import named
 from estimates import gain_estimate
 from known_logs import BRICK
-from log_faults import changed, late
+from log_faults import changed, exchanged, late
+from once import computed_once
 from real_friction import Truth
 
 from ident.diagnosis.added import Added, each_added
@@ -20,11 +21,12 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, wo
 from ident.diagnosis.engine import Fault, compared, faults
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.diagnosis.estimate_model import between, consequence, severity_of
-from ident.estimation.estimate import IdentifiedGain, RefusedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.problem import Problem
 from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
 from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
-from ident.support.errors import Contradiction
+from ident.support.errors import Contradiction, NotIdentifiable
 
 
 def effect(joint: int, percent: float, deviations: float | None) -> Effect:
@@ -96,6 +98,32 @@ def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(axes, me
     if method == "ls-2011":
         assert now[0].std / now[0].value > 5.0 * right[0].std / right[0].value
         assert share < 3.0 * now[0].predicted_rel_std
+
+
+def without_influence(estimate: GainEstimate) -> GainEstimate:
+    """The same gains from a method that is not least squares."""
+    rows = estimate.solution.rows
+    opaque = replace(rows, explained=np.zeros((len(rows.V), 0)))
+    return replace(estimate, solution=replace(estimate.solution, rows=opaque))
+
+
+def refused(problem: Problem) -> GainEstimate:
+    raise NotIdentifiable("too little load")
+
+
+def test_a_fault_that_the_estimate_cannot_test_is_diagnosed_from_the_logs(axes):
+    logs = logs_of(Truth())
+    faulty = doubted(axes, [logs[0], changed(logs[1], q=exchanged(logs[1].q, 1, 2))])  # a fault of no small size
+    now = all_joints(faulty.problem)
+    with computed_once():
+        for estimate, again in (
+            (now, None),
+            (now, refused),
+            (now, lambda problem: without_influence(all_joints(problem))),
+            (without_influence(now), all_joints),
+        ):
+            found = diagnose(faulty, estimate, again).diagnoses
+            assert "columns q2 and q3 are exchanged in loaded alone" in found[0].sentence
 
 
 def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():

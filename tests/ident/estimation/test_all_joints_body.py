@@ -8,7 +8,7 @@ from exact import GAIN, exact_problem, values
 
 from ident.estimation.all_joints.body import possible
 from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
-from ident.estimation.all_joints.solution import setting
+from ident.estimation.all_joints.solution import Fitted, setting
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, fit_as_named
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
@@ -64,6 +64,13 @@ def thin(structure) -> Problem:
     return exact_problem(structure, motions, GAIN, np.random.default_rng(9), noise=0.02, rows=200, options=LOOSE)
 
 
+def shown_as(final: Fitted, **computed: np.ndarray) -> Fitted:
+    """The same fit with other values of what is computed on demand."""
+    fit = replace(final.fit)
+    vars(fit).update(computed)
+    return replace(final, fit=fit)
+
+
 def test_gains_are_those_with_the_nearest_possible_payload(thin):
     free, held = (all_joints_gains(thin, AllJointsOptions(payload_body=body)) for body in ("free", "possible"))
     assert free.remarks == ()
@@ -71,6 +78,8 @@ def test_gains_are_those_with_the_nearest_possible_payload(thin):
     ready = setting(thin, per_motion=True, prior_std=1.0)
     final = fit_as_named(ready, (), compliance=False)
     moved = possible(ready, final).log
+    mirrored = shown_as(final, log_influence=-final.fit.log_influence, log_belief=-final.fit.log_belief)
+    assert possible(ready, mirrored).remarks == held.remarks  # of the largest change, whatever its sign
     np.testing.assert_allclose(values(held), values(free) * np.exp(-moved), rtol=1e-12)  # g = 1 / h
     joint = int(np.argmax(np.abs(moved)))
     assert f"joint {joint + 1} by {100.0 * abs(moved[joint]):.2g} %" in held.remarks[0]
@@ -116,8 +125,11 @@ def test_parameters_that_nothing_shows_are_refused(thin):
     ready = setting(thin, per_motion=True, prior_std=1.0)
     final = fit_as_named(ready, (), compliance=False)
     few = replace(ready, shared=replace(ready.shared, free=(ready.shared.free[0][:-1],)))
-    with pytest.raises(NotIdentifiable, match="not every unknown payload parameter is identifiable"):
-        possible(few, final)
+    unseen = final.fit.theta_influence.copy()
+    unseen[len(ready.shared.arm) + 3] = 0.0
+    for asked, shown in ((few, final), (ready, shown_as(final, theta_influence=unseen))):
+        with pytest.raises(NotIdentifiable, match="not every unknown payload parameter is identifiable"):
+            possible(asked, shown)
 
 
 def test_free_is_the_default_and_other_names_are_refused():

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 import real_friction
 from known_logs import BRICK, arm_of
+from pinocchio_arms import random_arm
 from real_friction import GAIN, Truth, real_logs, three_axes
 
 from ident.estimation.all_joints.misplaced import misplaced, with_misplaced
@@ -14,6 +15,8 @@ from ident.estimation.all_joints.solution import fit_with, setting
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.arm import arm_from_pinocchio
+from ident.model.regressor import regressor
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
@@ -120,3 +123,20 @@ def test_a_belief_about_the_zeros_is_a_share_of_the_interval(axes):
 def test_zeros_and_a_base_that_are_right_add_nothing(axes):
     ready = setting(problem_of(axes, logs_of(np.zeros(N))), per_motion=True, prior_std=1.0)
     assert with_misplaced(ready, zero_deg=0.0, tilt_deg=0.0) is ready
+
+
+def test_a_zero_that_is_off_by_a_degree_where_a_joint_turns_is_by_a_millimetre_where_it_slides(payload):
+    arm = arm_from_pinocchio(random_arm(np.random.default_rng(10), N, prismatic=0.5))
+    assert arm.revolute.tolist() == [1.0, 0.0, 1.0]
+    structure, rng = structure_of(arm), np.random.default_rng(3)
+    t = 0.004 * np.arange(2500)
+    w, phase = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N)
+    q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
+    W, problem = regressor(arm, q, dq, ddq), Problem(structure, (), GainOptions())
+    bare = W @ rng.uniform(0.5, 2.0, 14 * N)
+    for carried, v in ((None, bare), (payload, bare + W[:, :, structure.payload_columns] @ payload.known_part().chi)):
+        seen = observe(Recording(t, q, v, "log"), structure, ObserveOptions())
+        problem = replace(problem, motions=(*problem.motions, ObservedMotion(seen, carried)))
+    ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), zero_deg=2.3, tilt_deg=0.7)
+    expected = [np.radians(2.3), 2.3e-3, np.radians(2.3), *2 * [np.radians(0.7)]]
+    np.testing.assert_allclose(ready.shared_std[-5:], expected, rtol=1e-12)

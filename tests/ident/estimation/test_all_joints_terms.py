@@ -228,3 +228,14 @@ def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):
         for k in range(N):
             expected = of_rows(ready, [x[:, j, k] for x in each], j)
             np.testing.assert_allclose(found.softened[j][:, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_the_least_rotor_inertia_is_a_share_of_the_joint_s(ready, plain):
+    theta, told = plain.fit.found.theta, rotors(ready) > 0.0
+    free = rotor_inertia(ready.problem, ready.shared, theta)
+    # Twice the assumed half of what is not told apart, and a mass matrix that is in proportion to its parameters.
+    one, seven = (rotor_inertia(ready.problem, ready.shared, k * theta, least=3.0) for k in (1.0, 7.0))
+    np.testing.assert_allclose(seven, 7.0 * one, rtol=1e-9)
+    assert (one[told] > 3.0 * free[told]).all()
+    np.testing.assert_array_equal(one[~told], free[~told])
+    np.testing.assert_array_equal(rotor_inertia(ready.problem, ready.shared, theta, least=1e-6), free)

@@ -67,6 +67,14 @@ def test_deviations_of_gains_are_in_that_of_the_common_error():
     np.testing.assert_allclose(common.rel_std, expected, rtol=1e-9)
 
 
+def test_what_gains_have_in_common_is_at_most_the_deviation_of_the_surest():
+    shares = (0.11, 0.03, 0.07)
+    common = common_error(weighing(0.3, 0.3, 0.3, gain_share=shares))
+    std = np.hypot(0.01, shares)
+    expected = np.linalg.norm((np.sum(std**-2.0) ** -0.5, 0.03, 1.3 * SCALE))
+    np.testing.assert_allclose(common.rel_std, expected, rtol=1e-9)
+
+
 def test_masses_without_a_logarithm_or_a_deviation_are_left_out():
     found = weighing(-1.2, 0.08, 0.081, stds=(0.01, 0.01, 0.0))
     assert common_error(found) is None

@@ -72,3 +72,8 @@ def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(white):
     np.testing.assert_array_equal(found[:, :, 1], low_passed(softened[:, :, 1], PERIOD, limit[1]))
     silent = replace(loud, noise=np.zeros(2), cutoff_hz=14.9)  # between two lines of a spectrum
     np.testing.assert_array_equal(without_encoder_noise(silent, softened, M2), softened)
+
+
+def test_of_what_noise_drowns_at_every_frequency_only_the_slowest_is_let_in(white):
+    found = shown_hz(full_rate(NOISE), 1e-12 * white, M**2)
+    np.testing.assert_allclose(found, 0.25, rtol=1e-12)  # one line of spectra of 60 periods of 15 Hz

@@ -91,6 +91,25 @@ def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
             )
 
 
+def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(axes):
+    logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=0.0)
+    turned = np.array([1.0, -1.0, 1.0])
+    problem, mirrored = (problem_of(axes, [replace(log, v=log.v * by) for log in logs]) for by in (1.0, turned))
+    _, plain = fitted_to(problem)
+    loads = tuple(
+        replace(own, names=(*own.names, "load"), motion=(*own.motion, -1)) for own in plain.own
+    )  # friction in proportion to the load, whose coefficient has no unit and no sign of the wiring
+
+    def rubbing(by: np.ndarray) -> Fitted:
+        fit = plain.fit
+        phi = tuple(np.append(each * sign, 0.13) for each, sign in zip(fit.phi, by, strict=True))
+        return replace(plain, own=loads, fit=replace(fit, phi=phi, found=replace(fit.found, h=fit.found.h * by)))
+
+    for number, (one, other) in enumerate(zip(problem.motions, mirrored.motions, strict=True)):
+        expected, found = transmitted(one, number, rubbing(np.ones(N))), transmitted(other, number, rubbing(turned))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
 def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_directions_as_there_are_columns(axes):
     rng = np.random.default_rng(7)
     logs = real_logs(Truth(compliance=(2e-4, 1.5e-4, 2e-4)), PAYLOADS, rng, noise=0.0)

@@ -55,7 +55,7 @@ def test_classical_covariance_gives_each_joint_s_rows_its_own_deviation(rows, in
     np.testing.assert_allclose(UNCERTAINTIES["classical"](rows, influence, 1.0), expected, rtol=1e-13)
 
 
-@pytest.mark.parametrize(("serial_s", "lags"), [(0.0, 1), (0.25, 1), (0.6, 2), (1.0, 4), (500.0, 2000)])
+@pytest.mark.parametrize(("serial_s", "lags"), [(0.0, 1), (0.25, 1), (0.6, 2), (0.7, 3), (1.0, 4), (500.0, 2000)])
 def test_serial_covariance_is_the_sum_of_newey_and_west(rows, influence, serial_s, lags):
     expected = np.zeros((3, 3))
     for i in range(18):

@@ -43,7 +43,9 @@ def test_fast_logs_and_chosen_cut_offs_stay_as_they_are():
 @pytest.mark.parametrize("rate", [30.0, 20.0])
 def test_a_motion_that_a_lowered_filter_bends_is_refused_by_joint(rate):
     following(ObserveOptions(), [log(rate, motion_hz=0.1 * rate)])
-    with pytest.raises(RecordingError, match=rf"^slow: joint 2 moves too fast for a log at {rate:g} Hz"):
+    # 1 - 1 / (1 + (0.22 / 0.25)^8)
+    said = rf"^slow: joint 2 moves too fast for a log at {rate:g} Hz: a low-pass at {0.25 * rate:g} Hz removes 26 % of"
+    with pytest.raises(RecordingError, match=said):
         following(ObserveOptions(), [replace(log(200.0), name="fast"), log(rate, motion_hz=0.22 * rate)])
 
 

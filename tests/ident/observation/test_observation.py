@@ -5,6 +5,7 @@ import pytest
 
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
+from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions, _moving, observe
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
@@ -168,3 +169,44 @@ def test_a_recording_seen_as_its_samples_are_is_its_own_current(structure, rng):
     assert behind is not None
     found = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
     np.testing.assert_allclose(found, joint.V, rtol=1e-9)  # rounding
+
+
+def test_the_time_of_a_row_is_that_of_its_currents(arm, structure, chi):
+    # Filters without phase leave a ramp as it is.
+    recording = smooth_recording(arm, chi)
+    slope = np.arange(1.3, 7.0)
+    ramp = replace(recording, v=recording.t[:, None] * slope)
+    for joint, k in zip(observe(ramp, structure, ObserveOptions(reversal_speed=0.0)).joints, slope, strict=True):
+        whole = np.abs(joint.weight - 1.0) < 1e-9
+        assert whole.sum() > 50
+        np.testing.assert_allclose(joint.V[whole], k * joint.t[whole], rtol=1e-7)
+
+
+def test_rows_use_nothing_of_samples_that_are_spoilt_nor_of_what_filters_make_of_them(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    spoilt = np.zeros(recording.q.shape, dtype=bool)
+    spoilt[4003:4010] = True
+    q, v = recording.q.copy(), recording.v.copy()
+    q[4003:4010, 2] += 0.01
+    v[4003:4010, 2] -= 900.0
+    whole, sound = observe(recording, structure, OPTIONS).recorded, observe(recording, structure, OPTIONS, spoilt)
+    found = observe(replace(recording, q=q, v=v), structure, OPTIONS, spoilt)
+    for a, b in zip(found.joints, sound.joints, strict=True):
+        np.testing.assert_array_equal(a.position, b.position)
+        np.testing.assert_allclose(a.V, b.V, rtol=0, atol=1e-9 * np.abs(b.V).max())
+        np.testing.assert_allclose(a.W, b.W, rtol=0, atol=1e-3 * np.abs(b.W).max())  # of the filter beyond its edge
+    first = whole.edge + whole.group * np.arange(len(whole.q))  # of the samples that each here is the mean of
+    near = (first + whole.group > 4003 - whole.edge) & (first <= 4009 + whole.edge)
+    assert whole.group == 2
+    np.testing.assert_array_equal(sound.recorded.moving, whole.moving & ~near[:, None])
+
+
+def test_the_noisiest_joint_decides_how_sharply_reversals_are_located(arm, structure, chi):
+    # White noise of density N below f gives speeds a variance of (2 pi)^2 N f^3 / 3: here a tenth of joint 3's speed.
+    behind = observe(smooth_recording(arm, chi), structure, OPTIONS).recorded
+    f, share = 47.0, np.array([0.0, 0.11, 1.0, 0.0, 0.26, 0.0])
+    noise = 3.0 * share * 0.01 * np.mean(behind.dq**2, axis=0) / ((2.0 * np.pi) ** 2 * f**3)
+    for loud, cutoff_hz in ((1.0, f), (50.0, 15.0), (1e-3, 150.0)):  # from the positions' cut-off to ten times that
+        found = replace(behind, noise=loud * noise).dating
+        expected = smooth_motion(behind.recording.q, behind.recording.period, cutoff_hz)[1]
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)

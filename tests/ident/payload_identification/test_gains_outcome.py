@@ -13,6 +13,7 @@ from ident.estimation.problem import Problem
 from ident.payload.payload import Payload
 from ident.payload_identification.gains_outcome import (
     UNKNOWN,
+    arm_in_use,
     gains_outcome,
     outcome_of_other_gains,
     predicted_torque,
@@ -62,6 +63,26 @@ def test_the_base_parameters_are_those_put_in_friction_included(two_weights, str
     problem, base = two_weights
     outcome = outcome_of_other_gains(problem, known(GAIN), PLAIN)
     np.testing.assert_allclose(outcome.base(structure), base, atol=CLOSE * np.abs(base).max())
+
+
+def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviation(structure, rng):
+    chi, names = rng.uniform(0.5, 2.0, 84), structure.base.names
+    rubbed = chi.copy()
+    rubbed.reshape(6, 14)[:, 11:13] *= 1.7
+    motions = [(chi, None, None), (rubbed, None, None)]
+    problem = exact_problem(structure, motions, GAIN, rng, noise=1e-3, options=TRUSTING)
+    found = arm_in_use(problem, known(GAIN))
+    base, C = found.base(structure), found.covariance(structure, problem.options)
+    for j, own in enumerate(found.arm.friction):
+        for each in own:
+            name, _, motion = each.name.partition(" in motion ")
+            if motion != "2":
+                at = names.index(f"{name}{j + 1}")
+                np.testing.assert_allclose(base[at], GAIN[j] * each.value, rtol=1e-12)
+                np.testing.assert_allclose(np.sqrt(C[at, at]), abs(GAIN[j]) * each.std, rtol=1e-3)
+    for each in found.arm.inertial:
+        at = names.index(each.name)
+        np.testing.assert_allclose([base[at], np.sqrt(C[at, at])], [each.value, each.std], rtol=1e-3)
 
 
 def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, structure, heavy):

@@ -46,6 +46,15 @@ def test_exact_data_give_the_exact_payload_whatever_is_known(structure, chi, rng
     assert found.unknowns == rows.W.shape[1] + 10 - len(known)
 
 
+def test_the_error_is_relative_to_all_torque_that_of_known_parameters_included(structure, chi, rng):
+    rows = system(structure, chi, rng, noise=0.02)
+    given = {name: chi[INERTIAL.index(name)] for name in ("M", "MY")}
+    found = payload_parameters(rows, GAIN, gain_std=NONE, known=given, weighted=False)
+    torque = GAIN[rows.joint] * rows.V
+    np.testing.assert_allclose(found.error_norm, np.linalg.norm(torque - found.torque), rtol=1e-9)
+    np.testing.assert_allclose(found.rel_error_norm, found.error_norm / np.linalg.norm(torque), rtol=1e-12)
+
+
 def test_gains_scaled_by_k_scale_the_payload_by_k(structure, chi, rng):
     rows = system(structure, chi, rng, noise=0.01)
     one, two = (payload_parameters(rows, k * GAIN, gain_std=NONE, known={}, weighted=True) for k in (1.0, 1.2))

@@ -104,8 +104,11 @@ def test_what_was_found_is_stated_with_its_deviations():
 
 def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_problem, heavy):
     found = payload_of(weighed_problem, known(), PLAIN)
-    far = [Quantity(name=axis, unit="m", value=4.9, residual_std=0.2, gain_std=0.0, model_std=0.0) for axis in "xyz"]
+    far, behind = (
+        [Quantity(name=axis, unit="m", value=x, residual_std=0.2, gain_std=0.0, model_std=0.0) for axis in "xyz"]
+        for x in (4.9, -4.9)
+    )
     stated = Payload(mass=heavy.mass, mass_std=0.1, known="mass")
     expected = [each.mass for each in verified(found, stated, known()).joints]
-    for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far)):
+    for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far), a_mass(heavy.mass, *behind)):
         assert [each.mass for each in joint_agreement(found, body, known())] == expected

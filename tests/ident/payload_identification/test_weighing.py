@@ -7,6 +7,7 @@ import pytest
 from exact import GAIN
 from weighings import NAMES, PLAIN, known, weighed
 
+from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.fixed_gains import gain_sensitivity
 from ident.estimation.known_gains import KnownGains
 from ident.model.parameters import INERTIAL
@@ -34,6 +35,21 @@ def test_exact_currents_give_every_parameter_of_the_payload(weighed_problem, hea
 def test_gains_scaled_by_k_scale_the_payload_by_k(weighed_problem):
     one, two = (payload_of(weighed_problem, known(k * GAIN), PLAIN) for k in (1.0, 1.3))
     np.testing.assert_allclose(two.value, 1.3 * one.value, rtol=0, atol=1e-7)  # the search ends at steps of 1e-11
+
+
+def test_an_alternative_model_counts_by_its_share_of_what_it_changes(weighed_problem, heavy, monkeypatch):
+    plain = payload_of(weighed_problem, known(), PLAIN)
+    final, change = plain.selected.final, 0.01 * np.arange(1.0, 11.0)
+    theta = final.fit.found.theta.copy()
+    theta[len(plain.ready.shared.arm) :] += change
+    other = replace(final, fit=replace(final.fit, found=replace(final.fit.found, theta=theta)))
+    selected = replace(plain.selected, rivals=(AlternativeModel(share=0.3, other=other, final=final),))
+    monkeypatch.setattr("ident.payload_identification.payload_estimate.chosen_model", lambda *_: selected)
+    found = payload_of(weighed_problem, known(), PLAIN)
+    np.testing.assert_allclose(found.model - plain.model, 0.09 * np.outer(change, change), rtol=1e-9)
+    # Rows and friction of both models are the same, so that a joint alone finds the same mass with either.
+    before, now = ([mass.model_std for mass in masses_alone(each, heavy, known())] for each in (plain, found))
+    assert now == before
 
 
 def test_uncertainty_of_gains_is_the_change_they_cause(structure, heavy, rng):

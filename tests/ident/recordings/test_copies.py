@@ -53,6 +53,14 @@ def test_a_recording_that_a_new_one_was_joined_to_is_told():
     assert share_samples(log, joined)
 
 
+def test_a_brief_part_is_told_whichever_of_both_comes_first():
+    log = recorded(1)
+    brief = rows_of(log, slice(2000, 2020))  # with few of the marks of all rows, but of marks of its own
+    assert not holds_marks(brief, marks(log))
+    assert share_samples(log, brief)
+    assert share_samples(brief, log)
+
+
 def test_halves_of_a_recording_share_nothing_but_the_row_where_it_was_cut():
     log = recorded(1, rows=60)  # all rows are marks
     assert not share_samples(rows_of(log, slice(0, 31)), rows_of(log, slice(30, None)))

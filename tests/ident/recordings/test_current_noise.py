@@ -53,6 +53,8 @@ COPIES = {
     "smoothed, truncated, later and resampled": lambda x: interpolated(
         later(truncated(over_time(x, averaged))), np.arange(41.35, 46.2, 1 / 170)
     ),
+    "the last part": lambda x: interpolated(x, x.t[5400:-3] + 7e-4),
+    "later and resampled at 77 Hz": lambda x: interpolated(later(x), np.arange(41.3001, 58.2, 1 / 77)),
 }
 
 

@@ -23,7 +23,9 @@ from ident.payload.payload import Payload
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import Verification, verified
 from ident.support.errors import NotIdentifiable
-from scenarios.benchmark.scoreboard.recipes import RECIPES, recipes
+from scenarios.benchmark.methods.answers import AnswerGain, AnswerRow
+from scenarios.benchmark.scoreboard.board import _agreements, _Ready, _refusals
+from scenarios.benchmark.scoreboard.recipes import RECIPES, SetTable, recipes
 from scenarios.benchmark.scoreboard.results import Entry, Scoreboard
 from scenarios.cli import main
 from scenarios.reports.content import Heading, Table
@@ -116,6 +118,38 @@ def test_gains_predict_and_weigh_what_they_have_not_seen(played):
     page = (out / "scoreboard.html").read_text(encoding="utf-8")
     assert "Payloads estimated with gains that were identified without them" in page
     assert "untried" in page
+
+
+def answers(name: str, bare: str, loaded: str | None, *gains: tuple[float | None, float | None]) -> _Ready:
+    """A set of one bare and perhaps one loaded recording, and what a method answered."""
+    weighed = {} if loaded is None else {"loaded": (loaded,), "payload": "payload.toml"}
+    said = [
+        AnswerGain(joint=j, estimate=value, std=std, identifiable=value is not None)
+        for j, (value, std) in enumerate(gains, 1)
+    ]
+    row = AnswerRow(problem=name, digest="0" * 64, method="mine", files={}, seconds=0.7, gains=said)
+    return _Ready(table=SetTable(name=name, bare=(bare,), **weighed), motions=(), rows=(row,))
+
+
+def test_sets_that_share_no_recording_are_compared_by_gains_that_both_have():
+    one = answers("one", "a", "b", (2.0, 0.1), (3.0, 0.2), (None, None), (5.0, None))
+    other = answers("other", "c", "d", (2.2, 0.05), (3.9, 0.2), (7.0, 0.1), (5.0, 0.1))
+    same_bare = answers("same bare", "a", "e", (2.0, 0.1), (3.0, 0.2), (7.3, 0.2), (5.5, 0.1))
+    unweighed = answers("unweighed", "f", None, (None, None), (3.0, 0.2), (None, None), (None, None))
+    found = list(_agreements([one, other, same_bare, unweighed], "mine"))
+    assert [each.sets for each in found] == [("one", "other"), ("other", "same bare")]
+    assert (found[0].joints, found[0].within) == (2, 1)  # 0.2 of 0.112, 0.9 of 0.283
+    np.testing.assert_allclose(found[0].largest, 1.0 - 3.0 / 3.9, rtol=1e-12)
+
+
+def test_gains_without_a_payload_are_wrong_and_refusals_right():
+    sets = [
+        answers("weighed", "a", "b", (2.0, 0.1), (3.0, 0.2), (None, None), (5.0, 0.1), (6.0, 0.1)),
+        answers("bare", "c", None, (2.0, 0.1), (None, None), (None, None), (None, None), (None, None)),
+    ]
+    found = _refusals(sets, "mine")
+    assert (found.given, found.refused, found.right, found.wrong, found.failed) == (5, 5, 4, 1, 0)
+    assert found.seconds == 1.4
 
 
 def test_the_report_adds_up_each_method_and_tells_what_is_missing(played):

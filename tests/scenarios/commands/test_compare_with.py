@@ -9,7 +9,7 @@ import pytest
 from bad_files import only_line
 from places import ROOT
 from printed import printed
-from weighed_cell import identified, off
+from weighed_cell import PLAIN, identified, off
 
 from ident.payload.files import read_payload
 from scenarios.cli import main
@@ -18,7 +18,6 @@ from scenarios.results.models.run import Result
 from scenarios.results.record import read_result
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
-PLAIN = ["--option", "friction=viscous-coulomb"]
 
 
 def listed(cell: Path, factors: tuple[float, ...]) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from weighed_cell import MODEL, TWO_WEIGHTS
+from weighed_cell import MODEL, PLAIN, TWO_WEIGHTS
 
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("_computed_once")
 BARE, FAULTY, PAYLOAD, GAINS = "{}/bare.parquet", "{}/faulty.parquet", "{}/payload-light.toml", "{}/gains.toml"
 PAIR = ("--unloaded", BARE, "--loaded", FAULTY, "--payload", PAYLOAD)
 COMMANDS = {
-    "identify": ("identify", "--model", MODEL, *PAIR, "--option", "friction=viscous-coulomb"),
+    "identify": ("identify", "--model", MODEL, *PAIR, *PLAIN),
     "check": ("check", MODEL, BARE, "--loaded", FAULTY, "--payload", PAYLOAD),
     "verify": ("verify", "--model", MODEL, "--gains", GAINS, *PAIR),
     "payload-of": ("payload-of", FAULTY, "--model", MODEL, "--gains", GAINS, "--unloaded", BARE),
@@ -62,7 +62,7 @@ def cell(tmp_path_factory) -> Path:
     for name in ("light", "heavy"):
         (run / f"payload-{name}.toml").rename(folder / f"payload-{name}.toml")
     words = ["identify", "--model", MODEL, "--unloaded", BARE, "--loaded", "{}/heavy.parquet"]
-    words += ["--payload", "{}/payload-heavy.toml", "--gains-out", GAINS, "--option", "friction=viscous-coulomb"]
+    words += ["--payload", "{}/payload-heavy.toml", "--gains-out", GAINS, *PLAIN]
     assert main([word.format(folder) for word in words]) == 0
     return folder
 

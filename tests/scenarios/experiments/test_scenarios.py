@@ -12,12 +12,13 @@ from quick import quick_scenario
 import rx90_mjcf
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
-from ident.support.errors import IdentificationError
+from ident.support.errors import IdentificationError, OptionError
 from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion, write_motion
 from scenarios.experiments.files.schema import ToleranceTable
+from scenarios.experiments.files.settings import with_method
 from scenarios.experiments.files.tables import builtin_names
 from scenarios.experiments.judge import judge
 from scenarios.experiments.robots import robot
@@ -338,3 +339,13 @@ def test_joints_are_numbered_from_one_and_notes_stand_beside_the_json(saved, tmp
     assert json.loads(output.out)["notes"]
     assert output.err.startswith("rx90: ")
     assert "sampling intervals vary by" in output.err
+
+
+def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
+    quick = load_scenario(str(quick_scenario(tmp_path)))
+    stated = with_method(quick, "nls", ["gain-joint=2", "gain_value=0.7", "friction=viscous-coulomb"])
+    other = with_method(stated, None, ["gain-joint=3"]).table.identification
+    assert other.options == {"gain_joint": 3, "gain_value": 0.7, "friction": "viscous-coulomb"}
+    assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
+    with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
+        with_method(stated, None, ["gain-joints=3"])

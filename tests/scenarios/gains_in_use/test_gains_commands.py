@@ -5,8 +5,9 @@ import json
 import jsonschema
 import numpy as np
 import pytest
+from bad_files import only_line
 from printed import printed
-from weighed_cell import MODEL, identified, off
+from weighed_cell import MODEL, PLAIN, identified, light, off, with_other
 
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
@@ -95,11 +96,12 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
         str(weighed_cell / "run" / "unloaded.parquet"),
         "--max-rel-std",
         "0.5",
+        *PLAIN,
     ]
-    words += ["--option", "friction=viscous-coulomb"]
     assert main([*words, "--json"]) == 0
     found = printed(capsys, "identify-bare")
     assert len(found["joints"]) == 6
+    assert all(0.0 < each["fitted_rel_error"] < each["predicted_rel_error"] for each in found["joints"])
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2
     assert (found["if_loaded"], found["consistent"]) == (None, None)
@@ -137,3 +139,27 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     unloaded = str(weighed_cell / "run" / "unloaded.parquet")
     assert main(["identify", "--model", MODEL, "--unloaded", unloaded, "--cutoff-hz", "4000"]) == 2
     assert "4000 Hz" in capsys.readouterr().err
+
+
+def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(weighed_cell, patching, capsys):
+    file = read_gains(weighed_cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+    (weighed_cell / "stranger.json").write_text(json.dumps(file | {"robot": "ur10e"}))
+    run, stranger = weighed_cell / "run", str(weighed_cell / "stranger.json")
+    of_robot = "gains: of robot ur10e, but the model is of rx90; if both are one arm, write robot = 'rx90'"
+    bare = ["--model", MODEL, "--unloaded", str(run / "unloaded.parquet")]
+    weighed = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
+    turned = "gains to compare with: joint 3: -1.1, but its gain is"
+    for words, message in (
+        (with_other(patching, "--gains", stranger), of_robot),
+        ([*patching, "--nominal", stranger], of_robot),
+        (["verify", *bare, *weighed, "--gains", stranger], of_robot),
+        (["identify", *bare, "--gains", stranger], of_robot),
+        ([*identified(weighed_cell), *PLAIN, "--compare-with", stranger], of_robot),
+        ([*identified(weighed_cell), *PLAIN, "--compare-with", "1,1,-1.1,1,1,1"], turned),
+        (
+            ["verify", *identified(weighed_cell)[1:], *PLAIN, *light(weighed_cell), "--compare-with", "1,1,-1.1,1,1,1"],
+            turned,
+        ),
+    ):
+        assert main(words) == 2
+        assert message in only_line(capsys)

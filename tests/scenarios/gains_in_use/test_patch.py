@@ -13,11 +13,9 @@ from printed import printed
 
 from ident.model.structure import structure_of
 from scenarios.cli import main
-from scenarios.experiments.files.gains import GainEntry, GainsFile
+from scenarios.experiments.files.gains import GainEntry, GainsFile, read_gains
 from scenarios.experiments.robot_models import read_arm
-from scenarios.gains_in_use.model_update.edits import model_text
-from scenarios.gains_in_use.model_update.values import BareFile, Unknown, joint_values
-from scenarios.support.errors import ScenarioError
+from scenarios.gains_in_use.model_update.values import BareFile, Unknown, joint_values, unstated_parameters
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
 GAIN = {0: 11.9, 1: 11.6, 2: -9.8, 3: 10.3, 4: 9.1}
@@ -273,29 +271,6 @@ def test_friction_of_each_motion_is_not_averaged_in_silence(cell, capsys):
     assert "differs between motions" in told[1]["reason"]
 
 
-def test_an_attribute_within_the_value_of_another_is_not_taken_for_it(tmp_path):
-    content = b"""\xef\xbb\xbf<?xml version="1.0"?><!-- <a x="0"/> --><a y=" x='1'" x = "2"><b/></a>"""
-    (tmp_path / "a.xml").write_bytes(content)
-    file = model_text(tmp_path / "a.xml")
-    assert file.edited([file.attribute(file.root, "x", "3")]) == content.replace(b'"2"', b'"3"')
-    two = [file.attribute(file.root.children[0], name, "4") for name in ("p", "q")]
-    assert file.edited(two) == content.replace(b"<b/>", b'<b p="4" q="4"/>')
-
-
-def test_a_file_with_a_comment_in_latin_1_keeps_its_bytes(tmp_path):
-    content = "<!-- Jos\u00e9 --><a><b x='1'/></a>".encode("latin-1")
-    (tmp_path / "a.xml").write_bytes(content)
-    file = model_text(tmp_path / "a.xml")
-    assert file.edited([file.attribute(file.root.children[0], "x", "2")]) == content.replace(b"'1'", b"'2'")
-
-
-def test_text_that_is_not_bytes_of_its_characters_is_refused(tmp_path):
-    (tmp_path / "here").write_bytes('<?xml version="1.0" encoding="UTF-16"?><a/>'.encode("utf-16"))
-    file = model_text(tmp_path / "here")
-    with pytest.raises(ScenarioError, match="here: a: the text cannot be edited in place; save the file as UTF-8"):
-        file.attribute(file.root, "x", "1")
-
-
 def test_what_a_class_says_is_told_as_the_value_before(cell, capsys):
     assert main(patched(cell, "arm.xml", "--json")) == 0
     told = {(e["joint"], e["attribute"]): e["before"] for e in json.loads(capsys.readouterr().out)["changes"]}
@@ -351,6 +326,19 @@ def test_gains_of_another_data_sheet_are_refused(cell, capsys):
     (cell / "sheet.toml").write_text(gains_text(OLD).replace("elbow_joint", "knee_joint"))
     assert main(patched(cell, "arm.urdf", *sheet(cell))) == 2
     assert "joint 3 is knee_joint" in capsys.readouterr().err
+
+
+def test_what_a_model_does_not_state_is_in_si_with_its_deviations(cell):
+    structure, gains = structure_of(read_arm(cell / "arm.xml", ())), read_gains(cell / "gains.toml")
+    names = structure.base.names
+    stated = np.where(np.array(names) == "Ia4", 0.05, 0.0)
+    motor = np.where(np.arange(6) == 4, 0.02, 0.0)  # that of joint 5 is stated
+    found, C = unstated_parameters(structure, gains, BareFile.model_validate(bare_document()), stated, motor)
+    value, std = (dict(zip(names, each.tolist(), strict=True)) for each in (found, np.sqrt(np.diag(C))))
+    unit = GAIN[3]  # that of the reference
+    np.testing.assert_allclose([value[f"Ia{j}"] for j in (3, 4, 5)], [unit * IA[3], unit * IA[4] - 0.05, 0.0])
+    np.testing.assert_allclose([std[f"Ia{j}"] for j in (3, 4, 5)], [0.01 * unit * IA[3], 0.01 * unit * IA[4], 0.0])
+    np.testing.assert_allclose([value[f"off{j}"] for j in (3, 6)], [0.1 * GAIN[2], 0.0])  # joint 6 has no gain
 
 
 SLIDER = """<mujoco><worldbody><body name="base"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from pages import blocks
 from places import ROOT
-from weighed_cell import MODEL, identified
+from weighed_cell import MODEL, PLAIN, identified
 
 from ident.model.arm import load_arm
 from ident.recordings.files import read_recording, write_recording
@@ -20,7 +20,6 @@ from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 
-PLAIN = ["--option", "friction=viscous-coulomb"]
 PAGE = ROOT / "docs" / "how-to" / "ros.md"
 
 

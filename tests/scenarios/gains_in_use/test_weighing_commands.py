@@ -1,12 +1,11 @@
 """`rx90 verify`, `payload-of`: from recordings and a gains file to what is told."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from printed import printed
-from weighed_cell import MODEL, identified, off
+from weighed_cell import MODEL, PLAIN, elsewhere, heavier, identified, light, off, with_other
 
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
@@ -45,17 +44,32 @@ def test_a_gain_that_is_off_is_named_by_its_joint(weighed_cell, capsys):
     assert "FAILED: gains are off: joint 3 by +" in capsys.readouterr().out
 
 
-def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell, capsys):
-    run = weighed_cell / "run"
-    said = (run / "payload-light.toml").read_text()
-    (run / "payload-wrong.toml").write_text(said.replace("mass = 4.275", "mass = 5.13"))
-    words = verified(weighed_cell)
-    words[words.index(str(run / "payload-light.toml"))] = str(run / "payload-wrong.toml")
-    assert main([*words, "--json"]) == 1
+def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell, tmp_path, capsys):
+    wrong = heavier(weighed_cell, 1.2, tmp_path)
+    assert main([*with_other(verified(weighed_cell), "--payload", wrong), "--json"]) == 1
     common = printed(capsys, "verify")["common"]
-    # 4.275 / 5.13 - 1, and what the gains of joints leave.
+    # 1 / 1.2 - 1, and what the gains of joints leave.
     assert abs(common["rel_error"] + 1.0 / 6.0) < 4.0 * common["rel_std"] < 0.1
     assert common["apart"] == []
+
+
+def test_verify_predicts_with_the_gains_of_a_file_and_with_those_it_finds(weighed_cell, sheet, capsys):
+    good = str(weighed_cell / "gains.toml")
+    words = verified(weighed_cell, *light(weighed_cell), "--json")
+    assert main([*words, "--compare-with", sheet]) == 0
+    by_file = printed(capsys, "verify")
+    assert (by_file["passed"], by_file["unseen"]["verdict"]) == (True, "better")
+    assert main([*words, "--compare-with", good]) == 1
+    same = printed(capsys, "verify")
+    assert (same["passed"], same["together"]["verdict"]) == (False, "agrees")
+    assert same["unseen"]["verdict"] == "no different"
+    assert main([*with_other(words, "--gains", sheet), "--compare-with", good]) == 1
+    assert printed(capsys, "verify")["unseen"]["verdict"] == "worse"
+    words = ["verify", *identified(weighed_cell)[1:], *PLAIN, *light(weighed_cell), "--json"]
+    assert main([*words, "--compare-with", sheet]) == 0
+    found = printed(capsys, "verify-motions")["unseen"]
+    np.testing.assert_allclose(found["rel_error"], by_file["unseen"]["rel_error"], rtol=1e-3)
+    assert main([*words, "--compare-with", good]) == 1
 
 
 def test_gains_are_not_verified_by_what_they_were_found_from(weighed_cell, capsys):
@@ -63,14 +77,11 @@ def test_gains_are_not_verified_by_what_they_were_found_from(weighed_cell, capsy
     assert "heavy.parquet: the gains were identified from this recording" in capsys.readouterr().err
 
 
-def test_a_verification_of_swapped_files_says_so(weighed_cell, capsys):
+def test_a_verification_of_swapped_files_says_so(weighed_cell, tmp_path, capsys):
     run = weighed_cell / "run"
-    file = read_gains(weighed_cell / "gains.toml").model_dump(mode="json", exclude_none=True)
-    (weighed_cell / "stranger.json").write_text(json.dumps(file | {"recordings": []}))
-    words = verified(weighed_cell, which="unloaded", gains="stranger.json")
-    words[words.index("--unloaded") + 1] = str(run / "light.parquet")
-    words[words.index("--payload") + 1] = str(run / "payload-light.toml")
-    assert main(words) == 2
+    words = with_other(verified(weighed_cell, which="unloaded"), "--unloaded", str(run / "light.parquet"))
+    words = with_other(words, "--payload", str(run / "payload-light.toml"))
+    assert main(with_other(words, "--gains", elsewhere(weighed_cell, 1.0, tmp_path / "gains.json"))) == 2
     assert "the estimated mass is negative: -4." in (said := capsys.readouterr().err)
     assert "bare and loaded recordings are probably swapped" in said
 
@@ -105,6 +116,10 @@ def test_an_unknown_payload_is_found_with_the_gains(weighed_cell, capsys):
         parts = [body[name][f"{share}_std"] for share in ("residual", "gain", "model")]
         np.testing.assert_allclose(body[name]["std"], np.linalg.norm(parts), rtol=1e-9)
     assert len(found["parameters"]) == len(found["covariance"]) == 10
+    for k, each in enumerate(found["parameters"]):
+        parts = [each[f"{share}_std"] for share in ("residual", "gain", "model")]
+        np.testing.assert_allclose(np.linalg.norm(parts), each["std"], rtol=1e-9)
+        np.testing.assert_allclose(found["covariance"][k][k], each["std"] ** 2, rtol=1e-9)
     assert {each["verdict"] for each in found["joints"]} <= {"agrees", "says nothing"}
     assert main(words) == 0
     assert "mass " in (said := capsys.readouterr().out)
@@ -125,12 +140,11 @@ def weighed(cell: Path, *more: str, loaded: str = "light", unloaded: str = "unlo
         ("light", "heavy", "given as bare, but it was loaded when the gains were identified"),
     ],
 )
-def test_a_payload_is_not_found_from_what_cannot_show_it(weighed_cell, capsys, loaded, unloaded, words):
+def test_a_payload_is_not_found_from_what_cannot_show_it(weighed_cell, tmp_path, capsys, loaded, unloaded, words):
+    given = weighed(weighed_cell, loaded=loaded, unloaded=unloaded)
     if words == "probably swapped":  # which the gains file would tell, did it know the recordings
-        file = read_gains(weighed_cell / "gains.toml").model_dump(mode="json", exclude_none=True)
-        (weighed_cell / "stranger.json").write_text(json.dumps(file | {"recordings": []}))
-    gains = "stranger.json" if words == "probably swapped" else "gains.toml"
-    assert main(weighed(weighed_cell, loaded=loaded, unloaded=unloaded, gains=gains)) == 2
+        given = with_other(given, "--gains", elsewhere(weighed_cell, 1.0, tmp_path / "gains.json"))
+    assert main(given) == 2
     assert words in capsys.readouterr().err
 
 

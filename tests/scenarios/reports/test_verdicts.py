@@ -16,8 +16,10 @@ from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.gains import budget_verdict
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
-from scenarios.reports.predict import prediction_report
+from scenarios.reports.predict import _within, prediction_report
 from scenarios.reports.torque import torque_report
+from scenarios.reports.unseen import unseen_verdict
+from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
 from sim.trajectory import FourierTrajectory
 
 
@@ -130,3 +132,39 @@ def test_a_new_robot_begins_with_the_gains_that_are_identifiable(predicted, text
     motion = FourierTrajectory(still[:, 0], still, still, 1.0)
     said = robot_verdict(Found(motion=motion, predicted=np.array(predicted)))
     assert (said.text, said.mood, said.strong) == (text, mood, True)
+
+
+def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
+    def result(error: float, std: float) -> ResultUnseen:
+        joint = UnseenJoint(
+            joint=3,
+            rel_error=0.06,
+            explained=0.9964,
+            other_rel_error=None,
+            fitted_rel_error=0.05,
+            largest_rel_error=0.15,
+            gain_rel_error=error,
+            gain_rel_std=std,
+        )
+        return ResultUnseen(
+            log="new.csv", loaded=True, verdict=None, rel_error=0.06, other_rel_error=None, joints=[joint],
+            diagnoses=[], excluded=[], untold=[],
+        )  # fmt: skip
+
+    for error, std, passed, said in (
+        (-0.21, 0.03, False, "FAILED: prediction error 6 % of the currents of new.csv"),
+        (-0.21, 0.08, True, "Prediction error 6 %"),  # within three deviations
+        (0.14, 0.02, True, "on this motion, gains are off by +14 % (joint 3)"),
+    ):
+        found = result(error, std)
+        assert found.passed is passed
+        told = unseen_verdict(found)
+        assert said in " ".join(each.text for each in told)
+        assert len(told) == (2 if error > 0.0 else 1)
+
+
+@pytest.mark.parametrize(
+    ("share", "mood"), [(0.951, Mood.GOOD), (0.949, Mood.DOUBTFUL), (0.501, Mood.DOUBTFUL), (0.499, Mood.BAD)]
+)
+def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
+    assert _within(share).mood is mood

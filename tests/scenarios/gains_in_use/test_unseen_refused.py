@@ -1,0 +1,99 @@
+"""What is refused as a motion that no fit has used: one of a fit, even changed; one of unknown load; a faulty log."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bad_files import only_line
+from weighed_cell import MODEL, PLAIN, identified, light, with_other
+
+import ident
+from ident.numerics.signals import low_passed
+from ident.recordings.files import write_recording
+from scenarios.cli import main
+
+pytestmark = pytest.mark.usefixtures("_computed_once")
+
+
+def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weighed_cell, tmp_path, capsys):
+    run = weighed_cell / "run"
+    words = [*identified(weighed_cell), *PLAIN]
+    (tmp_path / "mass.toml").write_text("mass = 4.275\nknown = 'mass'\n")
+    recording = ident.read(run / "light.parquet").recording
+    write_recording(replace(recording, v=1000.0 * recording.v), tmp_path / "scaled.parquet")
+    cases = {
+        ("--unseen", str(run / "unloaded.parquet")): "contain the same motion",
+        ("--unseen", str(tmp_path / "scaled.parquet")): "if it carries a payload, state it",
+        (*light(weighed_cell)[:3], str(tmp_path / "mass.toml")): "needs mass and centre of mass",
+        ("--unseen-payload", str(tmp_path / "mass.toml")): "add --unseen LOG",
+        ("--unseen", "absent.parquet"): "absent.parquet: no such file",
+    }
+    for more, message in cases.items():
+        assert main([*words, *more]) == 2
+        assert message in only_line(capsys)
+    patched = ["patch", MODEL, "--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "new.xml")]
+    assert main([*patched, "--unseen", str(run / "heavy.parquet")]) == 2
+    assert "the gains were identified from this recording" in only_line(capsys)
+    assert main([*words[:5], "--unseen", str(run / "light.parquet")]) == 2
+    assert "--unseen: bare recordings give no gains to predict with" in only_line(capsys)
+    assert main(["verify", *words[1:], "--compare-with", "1,1,1,1,1,1"]) == 2
+    assert "--compare-with: no motion is given to predict with both" in only_line(capsys)
+
+
+def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patching, tmp_path, capsys):
+    run, part = weighed_cell / "run", tmp_path / "part.parquet"
+    heavy = ident.read(run / "heavy.parquet").recording
+    kept = slice(1500, 5000, 4)
+    write_recording(replace(heavy, t=heavy.t[kept] - 1.5, q=heavy.q[kept], v=heavy.v[kept]), part)
+    unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
+    assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
+    assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
+    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
+    assert (
+        "part.parquet: the gains were identified from this recording or a copy or part of it (heavy.parquet)"
+        in only_line(capsys)
+    )
+    weighed = [
+        "--model",
+        MODEL,
+        "--unloaded",
+        str(run / "unloaded.parquet"),
+        "--gains",
+        str(weighed_cell / "gains.toml"),
+    ]
+    assert main(["verify", *weighed, "--loaded", str(part), "--payload", unseen[3]]) == 2
+    assert "part.parquet: the gains were identified from this recording or a copy or part of it" in only_line(capsys)
+    weighed[3] = str(part)
+    light = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
+    assert main(["verify", *weighed, *light]) == 2
+    assert "part.parquet: given as bare, but it was loaded" in only_line(capsys)
+
+
+def test_a_resampled_and_smoothed_copy_of_a_motion_that_a_fit_has_seen_is_refused(
+    weighed_cell, patching, tmp_path, capsys
+):
+    run, copy = weighed_cell / "run", tmp_path / "copy.parquet"
+    heavy = ident.read(run / "heavy.parquet").recording
+    t = np.arange(heavy.t[0] + 0.4, heavy.t[-1] - 0.3, 1 / 310)
+    q, v = (low_passed(each, heavy.period, 25.0) for each in (heavy.q, heavy.v))
+    q, v = (np.column_stack([np.interp(t, heavy.t, x) for x in each.T]) for each in (q, v))
+    write_recording(replace(heavy, t=t + 12.3, q=q, v=v), copy)
+    unseen = ["--unseen", str(copy), "--unseen-payload", str(run / "payload-heavy.toml")]
+    for words in (identified(weighed_cell), ["verify", *identified(weighed_cell)[1:]]):
+        assert main([*words, *PLAIN, *unseen]) == 2
+        assert re.search(r"copy\.parquet has the current noise of .*heavy\.parquet, so", only_line(capsys))
+    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
+    assert "copy.parquet: the gains were identified from this recording or a copy" in only_line(capsys)
+
+
+def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):
+    log = ident.read(weighed_cell / "run" / "light.parquet").recording
+    write_recording(replace(log, q=np.rad2deg(log.q)), tmp_path / "degrees.parquet")
+    unseen = ["--unseen", str(tmp_path / "degrees.parquet"), *light(weighed_cell)[2:]]
+    for words in ([*identified(weighed_cell), *PLAIN, *unseen], with_other(patching, *unseen[:2])):
+        assert main(words) == 2
+        assert re.search(r"degrees\.parquet(, the motion to predict)?: .*degrees", only_line(capsys))
+    write_recording(replace(log, v=log.v[:, [0, 2, 1, 3, 4, 5]]), tmp_path / "order.parquet")
+    assert main(with_other(patching, "--unseen", str(tmp_path / "order.parquet"))) == 2  # by itself, without others
+    assert "order.parquet, the motion to predict: columns v2 and v3 are exchanged" in only_line(capsys)

@@ -1,0 +1,12 @@
+"""A scenario to predict."""
+
+import pytest
+from quick import quick_scenario
+
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.schema import Scenario
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory) -> Scenario:
+    return load_scenario(str(quick_scenario(tmp_path_factory.mktemp("quick"))))

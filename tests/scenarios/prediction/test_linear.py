@@ -1,0 +1,189 @@
+"""The linearised estimate: what changes and noise of the currents do to gains, beside estimating and drawing again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from quick import QUIET, SENSORS, quick_scenario
+
+from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.observation.observation import observe
+from ident.recordings.recording import Recording
+from scenarios.experiments.build import setup_of
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.motions import write_motion
+from scenarios.experiments.files.settings import with_settings
+from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate_batch
+from scenarios.prediction.expected import expected_logs
+from scenarios.prediction.linear import _by_position, _variance, linearised
+from sim.sensors import logged
+from sim.sensors.effect import Noise
+from sim.trajectory import at_rest
+
+COMPLIANCE = [1.3e-5, 1.4e-5, 3.5e-5, 5.2e-5, 7.8e-5, 1.6e-4]
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory):
+    """Without noise, with a motion of 10 s that shows every parameter of every joint."""
+    folder = tmp_path_factory.mktemp("rich")
+    rng = np.random.default_rng(8)
+    sine, cosine = 0.3 / np.sqrt(np.arange(1.0, 9.0)) * rng.normal(size=(2, 6, 8))
+    path = quick_scenario(folder)
+    write_motion(at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), sine, cosine, 10.0), folder / "short.toml", [])
+    return setup_of(with_settings(load_scenario(str(path)), QUIET))
+
+
+@pytest.fixture(scope="module")
+def quiet(quick):
+    return setup_of(with_settings(quick, QUIET))
+
+
+def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
+    # Least squares are linear in the currents, and expected motions are the same: only rounding is between.
+    settings = {
+        "plant.errors.load_friction": 0.03,
+        "plant.payload.mass": 7.3,
+        "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1, 2],
+    }
+    other = setup_of(with_settings(quick, {**QUIET, **settings}))
+    one, two = linearised(quiet, 4), linearised(other, 4)
+    found = one.change(expected_logs(other, 4), expected_logs(quiet, 4))
+    expected = two.estimate.solution.inverse - one.estimate.solution.inverse
+    assert np.abs(expected).min() > 1e-3
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_a_delay_that_identification_undoes_is_undone_of_what_changes_too(quick):
+    delay = {**QUIET, "identification.observe.current_delay": 0.0127}  # 12.7 samples of the controller, 3.2 of a log
+    gains = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (setup_of(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
+    linear = linearised(one, 4)
+    found = linear.change(expected_logs(other, 4), expected_logs(one, 4))
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_weights_are_the_change_of_an_estimate_by_each_sample(quiet, rng):
+    linear = linearised(quiet, 4)
+    logs = expected_logs(quiet, 4)
+    added = [rng.normal(size=log.log.v.shape) for log in logs]
+    weights = linear.weights(len(added[0]))
+    found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
+    changed = [replace(each, log=replace(each.log, v=each.log.v + dv)) for each, dv in zip(logs, added, strict=True)]
+    np.testing.assert_allclose(found, linear.change(changed, logs), rtol=1e-9)  # rounding
+
+
+def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_changed_each_by_its_own(tmp_path, rng):
+    path = quick_scenario(tmp_path)
+    protocol = 'protocol = ["loaded", "bare", "bare", "loaded"]'
+    path.write_text(path.read_text().replace("[experiment]", f"[experiment]\n{protocol}"))
+    drift = {**QUIET, "plant.errors.coulomb_drift": -0.06, "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (setup_of(with_settings(load_scenario(str(path)), each)) for each in (QUIET, drift))
+    linear, logs = linearised(one, 4), expected_logs(one, 4)
+    assert linear.places == (0, 3, 1, 2)
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(linear.change(expected_logs(other, 4), logs), expected, rtol=1e-8)
+    added = [rng.normal(size=log.log.v.shape) for log in logs]
+    weights = linear.weights(len(added[0]))
+    found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
+    changed = [replace(each, log=replace(each.log, v=each.log.v + dv)) for each, dv in zip(logs, added, strict=True)]
+    np.testing.assert_allclose(found, linear.change(changed, logs), rtol=1e-9)  # rounding
+
+
+EFFECTS = {
+    "load_friction": ({"load_friction": 0.03}, 0.05),
+    "coulomb_drift": ({"coulomb_drift": -0.06}, 0.05),
+    "viscous_drift": ({"viscous_drift": 0.07}, 0.05),
+    "frames": ({"d3_error": 0.004, "r4_error": -0.006}, 0.05),
+    "tilt": ({"base_tilt_x": 0.011, "base_tilt_y": -0.007}, 0.2),
+    "elasticity": ({"joint_compliance": COMPLIANCE}, 0.25),
+}
+"""Sizes, and how far prediction and simulation may be apart as a share of the effect on the joint that it costs most;
+more where the difference between real and perfect control matters."""
+
+
+def inverse_gains(setup, recordings) -> np.ndarray:
+    """1/g of simulated recordings, whatever contradicts itself in them."""
+    table = setup.scenario.table.identification
+    motions = [
+        ObservedMotion(observe(each, setup.structure, table.observe), payload)
+        for each, payload in zip(recordings, setup.mounted, strict=True)
+    ]
+    problem = Problem(setup.structure, tuple(motions), table.gains)
+    return joint_by_joint_gains(problem, JointByJointOptions()).solution.inverse
+
+
+def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
+    settings = {name: {f"plant.errors.{k}": v for k, v in errors.items()} for name, (errors, _) in EFFECTS.items()}
+    settings["payload"] = {"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}
+    setups = {name: setup_of(with_settings(rich.scenario, each)) for name, each in settings.items()}
+    linear, base = linearised(rich, 4), expected_logs(rich, 4)
+    trials = [ready_trial(each, Trial(seed=k)) for k, each in enumerate((rich, *setups.values()))]
+    outcomes = dict(simulate_batch(trials, threads=1))
+    inverse = [inverse_gains(rich, outcomes[k].recordings)[:5] for k in range(len(outcomes))]
+    for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
+        relative = simulated / inverse[0] - 1.0
+        found = linear.change(expected_logs(each, 4), base)[:5] * rich.true_gain[:5]
+        share = EFFECTS[name][1] if name in EFFECTS else 0.05
+        assert np.abs(relative).max() > 2e-3, name
+        atol = 5e-4 + share * np.abs(relative).max()
+        np.testing.assert_allclose(found, relative, rtol=0, atol=atol, err_msg=name)
+
+
+@pytest.mark.parametrize("stream", ["white", "coloured", "current_sensor"])
+def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
+    # At the full rate and at one in four; 300 draws, deviations of the deviation 4 %, bounds at four of them.
+    sizes = {
+        "current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003},
+    }.get(stream, {f"{SENSORS}current_{stream}": 0.07})
+    settings = {**QUIET, **sizes, f"{SENSORS}coloured_cutoff_hz": 13.0}
+    loud = setup_of(with_settings(quick, settings))
+    linear, logs = linearised(loud, 1), expected_logs(loud, 1)
+    predicted = np.sqrt(linear.noise_variances(logs)[stream])
+    coarse = linearised(loud, 4)
+    rtol = 0.1 if stream == "current_sensor" else 0.03  # what lasts is the sum of all weights, of either sign
+    np.testing.assert_allclose(np.sqrt(coarse.noise_variances(expected_logs(loud, 4))[stream]), predicted, rtol=rtol)
+    weights = linear.weights(len(logs[0].log.t))
+    changes = []
+    for seed in range(300):
+        drawn = [
+            logged(each.log.q, each.log.v, 1000.0, loud.experiments[0].sensors, noise).v - each.log.v
+            for each, noise in zip(logs, motion_streams(seed, {}, 2), strict=True)
+        ]
+        changes.append(sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, drawn, strict=True)))
+    np.testing.assert_allclose(np.std(changes, axis=0), predicted, rtol=0.17)
+
+
+@pytest.mark.parametrize(("lasting", "shared"), [(False, True), (True, False), (True, True)])
+def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lasting, shared):
+    K, by_position, q, v = (
+        rng.normal(size=(2, 5, 3)),
+        rng.normal(size=(2, 5, 3)),
+        rng.normal(size=3),
+        rng.normal(size=3),
+    )
+    noise = Noise(stream="new", q=q, v=v, lasting=lasting, shared=shared)
+    draws = np.eye((1 if lasting else 5) * (1 if shared else 3)).reshape(-1, 1 if lasting else 5, 1 if shared else 3)
+    found = [np.sum((K * v + by_position * q) * draw, axis=(1, 2)) for draw in draws]
+    np.testing.assert_allclose(_variance(noise, K, by_position), np.sum(np.square(found), axis=0), rtol=1e-12)
+
+
+def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich):
+    linear, logs = linearised(rich, 4), expected_logs(rich, 4)
+    t, size = logs[0].log.t, 1e-6 * np.array([0.9, 0.4, 0.7, 1.3, 1.1, 0.6])
+    waves = [size * np.sin(np.outer(t, 2.0 * np.pi * (f + np.arange(6))) + f) for f in (6.1, 7.3)]  # [Hz]
+    ends = [
+        inverse_gains(
+            rich, [Recording(t, each.log.q + by * dq, each.log.v) for each, dq in zip(logs, waves, strict=True)]
+        )
+        for by in (-1.0, 1.0)
+    ]
+    found = sum(
+        np.einsum("ktj,tj->k", _by_position(K, experiment, logs[0].log.rate_hz, 15.0), dq)
+        for K, experiment, dq in zip(linear.weights(len(t)), rich.experiments, waves, strict=True)
+    )
+    expected = 0.5 * (ends[1] - ends[0])
+    # Friction and gravity add up to a fifth at these frequencies; joint 6 carries next to no load.
+    np.testing.assert_allclose(found[:5], expected[:5], rtol=0.25)

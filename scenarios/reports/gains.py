@@ -34,9 +34,9 @@ def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
 
     return (
         column("2 sigma [%]", lambda gain: share(gain, gain.std)),
-        column("Residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
-        column("Payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
-        column("Model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
+        column("From residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
+        column("From payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
+        column("From model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
     )
 
 

@@ -53,8 +53,17 @@ def test_a_number_is_rounded_by_what_it_may_be_off(value, spread, text):
         ),
         (
             [(1, 0.022, 0.01, "white"), (2, 0.005, 0.03, "white"), (3, None, 0.03, None)],
-            "Expected error 0.5 to 2.2 % rms: all but joints 1 and 3 meet their tolerance; "
-            "white dominates joints 1 and 2.",
+            "Expected error 0.5 to 2.2 % rms: only joint 2 meets its tolerance; white dominates joints 1 and 2.",
+            Mood.DOUBTFUL,
+        ),
+        (
+            [(1, 0.022, 0.01, None), (2, 0.005, 0.03, None), (3, 0.006, 0.03, None)],
+            "Expected error 0.5 to 2.2 % rms: all but joint 1 meet their tolerance.",
+            Mood.DOUBTFUL,
+        ),
+        (
+            [*((k, 0.022, 0.01, None) for k in (1, 3, 5)), (2, 0.005, 0.01, None), (6, 0.005, 0.01, None)],
+            "Expected error 0.5 to 2.2 % rms: only joints 2 and 6 meet 1 %.",
             Mood.DOUBTFUL,
         ),
         ([(1, 0.005, 0.01, None)], "Expected error 0.5 % rms: every joint meets 1 %.", Mood.GOOD),

@@ -30,7 +30,7 @@ def page(folder: Path) -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        view = browser.new_page(viewport={"width": 1280, "height": 900})
+        view = browser.new_page(viewport={"width": 1280, "height": 930})
         view.goto((folder / "report.html").as_uri())
         view.wait_for_function("document.documentElement.dataset.drawn === 'all'")
         view.screenshot(path=HERE / "page.png")
@@ -63,7 +63,7 @@ def hero() -> None:
             gains.annotate("refused: hardly any torque\nfrom this payload", (6.4, 1.03), ha="right")
             continue
         bar = gains.errorbar(each.joint, each.estimate, 2.0 * each.std, fmt="o", color=FOUND, markersize=5, capsize=6)
-        bar.set_label(None if k else "found, ± 2 sigma")
+        bar.set_label(None if k else "identified, ± 2 sigma")
     gains.set(title="Torque per unit of current", xlabel="joint", ylabel="gain [N m/unit]", ylim=(0.89, 1.19))
     gains.legend(frameon=False, loc="upper center", ncols=2)
     figure.savefig(HERE / "hero.png", dpi=110)

@@ -13,6 +13,8 @@ EXTRAS: dict[str, tuple[str, str]] = {
     "imageio": ("film", "MP4"),
     "imageio_ffmpeg": ("film", "MP4"),
     "PIL": ("film", "pictures"),
+    "OpenGL": ("film", "pictures"),
+    "glfw": ("film", "windows"),
     "distributed": ("cluster", "Dask"),
 }
 """By import name: the extra, and its use."""

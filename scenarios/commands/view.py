@@ -79,7 +79,9 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _check_opengl() -> None:
-    """Import MuJoCo, which reads MUJOCO_GL at import."""
+    """Import MuJoCo, which reads MUJOCO_GL at import, and without OpenGL's Python package has no renderer."""
+    import OpenGL  # noqa: F401 # pyright: ignore[reportUnusedImport]
+
     try:
         import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport]
     except (ImportError, AttributeError, RuntimeError) as error:  # errors of the libraries below it

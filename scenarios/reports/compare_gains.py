@@ -93,19 +93,27 @@ def _same_data(A: GainsFile, B: GainsFile) -> list[Part]:
     return [Paragraph(words, Mood.DOUBTFUL)]
 
 
+def _size(change: Moved) -> str:
+    return f"{two_digits(100.0 * change.rel, sign='+')} %, 2 sigma {two_digits(200.0 * change.rel_std)} %"
+
+
+def _relative(found: GainComparison) -> list[tuple[int, Moved]]:
+    """Return the joints, from 0, with their changes relative to a common factor, if there is one."""
+    return list(zip(found.joints.tolist(), found.apart, strict=True)) if len(found.sharing) else []
+
+
 def _conclusion(found: GainComparison) -> Paragraph:
     pairs = list(zip(found.joints.tolist(), found.each, strict=True))
     moved = [j + 1 for j, each in pairs if each.moved]
     worst, largest = max(pairs, key=lambda pair: (pair[1].turned, abs(pair[1].log) / pair[1].std))
-    change = (
-        f"joint {worst + 1}, {two_digits(100.0 * largest.rel, sign='+')} %, "
-        f"2 sigma {two_digits(200.0 * largest.rel_std)} %"
-    )
+    change = f"joint {worst + 1}, {_size(largest)}"
     if moved:
-        words = f"{joints_named(moved)} changed significantly ({'most: ' if moved[1:] else ''}{change})"
+        words = f"{joints_named(moved)} changed significantly ({f'most: {change}' if moved[1:] else _size(largest)})"
         return Paragraph(f"MOVED: {words}.", Mood.BAD, strong=True)
     if found.moved:
         words = f"the gains changed significantly as a whole (p = {found.together.p:.2g}), no single one did"
+        relative = [f"joint {j + 1}, {_size(each)}" for j, each in _relative(found) if each.moved]
+        words += f"; relative to the common factor: {', '.join(relative)}" if relative else ""
         return Paragraph(f"MOVED: {words}.", Mood.BAD, strong=True)
     near = [j + 1 for j, each in pairs if each.beyond_two]
     limit = f"beyond 2, within {largest.limit:.2f} standard deviations: {joints_named(near)}" if near else ""

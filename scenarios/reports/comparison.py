@@ -63,14 +63,18 @@ def comparison_report(found: Comparison) -> Report:
 
 
 def _verdict(compared: Sequence[ComparedScenario]) -> Paragraph:
-    """Return the best method of each scenario, in a sentence."""
-    said = [
-        f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
-        + (f", {each.methods[1].method} {100.0 * each.methods[1].score:.1f} %" if len(each.methods) > 1 else "")
-        for each in compared
-    ]
-    text = "; ".join(said)
+    """Return the best methods of each scenario and the next one, in a sentence."""
+    text = "; ".join(f"on {each.name} {_best(each.methods)}" for each in compared)
     return Paragraph(f"{text[0].upper()}{text[1:]}.", strong=True)
+
+
+def _best(methods: Sequence[MethodSummary]) -> str:
+    """Return the methods with the highest score, as it is shown, and the next one; `methods` are in order of score."""
+    scores = [f"{100.0 * each.score:.1f} %" for each in methods]
+    *others, last = (each.method for each, score in zip(methods, scores, strict=True) if score == scores[0])
+    best = f"{', '.join(others)} and {last} score {scores[0]}" if others else f"{last} scores {scores[0]}"
+    rest = len(others) + 1
+    return f"{best}, {methods[rest].method} {scores[rest]}" if rest < len(methods) else best
 
 
 def _ranks(compared: ComparedScenario) -> Table:
@@ -88,7 +92,7 @@ def _ranks(compared: ComparedScenario) -> Table:
         column("Wrong\nsigns", lambda each: _bad(each.wrong_signs)),
         column("Crashes", lambda each: _bad(each.crashes), file_only=True),
         column("Time\nouts", lambda each: _bad(each.time_outs), file_only=True),
-        column("Misfits", lambda each: _bad(each.misfits), file_only=True),
+        column("Invalid\nanswers", lambda each: _bad(each.misfits), file_only=True),
         column("Time [s]", lambda each: number(each.seconds, ".2g")),
     )
 

@@ -34,9 +34,9 @@ def interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
 
     return (
         column("2 sigma [%]", lambda gain: share(gain, gain.std)),
-        column("Residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
-        column("Payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
-        column("Model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
+        column("From residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
+        column("From payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
+        column("From model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
     )
 
 
@@ -83,9 +83,13 @@ def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]
     size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(errors), max(errors))))
     tolerances = {100.0 * tolerance for _, _, tolerance, _ in joints}
     missed = [joint for joint, error, tolerance, _ in joints if error is None or error > tolerance]
-    mood = Mood.BAD if len(missed) == len(joints) else Mood.DOUBTFUL if missed else Mood.GOOD
-    who = "no joint" if mood is Mood.BAD else f"all but {joints_named(missed)}" if missed else "every joint"
-    meets, own = ("meet", "their tolerance") if mood is Mood.DOUBTFUL else ("meets", "its tolerance")
+    met = [joint for joint, *_ in joints if joint not in missed]
+    mood = Mood.DOUBTFUL if met and missed else Mood.BAD if missed else Mood.GOOD
+    who = "every joint" if met else "no joint"
+    if met and missed:
+        who = f"only {joints_named(met)}" if len(met) < len(missed) else f"all but {joints_named(missed)}"
+    several = who.startswith(("all but", "only joints"))
+    meets, own = ("meet", "their tolerance") if several else ("meets", "its tolerance")
     aim = f"{tolerances.pop():.3g} %" if len(tolerances) == 1 else own
     words = [f"Expected error {size} % rms: {who} {meets} {aim}"]
     if by_source:

@@ -33,7 +33,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         column(f"Torque [{effort}]", lambda j: f"{torque.value[j]:.4g}{_mark(torque.origin[j])}"),
         column(f"Speed [{rate}]", lambda j: f"{speed.value[j]:.4g}{_mark(speed.origin[j])}"),
         column("Predicted [%]", lambda j: percent(float(found.predicted[j]), ".2f")),
-        column("Wanted", lambda j: "yes" if found.identifiable[j] else "no", words=True),
+        column("Identifiable", lambda j: "yes" if found.identifiable[j] else "no", words=True),
     )
     load, said = new.load, list(_warnings(new))
     parts = (

@@ -16,9 +16,9 @@ COLUMNS = (
     Column(title="Estimate"),
     Column(title="2 sigma"),
     Column(title="Unit", words=True),
-    Column(title="Residual", file_only=True),
-    Column(title="Gains", file_only=True),
-    Column(title="Model", file_only=True),
+    Column(title="From residual", file_only=True),
+    Column(title="From gains", file_only=True),
+    Column(title="From model", file_only=True),
 )
 
 

@@ -18,7 +18,7 @@ from scenarios.reports.content import (
     percent,
     rounded,
 )
-from scenarios.reports.gains import sentence
+from scenarios.reports.gains import joints_named, sentence
 
 UNTRIED = "untried: this project has not read any file of this format"
 ENTRIES = (
@@ -78,7 +78,7 @@ WEIGHTS = (
     Column(title="Payload of", words=True),
     Column(title="Gains", words=True),
     Column(title="Estimated from", words=True),
-    Column(title="Scale", unit="kg"),
+    Column(title="Weighed", unit="kg"),
     Column(title="Estimate", unit="kg"),
     Column(title="2 sigma", unit="kg"),
     Column(title="Error", unit="%"),
@@ -93,8 +93,9 @@ SENSORS = (
     Column(title="Sensor", words=True),
     Column(title="Sensor\nper motor"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Residual", unit="%"),
+    Column(title="Residual", unit="% of rms"),
 )
+SENSORS_SAID = "Sensor per motor: slope of the sensor's torque over the motor's; 2 sigma: for white residuals."
 
 
 def scoreboard_report(found: Scoreboard) -> Report:
@@ -190,7 +191,7 @@ def _entry_parts(each: Entry) -> list[Part]:
         parts.append(Table(title="Sets that share no recording", columns=AGREEMENTS, rows=tuple(rows)))
     if each.predictions:
         rows = [
-            cells(p.set, p.log, p.gains, ", ".join(map(str, p.joints)), percent(p.rel_error, ".1f"))
+            cells(p.set, p.log, p.gains, joints_named(p.joints).split(maxsplit=1)[1], percent(p.rel_error, ".1f"))
             for p in each.predictions
         ]
         parts.append(
@@ -229,4 +230,5 @@ def _entry_parts(each: Entry) -> list[Part]:
             for s in each.sensors
         ]
         parts.append(Table(title="Joint torque sensors against motors", columns=SENSORS, rows=tuple(rows)))
+        parts.append(Paragraph(SENSORS_SAID))
     return [*parts, *(Paragraph(sentence(f"Note: {note}")) for note in each.notes)]

@@ -11,7 +11,7 @@ from ident.estimation.known_gains import OTHER_UNIT
 from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.payload_body import Quantity
-from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
+from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTHING, Verification, Weighed
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
@@ -33,7 +33,11 @@ from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 from scenarios.reports.unseen import unseen_parts, unseen_verdict
 
-MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
+VERDICTS = {
+    AGREES: Cell(AGREES, Mood.GOOD),
+    DIFFERS: Cell(DIFFERS, Mood.BAD),
+    SAYS_NOTHING: Cell("inconclusive", Mood.DOUBTFUL),
+}
 
 
 def verification_report(found: Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> Report:
@@ -66,15 +70,15 @@ def _masses(found: Verification) -> Table:
 
     return table(
         [("all joints", found.together), *((f"joint {k}", each) for k, each in enumerate(found.joints, 1))],
-        column("From", lambda row: row[0], words=True),
+        column("Estimated from", lambda row: row[0], words=True),
         column("Mass [kg]", kilograms(lambda mass: mass.value)),
         column("2 sigma [kg]", kilograms(lambda mass: 2.0 * mass.std)),
-        column("Residual [kg]", kilograms(lambda mass: 2.0 * mass.residual_std), file_only=True),
-        column("Gains [kg]", kilograms(lambda mass: 2.0 * mass.gain_std), file_only=True),
-        column("Model [kg]", kilograms(lambda mass: 2.0 * mass.model_std), file_only=True),
+        column("From residual [kg]", kilograms(lambda mass: 2.0 * mass.residual_std), file_only=True),
+        column("From gains [kg]", kilograms(lambda mass: 2.0 * mass.gain_std), file_only=True),
+        column("From model [kg]", kilograms(lambda mass: 2.0 * mass.model_std), file_only=True),
         column("Error [%]", lambda row: row[1].mass and percent(row[1].rel_error, "+.2f")),
         column("2 sigma [%]", lambda row: row[1].mass and two_sigma(row[1].rel_std or 0.0)),
-        column("Verdict", lambda row: Cell(row[1].verdict, MOODS.get(row[1].verdict, Mood.DOUBTFUL)), words=True),
+        column("Verdict", lambda row: VERDICTS[row[1].verdict], words=True),
     )
 
 

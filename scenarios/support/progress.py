@@ -74,8 +74,11 @@ class _Count:
         self.batch = trials
 
     def rate(self) -> str:
-        """Return the trials per second, as text."""
-        return f"{len(self.begun) / self.pace if self.pace else 0.0:.1f} per second"
+        """Return the trials per second, or per minute if these are few, as text; empty before the first trial."""
+        if not self.pace:
+            return ""
+        rate = len(self.begun) / self.pace
+        return f"{rate:.1f} per second" if rate >= 1.0 else f"{60.0 * rate:.1f} per minute"
 
     def left(self) -> str:
         """Return the remaining time as text, empty before the first trial; at the end the total time."""

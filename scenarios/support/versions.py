@@ -2,6 +2,7 @@
 
 import hashlib
 import platform
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,14 +17,17 @@ PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pan
 """Packages whose versions a study records and does not mix."""
 OF_EXTRAS = ("pandas", "pyarrow")
 """Optional ones of these."""
+DISTRIBUTIONS = {"mujoco": ("mujoco-core", "mujoco")}
+"""Names of a package's distribution, by which it may be installed, if not its own."""
 
 
-def _is_there(name: str) -> bool:
-    try:
-        version(name)
-    except PackageNotFoundError:
-        return False
-    return True
+def _version(name: str) -> str | None:
+    for each in DISTRIBUTIONS.get(name, (name,)):
+        with suppress(PackageNotFoundError):
+            return version(each)
+    if name in OF_EXTRAS:
+        return None
+    raise PackageNotFoundError(name)
 
 
 @lru_cache(maxsize=1)
@@ -32,7 +36,7 @@ def versions() -> dict[str, str]:
     code = hashlib.sha256()
     for name, digest in files().items():
         code.update(f"{name} {digest}\n".encode())
-    named = {name: version(name) for name in PACKAGES if name not in OF_EXTRAS or _is_there(name)}
+    named = {name: found for name in PACKAGES if (found := _version(name)) is not None}
     return {"python": platform.python_version(), **named, "code": code.hexdigest()[:16]}
 
 

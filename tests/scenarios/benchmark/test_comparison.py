@@ -196,6 +196,22 @@ def test_a_report_says_all_that_it_knows_in_every_form(form):
         assert "1 of them failed before any method was run." in text
 
 
+@pytest.mark.parametrize(
+    ("scores", "said"),
+    [
+        ({"a": 0.9004, "b": 0.9, "c": 0.7, "d": 0.1}, "On here a and b score 90.0 %, c 70.0 %."),
+        ({"a": 0.9, "b": 0.2, "c": 0.1}, "On here a scores 90.0 %, b 20.0 %."),
+        ({"a": 0.3, "b": 0.3, "c": 0.3}, "On here a, b and c score 30.0 %."),
+        ({"a": 0.3}, "On here a scores 30.0 %."),
+    ],
+)
+def test_the_verdict_names_every_method_with_the_highest_score_and_the_next(scores, said):
+    (one,) = summaries(told("a", {"estimate": 2.02, "std": 0.05}), ["a"], np.array([0.0123]))
+    methods = [replace(one, method=name, score=score) for name, score in scores.items()]
+    here = ComparedScenario(name="here", trials=3, unposed=0, methods=methods)
+    assert comparison_report(Comparison(about={}, scenarios=[here])).parts[0].text == said
+
+
 def test_a_saved_result_is_no_scenario_to_compare_and_says_what_shows_it(tmp_path, capsys):
     (tmp_path / "record.json").write_text("{}")
     assert main(["compare", str(tmp_path), "--method", "ls-2011"]) == 2

@@ -162,9 +162,10 @@ def test_the_report_adds_up_each_method_and_tells_what_is_missing(played):
     assert [cell.text for cell in wrong[:7]] == [WRONG, "18", "0", "0", "6", "6", "6"]
     gains = [[row[k].text for k in (0, 1, 2)] for row in tables["Gains"].rows]
     assert gains == [[each.set, each.method, str(each.joint)] for each in entry.gains if each.gain is not None]
+    weights = "Payloads estimated with gains that were identified without them"
     for title, numbers in (
         ("Currents of recordings that were not used in any fit", ["Error"]),
-        ("Payloads estimated with gains that were identified without them", ["Scale", "Estimate", "2 sigma", "Error"]),
+        (weights, ["Weighed", "Estimate", "2 sigma", "Error"]),
     ):
         assert [column.title for column in tables[title].columns if not column.words] == numbers
     alone = scoreboard_report(Scoreboard(folder="here", methods=[RIGHT, WRONG], entries=[entry]))

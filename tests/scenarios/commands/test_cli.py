@@ -215,7 +215,7 @@ def test_the_versions_that_results_depend_on_are_told(capsys):
         main(["--version"])
     told = capsys.readouterr().out.splitlines()
     assert told[0] == f"rx90 {version('rx90-drive-gain-testbench')}"
-    assert {f"mujoco {version('mujoco')}", f"pin {version('pin')}", f"code {versions()['code']}"} <= set(told)
+    assert {f"mujoco {version('mujoco-core')}", f"pin {version('pin')}", f"code {versions()['code']}"} <= set(told)
 
 
 def test_what_is_listed_is_told_in_every_form(capsys):

@@ -3,6 +3,7 @@
 from joint_masses import weighing
 
 from ident.diagnosis.diagnosis import Diagnosed
+from scenarios.reports.content import Cell, Mood, Table
 from scenarios.reports.verify import verification_report
 
 
@@ -33,3 +34,13 @@ def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_
 
 def test_a_gain_that_is_off_alone_is_named_alone():
     assert conclusion(0.003, 0.09, -0.004, 0.002).startswith("FAILED: gains are off: joint 2 by +9 %")
+
+
+def test_each_joint_has_a_verdict_and_one_without_a_mass_is_inconclusive():
+    parts = verification_report(weighing(0.003, 0.09, None), Diagnosed()).parts
+    (masses,) = [part for part in parts if isinstance(part, Table)]
+    assert [(row[0].text, row[-1]) for row in masses.rows[1:]] == [
+        ("joint 1", Cell("agrees", Mood.GOOD)),
+        ("joint 2", Cell("differs", Mood.BAD)),
+        ("joint 3", Cell("inconclusive", Mood.DOUBTFUL)),
+    ]

@@ -54,7 +54,7 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkey
 def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
     folder = page_folders.comparison(tmp_path / "compared")
     report = page_of(folder)
-    assert report.parts[0].text == f"On {page_folders.NAME} {page_folders.NAME} scores 61.0 %, theirs 61.0 %."
+    assert report.parts[0].text == f"On {page_folders.NAME} {page_folders.NAME} and theirs score 61.0 %."
     rms, held = (part for part in report.parts if isinstance(part, Plot))
     assert [series.label for series in rms.series] == [page_folders.NAME, "theirs"]
     assert rms.series[1].y == (3.4, 6.8, 10.2)

@@ -4,19 +4,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
-from scenarios.design.new_robot import Found
+from scenarios.benchmark.scoreboard.results import BoardGain, BoardPrediction, Entry, Scoreboard
+from scenarios.design.new_robot import Found, Given, described
 from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
+from scenarios.experiments.studies.joint_rows import StudyRows
+from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.gains import budget_verdict
+from scenarios.reports.monte_carlo import monte_carlo_report
+from scenarios.reports.new_robot import new_robot_report
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.predict import _within, prediction_report
+from scenarios.reports.scoreboard import scoreboard_report
 from scenarios.reports.torque import torque_report
 from scenarios.reports.unseen import unseen_verdict
 from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
@@ -48,8 +55,17 @@ def test_a_number_is_rounded_by_what_it_may_be_off(value, spread, text):
         ),
         (
             [(1, 0.022, 0.01, "white"), (2, 0.005, 0.03, "white"), (3, None, 0.03, None)],
-            "Expected error 0.5 to 2.2 % rms: all but joints 1 and 3 meet their tolerance; "
-            "white dominates joints 1 and 2.",
+            "Expected error 0.5 to 2.2 % rms: only joint 2 meets its tolerance; white dominates joints 1 and 2.",
+            Mood.DOUBTFUL,
+        ),
+        (
+            [(1, 0.022, 0.01, None), (2, 0.005, 0.03, None), (3, 0.006, 0.03, None)],
+            "Expected error 0.5 to 2.2 % rms: all but joint 1 meet their tolerance.",
+            Mood.DOUBTFUL,
+        ),
+        (
+            [*((k, 0.022, 0.01, None) for k in (1, 3, 5)), (2, 0.005, 0.01, None), (6, 0.005, 0.01, None)],
+            "Expected error 0.5 to 2.2 % rms: only joints 2 and 6 meet 1 %.",
             Mood.DOUBTFUL,
         ),
         ([(1, 0.005, 0.01, None)], "Expected error 0.5 % rms: every joint meets 1 %.", Mood.GOOD),
@@ -168,3 +184,65 @@ def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
 )
 def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
     assert _within(share).mood is mood
+
+
+@pytest.mark.parametrize(("rated", "moods"), [(0.7, [Mood.DOUBTFUL]), (1.9, [])])
+def test_a_payload_above_the_rated_load_is_a_warning_that_stands_out(tmp_path, rated, moods):
+    new = described(ROOT / "examples" / "arm.urdf", tmp_path, Given(rated_load=rated, payload=1.3))
+    still = np.zeros((new.arm.n, 3))
+    motion = FourierTrajectory(still[:, 0], still, still, 1.0)
+    parts = new_robot_report(new, Found(motion=motion, predicted=np.full(new.arm.n, 0.01)), tmp_path).parts
+    warnings = [part for part in parts if isinstance(part, Paragraph) and part.text.startswith("WARNING")]
+    assert [part.mood for part in warnings] == moods
+    assert all(part.text == "WARNING: payload: 1.3 kg is above the rated load, 0.7 kg." for part in warnings)
+
+
+def board(**found) -> Scoreboard:
+    entry = Entry(name="E", source="s", licence="l", status="run", untried=False, missing=[], reason=None, get="g",
+                  published_by=None, **found)  # fmt: skip
+    return Scoreboard(folder="here", methods=["m"], entries=[entry])
+
+
+@pytest.mark.parametrize(
+    ("std", "shown"), [(0.407, ["12.42", "6.6"]), (0.62, ["12.4", "10.0"]), (None, ["12.4164", "-"])]
+)
+def test_a_gain_of_the_scoreboard_has_the_digits_of_two_standard_deviations(std, shown):
+    gain = BoardGain(
+        set="A", method="m", joint=1, gain=12.41637, std=std, published=None, rel_difference=None, reason=None
+    )
+    (table,) = [part for part in scoreboard_report(board(gains=[gain])).parts if getattr(part, "title", "") == "Gains"]
+    assert [[cell.text for cell in row[3:5]] for row in table.rows] == [shown]
+
+
+@pytest.mark.parametrize(("joints", "text"), [([1, 2, 3, 4], "1 to 4"), ([2, 5], "2 and 5"), ([3], "3")])
+def test_predicted_joints_of_the_scoreboard_are_a_range_where_they_are_one(joints, text):
+    one = BoardPrediction(gains="m", set="A", log="b.csv", joints=joints, rel_error=0.05)
+    (rows,) = [
+        part.rows
+        for part in scoreboard_report(board(predictions=[one])).parts
+        if isinstance(part, Table) and part.title.startswith("Currents")
+    ]
+    assert [cell.text for cell in rows[0]] == ["A", "b.csv", "m", text, "5.0"]
+
+
+@pytest.mark.parametrize(
+    ("rates", "held", "text", "mood"),
+    [
+        ([0.96, 0.92], [True, True], "PASSED: no joint fails in more than 4 of 50 trials (a pass rate of 90 % "
+         "allows 11).", Mood.GOOD),
+        ([1.0, 1.0], [True, True], "PASSED: every joint passes in all 50 trials (a pass rate of 90 % allows 11).",
+         Mood.GOOD),
+        ([0.98, 0.70], [True, False], "FAILED: joint 2 fails the tolerance (worst: joint 2, in 15 of 50 trials; "
+         "a pass rate of 90 % allows 11).", Mood.BAD),
+    ],
+)  # fmt: skip
+def test_a_study_begins_with_the_trials_of_its_worst_joint(rates, held, text, mood):
+    joints = [
+        JointStatistics(joint=k, trials=50, failed=0, refused=0, bias=None, bias_std=None, spread=None, p95=None,
+                        claimed=None, cover_1=None, cover_2=None, pass_rate=rate, pass_low=0.5 * rate,
+                        pass_high=1.0, wanted=0.9, allowed=11, held=good)
+        for k, (rate, good) in enumerate(zip(rates, held, strict=True), 1)
+    ]  # fmt: skip
+    result = StudyResult(scenario="s", seed=0, trials=50, passed=all(held), joints=joints, failures={})
+    said = monte_carlo_report(result, StudyRows(joints=(), failures={}), asked=50).parts[0]
+    assert (said.text, said.mood, said.strong) == (text, mood, True)

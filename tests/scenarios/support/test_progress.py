@@ -82,7 +82,7 @@ def test_nothing_is_told_before_it_is_time(clock):
             clock.now += 0.01
             report.tick()
             assert len(told(console)) == before + 1
-    assert told(console) == 2 * ["a study: 3 of 7 trials, 0.0 per second, 0 failed"]
+    assert told(console) == 2 * ["a study: 3 of 7 trials, 0 failed"]
 
 
 @pytest.mark.parametrize(
@@ -95,6 +95,17 @@ def test_the_time_that_is_left_is_told_in_units_one_can_grasp(clock, left, words
         clock.now += 12.0
         report.advance(12, 0)
     assert words in told(console)[0]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(4.0, "1.0 per second"), (4.1, "58.5 per minute"), (240.0, "1.0 per minute")]
+)
+def test_slow_trials_are_counted_by_the_minute(clock, seconds, words):
+    console = piped()
+    with reporter("a study", 12, 0, console, 1) as report:
+        clock.now += seconds
+        report.advance(4, 0)
+    assert f", {words}, " in told(console)[0]
 
 
 def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):

@@ -60,7 +60,10 @@ def folder(text: str) -> Path:
     """A folder, which may not exist yet."""
     if not text:
         raise argparse.ArgumentTypeError("expected the name of a folder")
-    return Path(text)
+    path = Path(text)
+    if path.is_file():
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is a file; expected a folder")
+    return path
 
 
 def file(text: str) -> Path:

@@ -91,7 +91,10 @@ def main(options: argparse.Namespace) -> Status:
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
         raise interrupt or AssertionError("a search that is not stopped finds a motion")
-    complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
+    complain(
+        f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f} (logarithms of the gains' predicted "
+        "standard deviations)"
+    )
     try:
         motion, reason = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:

@@ -4,15 +4,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ident.model.arm import Arm
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.settings import Value
 from scenarios.experiments.run import Run, Simulated, run, simulate
-from scenarios.experiments.studies.monte_carlo import monte_carlo, sweep
-from scenarios.experiments.studies.study import StudyRows, study_rows_of
 from scenarios.experiments.workers.kinds import Workers
+
+if TYPE_CHECKING:
+    from scenarios.experiments.studies.study import StudyRows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +62,7 @@ class LoadedScenario:
 
     def monte_carlo(
         self, count: int, *, seed: int = 0, workers: AbstractContextManager[Workers] | None = None
-    ) -> StudyRows:
+    ) -> "StudyRows":
         """Repeat the scenario with consecutive seeds and new random values.
 
         Args:
@@ -73,6 +75,9 @@ class LoadedScenario:
             StudyError: If there are not enough seeds.
             ScenarioError: If the scenario's draws are wrong.
         """
+        from scenarios.experiments.studies.monte_carlo import monte_carlo  # studies need the extra of their name
+        from scenarios.experiments.studies.study import study_rows_of
+
         return study_rows_of(monte_carlo(self.setup.scenario, count, seed), workers)
 
     def sweep(
@@ -81,7 +86,7 @@ class LoadedScenario:
         *,
         seeds: int | Iterable[int],
         workers: AbstractContextManager[Workers] | None = None,
-    ) -> StudyRows:
+    ) -> "StudyRows":
         """Run the scenario with every combination of some values, with the same seeds each time.
 
         Args:
@@ -94,6 +99,9 @@ class LoadedScenario:
             ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws
                 are wrong.
         """
+        from scenarios.experiments.studies.monte_carlo import sweep
+        from scenarios.experiments.studies.study import study_rows_of
+
         return study_rows_of(sweep(self.setup.scenario, values, seeds), workers)
 
 

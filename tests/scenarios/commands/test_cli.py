@@ -144,10 +144,8 @@ REFUSED = [
     (["run", "nominl"], "unknown scenario 'nominl'; did you mean 'nominal'?"),
     (["run", "there.toml"], "there.toml: no such file"),
     (["run", "two\nlines.toml"], "lines.toml: no such file"),
-    (["run", "nominal", "--save", "file"], "Not a directory"),
     (["run", "nominal", "--save", "file/sub"], "Not a directory"),
     (["run", "nominal", "--save", "x" * 300], "File name too long"),
-    (["paper", "--out", "file"], "Not a directory"),
     ([*EXCITE[:-1], "file"], "file: rx90 excite did not write this file"),
     ([*EXCITE[:-1], "folder"], "folder: not a regular file"),
     ([*EXCITE[:-1], "/dev/full"], "/dev/full: not a regular file"),
@@ -156,6 +154,18 @@ REFUSED = [
         "highest harmonic is at 5.2 Hz; the search resolves up to 5 Hz",
     ),
 ]
+
+
+@pytest.mark.parametrize("words", [["run", "nominal", "--save"], ["paper", "--out"], ["report"]], ids=" ".join)
+def test_a_file_where_a_folder_is_expected_is_one_line(words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(SystemExit) as ended:
+        main([*words, "file"])
+    said = capsys.readouterr().err
+    assert (ended.value.code, said.count("\n")) == (2, 1)
+    assert "'file' is a file; expected a folder" in said
+    assert (tmp_path / "file").read_text() == "mine"
 
 
 @pytest.mark.parametrize(("words", "message"), REFUSED, ids=lambda value: None)

@@ -1,5 +1,8 @@
 """A command imports what it needs: a second of imports is more than the work of most."""
 
+import subprocess
+import sys
+
 import pytest
 from one_process import carried_out
 from quick import quick_scenario
@@ -43,6 +46,11 @@ def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
 def test_to_run_a_scenario_imports_nothing_slow(imported):
     assert "sim.controller" in imported["run"]
     assert not imported["run"] & SLOW
+
+
+def test_a_scenario_in_python_is_loaded_without_packages_of_studies():
+    code = "import sys, scenarios; scenarios.load('ideal'); print({'pandas', 'pyarrow', 'filelock'} & {*sys.modules})"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "set()\n"
 
 
 @pytest.mark.parametrize("form", ["text", "json"])

@@ -169,7 +169,7 @@ def _load_note(form: str, belief: Belief) -> str:
     mean, spread = 100.0 * belief.mean, 100.0 * belief.std
     if belief.mean < LEAST_LOAD:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
-        return f"no load-dependent friction detected (the gains' intervals account for {allowed})"
+        return f"no load-dependent friction detected; the gains' intervals allow for an undetected one of {allowed}"
     return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
 
 

@@ -64,8 +64,9 @@ def lacks_of(
     found = [diagnosis_of(each, names) for each in lacks]
     yield from found
     if free is not None:
-        wrong_ones = any(each.severity is Severity.WRONG for each in found)
-        yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=wrong_ones)
+        faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.direction.at_fault)
+        beside_faults = any(each.severity is Severity.WRONG for each in faults)
+        yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=beside_faults)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,12 +216,9 @@ def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
     direction, more = lack.best.direction, lack.best.found
     effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)
-    largest = max((abs(each.percent) for each in effects if each.spoils), default=0.0)
-    if (
-        severity is Severity.WRONG
-        and not direction.at_fault
-        and largest < 100.0 * lack.base.problem.options.max_rel_std
-    ):
+    limit = 100.0 * lack.base.problem.options.max_rel_std
+    beyond = any(each.spoils and abs(each.percent) > limit for each in effects)
+    if severity is Severity.WRONG and not direction.at_fault and not beyond:
         severity = Severity.WEAK
     message = direction.message(more.value, names)
     return Diagnosis(

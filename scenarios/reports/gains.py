@@ -85,10 +85,11 @@ def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]
     missed = [joint for joint, error, tolerance, _ in joints if error is None or error > tolerance]
     met = [joint for joint, *_ in joints if joint not in missed]
     mood = Mood.DOUBTFUL if met and missed else Mood.BAD if missed else Mood.GOOD
+    few = len(met) < len(missed)
     who = "every joint" if met else "no joint"
     if met and missed:
-        who = f"only {joints_named(met)}" if len(met) < len(missed) else f"all but {joints_named(missed)}"
-    several = who.startswith(("all but", "only joints"))
+        who = f"only {joints_named(met)}" if few else f"all but {joints_named(missed)}"
+    several = met and missed and not (few and len(met) == 1)
     meets, own = ("meet", "their tolerance") if several else ("meets", "its tolerance")
     aim = f"{tolerances.pop():.3g} %" if len(tolerances) == 1 else own
     words = [f"Expected error {size} % rms: {who} {meets} {aim}"]

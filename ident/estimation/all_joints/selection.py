@@ -126,10 +126,9 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         while not yielding and (rigid := _of_negative_compliance(soft.fitted.fit, len(elastic))).any():
             elastic = elastic[~rigid]
             softened = tuple(each[:, ~rigid] for each in softened)
-            soft = _tried(fit_with(ready, nothing, softened if len(elastic) else (), plain.fitted))
+            soft = _tried(fit_with(ready, nothing, softened, plain.fitted)) if len(elastic) else plain
     yields = yielding or soft.surer_than(plain, range(ready.n)) > BETTER
     base = soft if yields else plain
-    elastic = elastic if yields else elastic[:0]
     softened = softened if yields else ()
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
@@ -142,7 +141,8 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     remarks = [_load_note(form, loads[form].belief)]
     remarks += [f"{SPEED_TERMS[law].words} on {joint_list(sorted(joints))}" for law, joints in bent.items() if joints]
     if yields:
-        remarks.append(f"joint elasticity detected and modelled{_except(set(range(ready.n)) - set(elastic.tolist()))}")
+        rigid_ones = np.setdiff1d(np.arange(ready.n), elastic).tolist()
+        remarks.append(f"joint elasticity detected and modelled{_except(rigid_ones)}")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
@@ -160,9 +160,9 @@ def _of_negative_compliance(fit: AllJointsFit, count: int) -> Mask:
     return fit.found.theta[own] < -BETTER * np.sqrt(np.diag(covariance))
 
 
-def _except(joints: Collection[int]) -> str:
+def _except(joints: Sequence[int]) -> str:
     """Return joints, from 0, whose negative compliance is not modelled, in words."""
-    return f" (but not of {joint_list(sorted(joints))}, whose compliance would be negative)" if joints else ""
+    return f" (but not of {joint_list(joints)}, whose compliance would be negative)" if joints else ""
 
 
 def _load_note(form: str, belief: Belief) -> str:

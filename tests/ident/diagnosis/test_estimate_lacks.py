@@ -9,6 +9,7 @@ from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of
 from known_logs import BRICK
 from real_friction import Truth
 
+from ident.diagnosis import estimate_lacks
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.catalog import terms
@@ -67,6 +68,19 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
         assert diagnosis_of(limited, ("a", "b")).severity is severity
     assert len(moved) > 1
     assert moved[-1] > 1.3 * moved[0]
+
+
+def test_what_is_unexplained_beside_a_term_that_the_model_lacks_refuses_no_gain(axes, monkeypatch):
+    logs = logs_of(Truth(compliance=(1.2e-3, 0.9e-3, 1.1e-3)), seed=2)
+    problem, seen = problem_of(axes, logs), doubted(axes, logs)
+    strict = replace(problem, options=replace(problem.options, max_rel_std=1e-3))
+    base = replace(stated(problem, all_joints(problem)), problem=strict)
+    monkeypatch.setattr(estimate_lacks, "_leaves", lambda *_: True)
+    found = list(lacks_of(base, [elastic(axes, logs)], seen.names, seen.model, stiff=None))
+    assert [(each.name, each.severity) for each in found] == [
+        (terms.ELASTICITY, Severity.WRONG),
+        ("unexplained", Severity.WEAK),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -18,13 +18,15 @@ from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.estimate_lacks import Lack, diagnosis_of
 from ident.diagnosis.estimate_model import FINEST, claimed, stated
+from ident.estimation.gain_options import GainOptions
 from ident.payload.payload import standard_parameters
 
 
 def problem_like(lengths: tuple[int, int]) -> SimpleNamespace:
-    """Of which only the numbers of rows are asked."""
+    """Of which only the numbers of rows are asked, and from what deviation on a gain is refused."""
     joints = [[SimpleNamespace(position=np.arange(length))] for length in lengths]
-    return SimpleNamespace(motions=[SimpleNamespace(observation=SimpleNamespace(joints=each)) for each in joints])
+    motions = [SimpleNamespace(observation=SimpleNamespace(joints=each)) for each in joints]
+    return SimpleNamespace(motions=motions, options=GainOptions())
 
 
 @pytest.fixture

@@ -1,13 +1,12 @@
 """Whether positions of a log, under a hypothesis, are within the limits of the arm."""
 
-from functools import lru_cache
-
 import numpy as np
 
 from ident.diagnosis.logs import LogHypothesis
 from ident.model.arm import Arm
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, readonly
+from ident.support.once import once_per_object
 
 SLACK = 0.1
 """Excess over a limit that is attributed to an error of the zero [rad or m]."""
@@ -31,9 +30,9 @@ def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
     return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
 
 
-@lru_cache(maxsize=64)
+@once_per_object
 def _ends(log: Recording) -> Array:
-    """Lowest and highest position of each joint, shape (2, n); cached for some 60 hypotheses per log."""
+    """Lowest and highest position of each joint, shape (2, n); some 60 hypotheses per log need them."""
     return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))
 
 

@@ -1,7 +1,7 @@
 """The motion of a linear system at full rate, for columns that are not linear combinations of its own."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from ident.model.displacement import States
 from ident.numerics.signals import SHARE_OF_RATE, Decimator, group_means, smooth_motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices, Mask
+from ident.support.once import once_per_object
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in multiples of the position cut-off; splines interpolate."""
@@ -17,8 +18,6 @@ DATED = 0.1
 SHARPEST = 10.0
 """Highest cut-off of these speeds, in multiples of the position cut-off: it locates reversals ten times as
 accurately."""
-KEPT = 4
-"""Number of recordings whose motion is cached: those that are used together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +115,7 @@ class FullRate:
         return self.decimator.applied(np.where(moving, x, 0.0))
 
 
-@lru_cache(maxsize=KEPT)
+@once_per_object
 def filtered_motion(recording: Recording, cutoff_hz: float) -> tuple[Array, Array, Array]:
     """Return positions, velocities and accelerations of `smooth_motion`, read-only, each of shape (N, n)."""
     found = smooth_motion(recording.q, recording.period, cutoff_hz)

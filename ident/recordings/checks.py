@@ -16,7 +16,6 @@ detected. A change of a coarsely quantised channel by one quantum is not a spike
 """
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ from ident.recordings.formats.meaning import ISO, TIME
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 from ident.support.errors import RecordingError
+from ident.support.once import once_per_object
 
 SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
 """Plausible sampling intervals [s]: at 5 Hz motions of a robot cannot be differentiated."""
@@ -95,7 +95,7 @@ def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[L
     yield from _sample_faults(recording)
 
 
-@lru_cache(maxsize=4)  # cached, as a log is checked several times
+@once_per_object
 def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
     return tuple(_faults_by_channel(recording))
 

@@ -7,12 +7,12 @@ share.
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.recordings.recording import Recording
+from ident.support.once import once_per_object
 
 MARKS = 64
 """Number of hashes of a recording: a copy of a tenth of its rows has two of them in 99 of 100 cases."""
@@ -30,8 +30,9 @@ def marks(recording: Recording) -> tuple[str, ...]:
 
 def holds_marks(recording: Recording, given: Sequence[str]) -> bool:
     """Return whether a recording has rows of one with these hashes."""
-    own = _hashes(recording) & DIGITS
-    return int(np.isin(np.array([int(each, 16) for each in given], np.uint64), own).sum()) >= TWO
+    own, asked = _in_order(recording), np.array([int(each, 16) for each in given], np.uint64)
+    held = np.searchsorted(own, asked, side="right") > np.searchsorted(own, asked)
+    return int(held.sum()) >= TWO
 
 
 def share_samples(one: Recording, other: Recording) -> bool:
@@ -39,7 +40,7 @@ def share_samples(one: Recording, other: Recording) -> bool:
     return holds_marks(one, marks(other)) or holds_marks(other, marks(one))
 
 
-@lru_cache(maxsize=16)  # every pair of logs asks for both
+@once_per_object
 def _hashes(recording: Recording) -> NDArray[np.uint64]:
     """Return the hashes of unique rows, in increasing order."""
     fraction, power = np.frexp(np.hstack((recording.q, recording.v)))
@@ -51,3 +52,9 @@ def _hashes(recording: Recording) -> NDArray[np.uint64]:
         found ^= found >> SHIFT
     value, count = np.unique(found, return_counts=True)
     return value[count == 1]
+
+
+@once_per_object
+def _in_order(recording: Recording) -> NDArray[np.uint64]:
+    """Return the digits of the hashes that `marks` has, in increasing order."""
+    return np.sort(_hashes(recording) & DIGITS)

@@ -1,13 +1,13 @@
 """Recordings: the log of a robot's controller for one motion."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from ident.numerics.splines import spline
 from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import RecordingError
+from ident.support.once import once_per_object
 
 LARGEST_GAP = 10.0
 """Sampling interval relative to the median above which samples are missing instead of late."""
@@ -17,7 +17,7 @@ JITTER_TOL = 1e-3
 """Relative deviation of a sampling interval from the mean above which a clock has jitter."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
 class Recording:
     """The log of one motion by the robot's controller. Checked at creation; the arrays are read-only.
 
@@ -62,7 +62,6 @@ NO_JOINT = "; to leave out a gripper or another column that is not a joint of th
 """Partial reading of columns of arrays."""
 
 
-@lru_cache(maxsize=4)  # cached for the checks and the observation of a recording
 def resampled(recording: Recording) -> Recording:
     """Return the recording on a uniform clock of the same mean rate: q by cubic spline, v by linear interpolation.
 
@@ -73,6 +72,11 @@ def resampled(recording: Recording) -> Recording:
     """
     if recording.jitter <= JITTER_TOL:
         return recording
+    return _resampled(recording)
+
+
+@once_per_object
+def _resampled(recording: Recording) -> Recording:
     intervals = np.diff(recording.t)
     worst = int(intervals.argmax())
     if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:

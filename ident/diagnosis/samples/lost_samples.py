@@ -13,7 +13,6 @@ smoother speeds is used.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from ident.observation.observation import ObserveOptions
 from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask
+from ident.support.once import once_per_object
 
 APART = 4
 """Number of steps to each side whose median speed a step is compared with."""
@@ -68,7 +68,7 @@ class TimestampAnomalies:
         return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
 
 
-@lru_cache(maxsize=8)
+@once_per_object
 def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     """Find steps of all joints together that are too long, or zero, for their time interval."""
     clock = intervals_of(recording.t)

@@ -16,6 +16,7 @@ from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, readonly
+from ident.support.once import once_per_object
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
@@ -39,13 +40,13 @@ def noise_std(x: Array) -> Array:
     return size / (NORMAL_MEDIAN * np.sqrt(FOURTH))
 
 
-@lru_cache(maxsize=4)  # used by several checks of one recording
+@once_per_object
 def position_noise(recording: Recording) -> Array:
     """`noise_std` of the positions, shape (n,)."""
     return readonly(noise_std(recording.q))
 
 
-@lru_cache(maxsize=4)  # likewise
+@once_per_object
 def position_quanta(recording: Recording) -> tuple[float | None, ...]:
     """Quantisation step of each joint's positions (`quantum`)."""
     return tuple(quantum(q) for q in recording.q.T)

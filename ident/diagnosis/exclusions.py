@@ -18,6 +18,7 @@ from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import Survey
 from ident.diagnosis.estimate_model import Stated
 from ident.diagnosis.screening import Screened
+from ident.support.naming import enumerated
 
 SIZES = np.geomspace(1e-2, 1.0, 41)
 """Tested sizes, in units of the largest one for which the first order is valid."""
@@ -172,8 +173,7 @@ def indistinguishable(seen: Survey, sizes: Sizes, base: Stated | None = None) ->
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
-            what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
-            yield f"zero of q{j + 1} off by half a turn" if half else f"{what} of q{j + 1}"
+            yield f"zero of q{j + 1} off by half a turn" if half else f"{enumerated(kinds)} of q{j + 1}"
     yield from _open_factors(seen, sizes, base)
 
 

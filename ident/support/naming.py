@@ -37,9 +37,11 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = LONGEST
 
 
+def enumerated(words: Sequence[str]) -> str:
+    """`a`, `a and b` or `a, b and c`."""
+    return f"{', '.join(words[:-1])} and {words[-1]}" if words[1:] else words[0]
+
+
 def joint_list(joints: Sequence[int]) -> str:
     """`joint 2` or `joints 2, 3 and 5`, of joints from 0."""
-    numbers = [str(joint + 1) for joint in joints]
-    if len(numbers) == 1:
-        return f"joint {numbers[0]}"
-    return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}"
+    return f"{'joints' if joints[1:] else 'joint'} {enumerated([str(joint + 1) for joint in joints])}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from ident.support.naming import enumerated
 from scenarios.benchmark.comparison.contract import Contract
 from scenarios.benchmark.comparison.statistics import (
     FAR,
@@ -71,9 +72,8 @@ def _verdict(compared: Sequence[ComparedScenario]) -> Paragraph:
 def _best(methods: Sequence[MethodSummary]) -> str:
     """Return the methods with the highest score, as it is shown, and the next one; `methods` are in order of score."""
     scores = [f"{100.0 * each.score:.1f} %" for each in methods]
-    *others, last = (each.method for each, score in zip(methods, scores, strict=True) if score == scores[0])
-    best = f"{', '.join(others)} and {last} score {scores[0]}" if others else f"{last} scores {scores[0]}"
-    rest = len(others) + 1
+    first = [each.method for each, score in zip(methods, scores, strict=True) if score == scores[0]]
+    best, rest = f"{enumerated(first)} {'score' if first[1:] else 'scores'} {scores[0]}", len(first)
     return f"{best}, {methods[rest].method} {scores[rest]}" if rest < len(methods) else best
 
 

@@ -8,7 +8,7 @@ from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
-from ident.support.naming import joint_list
+from ident.support.naming import enumerated, joint_list
 from scenarios.reports.content import (
     Cell,
     Column,
@@ -63,9 +63,14 @@ def meaning(revolute: Array) -> Paragraph:
 
 def joints_named(joints: Sequence[int]) -> str:
     """`joint 2`, `joints 1 and 4` or `joints 1 to 5`, of joints from 1."""
+    return f"{'joints' if joints[1:] else 'joint'} {joint_numbers(joints)}"
+
+
+def joint_numbers(joints: Sequence[int]) -> str:
+    """`2`, `1 and 4` or `1 to 5`, of joints from 1."""
     if len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1)):
-        return f"joints {joints[0]} to {joints[-1]}"
-    return joint_list([joint - 1 for joint in joints])
+        return f"{joints[0]} to {joints[-1]}"
+    return enumerated([str(joint) for joint in joints])
 
 
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:

@@ -18,7 +18,7 @@ from scenarios.reports.content import (
     percent,
     rounded,
 )
-from scenarios.reports.gains import joints_named, sentence
+from scenarios.reports.gains import joint_numbers, sentence
 
 UNTRIED = "untried: this project has not read any file of this format"
 ENTRIES = (
@@ -191,8 +191,7 @@ def _entry_parts(each: Entry) -> list[Part]:
         parts.append(Table(title="Sets that share no recording", columns=AGREEMENTS, rows=tuple(rows)))
     if each.predictions:
         rows = [
-            cells(p.set, p.log, p.gains, joints_named(p.joints).split(maxsplit=1)[1], percent(p.rel_error, ".1f"))
-            for p in each.predictions
+            cells(p.set, p.log, p.gains, joint_numbers(p.joints), percent(p.rel_error, ".1f")) for p in each.predictions
         ]
         parts.append(
             Table(title="Currents of recordings that were not used in any fit", columns=PREDICTIONS, rows=tuple(rows))

@@ -105,6 +105,31 @@ class Selected:
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Elastic:
+    """Elastic joints.
+
+    Attributes:
+        joints: Their indices, shape (e,).
+        columns: Change of the torque of each joint's rows per compliance of each elastic joint, n arrays of shape (r_j,
+            e); empty for rigid joints.
+    """
+
+    joints: Indices
+    columns: Sequence[Array]
+
+    def among(self, softened: Sequence[Array]) -> tuple[Array, ...]:
+        """Columns of the elastic joints among those of all, n arrays of shape (r_j, n)."""
+        return tuple(each[:, self.joints] for each in softened)
+
+    def without(self, rigid: Mask) -> "_Elastic":
+        """Leave out some of the elastic joints, shape (e,)."""
+        return _Elastic(self.joints[~rigid], tuple(each[:, ~rigid] for each in self.columns))
+
+
+RIGID = _Elastic(np.zeros(0, dtype=np.intp), ())
+
+
 def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     """Select the model of a problem with recorded motions.
 
@@ -116,23 +141,21 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     plain = _tried(fit_with(ready, nothing, (), None))
     first = torque_terms(ready.problem, ready.shared, plain.fitted.own, plain.fitted.fit, compliance=True)
     speeds = speed_terms(ready.problem)
-    elastic = np.arange(ready.n)
-    softened: Sequence[Array] = first.softened
-    soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
+    elastic = _Elastic(np.arange(ready.n), first.softened)
+    soft = _tried(fit_with(ready, nothing, elastic.columns, plain.fitted))
     if yielding or soft.surer_than(plain, range(ready.n)) > SUSPECTED:
         laws = [{law: term.column for law, term in each.items()} for each in speeds]
-        softened = by_currents(ready, first, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
-        soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
-        while not yielding and (rigid := _of_negative_compliance(soft.fitted.fit, len(elastic))).any():
-            elastic = elastic[~rigid]
-            softened = tuple(each[:, ~rigid] for each in softened)
-            soft = _tried(fit_with(ready, nothing, softened, plain.fitted)) if len(elastic) else plain
+        torques = [a | b for a, b in zip(laws, first.own, strict=True)]
+        elastic = _Elastic(elastic.joints, by_currents(ready, first, plain.fitted, torques))
+        soft = _tried(fit_with(ready, nothing, elastic.columns, plain.fitted))
+        while not yielding and (rigid := _of_negative_compliance(soft.fitted.fit, len(elastic.joints))).any():
+            elastic = elastic.without(rigid)
+            soft = _tried(fit_with(ready, nothing, elastic.columns, plain.fitted)) if len(elastic.joints) else plain
     yields = yielding or soft.surer_than(plain, range(ready.n)) > BETTER
-    base = soft if yields else plain
-    softened = softened if yields else ()
-    bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
+    base, elastic = (soft, elastic) if yields else (plain, RIGID)
+    bent = {law: _bent(ready, law, speeds, elastic, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
-    loads = {form: _with_load(ready, chosen, first, softened, elastic, base.fitted, form) for form in LOAD_FORMS}
+    loads = {form: _with_load(ready, chosen, first, elastic, base.fitted, form) for form in LOAD_FORMS}
     form = _form_of(loads, base)
     best = loads[form].tried
     rivals = [_beside(best, each.tried) for other, each in loads.items() if other != form]
@@ -141,7 +164,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     remarks = [_load_note(form, loads[form].belief)]
     remarks += [f"{SPEED_TERMS[law].words} on {joint_list(sorted(joints))}" for law, joints in bent.items() if joints]
     if yields:
-        rigid_ones = np.setdiff1d(np.arange(ready.n), elastic).tolist()
+        rigid_ones = np.setdiff1d(np.arange(ready.n), elastic.joints).tolist()
         remarks.append(f"joint elasticity detected and modelled{_except(rigid_ones)}")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
@@ -197,10 +220,10 @@ def _beside(best: "_Tried", other: "_Tried") -> AlternativeModel:
 
 
 def _bent(
-    ready: Setting, law: str, speeds: Sequence[Mapping[str, Term]], softened: Sequence[Array], base: "_Tried"
+    ready: Setting, law: str, speeds: Sequence[Mapping[str, Term]], elastic: _Elastic, base: "_Tried"
 ) -> list[int]:
     """Joints, from 0, for which a friction law of the speed is selected."""
-    tried = _tried(fit_with(ready, [{law: terms[law]} for terms in speeds], softened, base.fitted))
+    tried = _tried(fit_with(ready, [{law: terms[law]} for terms in speeds], elastic.columns, base.fitted))
     return [j for j in range(ready.n) if tried.surer_than(base, [j]) > BETTER]
 
 
@@ -262,8 +285,7 @@ def _with_load(
     ready: Setting,
     chosen: Terms,
     first: TermColumns,
-    softened: Sequence[Array],
-    elastic: Indices,
+    elastic: _Elastic,
     base: Fitted,
     form: str,
 ) -> _Loaded:
@@ -276,22 +298,21 @@ def _with_load(
         ready: The problem.
         chosen: Terms that are selected for each joint.
         first: Columns from the torques of rigid joints.
-        softened: Change of torque of each joint's rows per compliance of each elastic joint.
-        elastic: Indices of the elastic joints.
+        elastic: The elastic joints.
         base: An earlier fit.
         form: A name in `LOAD_FORMS`.
     """
 
     def columns(fitted: Fitted) -> TermColumns:
         own, fit = fitted.own, fitted.fit
-        found = torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
-        if not softened:
+        yields = bool(elastic.columns)
+        found = torque_terms(ready.problem, ready.shared, own, fit, compliance=yields, forms=[form])
+        if not yields:
             return found
-        all_of_them = by_currents(ready, found, fitted, found.own)
-        return replace(found, softened=tuple(each[:, elastic] for each in all_of_them))
+        return replace(found, softened=elastic.among(by_currents(ready, found, fitted, found.own)))
 
     def found(offsets: Collection[int]) -> tuple[_Loaded, list[int]]:
-        free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, offsets), softened, base)
+        free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, offsets), elastic.columns, base)
         again = columns(free)
         free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE, offsets), again.softened, free)
         again = columns(free)

@@ -245,6 +245,19 @@ def test_a_drawing_has_every_dimension_and_the_mass(weight, numbers):
     )
 
 
+@pytest.mark.parametrize("quarter", range(4))
+def test_both_views_show_the_centre_of_mass_on_the_side_of_each_axis_of_the_flange_that_the_title_states(quarter):
+    weight = replace(BAR, quarter=quarter)
+    figure, com = draw_weight(weight, flange=""), dict(zip("xyz", weight.turned @ weight.properties.com, strict=True))
+    for view in figure.axes:
+        mark = np.array([view.lines[-1].get_xdata(), view.lines[-1].get_ydata()]).ravel()
+        ends = {text.get_text(): np.array(text.get_position()) for text in view.texts if text.get_text() in com}
+        assert len(ends) == 2
+        for name, end in ends.items():
+            # Positions are in mm, and the mark is drawn at the centre of mass.
+            np.testing.assert_allclose(mark @ end / np.linalg.norm(end), 1e3 * com[name], atol=1e-9)
+
+
 def test_a_payload_is_written_with_six_digits_and_zeros_where_there_is_nothing():
     inertia = (0.0123456789, 0.0234567891, 0.0298765432, -4.66e-18, 5.77350269e-05, -2.5e-11)
     std = (1e-5, 2e-5, 3e-5, 4.5678949e-7, 1.2e-13, 2.1e-14)

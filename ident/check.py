@@ -119,10 +119,10 @@ def check(
             refused = cause_of(error, problem)
     findings = diagnose(prepared.logs(), estimate, _estimate)
     found_all = joined(findings, Diagnosed(diagnoses=tuple(found)))
-    if estimate is not None:
+    if estimate is not None and refused is None:  # the cause is reported, not its effects
         weight = None if links is None else link_mass_consistency(problem, estimate, links)
         found_all = joined(found_all, symptoms(estimate, found_all), more=() if weight is None else (weight,))
-    if refused is not None and found_all.severity is not Severity.WRONG:  # the cause is reported, not its effect
+    if refused is not None and found_all.severity is not Severity.WRONG:
         found_all = joined(found_all, more=(Diagnosis(name="load", severity=Severity.WRONG, sentence=str(refused)),))
     return Checked(logs=logs, found=found_all, observing=prepared.observing)
 

@@ -1,7 +1,7 @@
 """Identify drive gains from recordings: read, prepare, estimate, diagnose."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
@@ -42,7 +42,7 @@ class Identification:
     notes: tuple[str, ...]
     found: Diagnosed
     observing: ObserveOptions = OBSERVE_DEFAULTS
-    prepared: Prepared | None = None
+    prepared: Prepared | None = field(default=None, repr=False)
 
     @property
     def joints(self) -> tuple[JointResult, ...]:

@@ -1,7 +1,7 @@
 """Result of an identification: a gain or a reason for each joint, with rows, residuals and influence."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -156,7 +156,7 @@ class GainEstimate:
 
     method: str
     joints: tuple[JointResult, ...]
-    solution: GainSolution
+    solution: GainSolution = field(repr=False)
     covariance: Array
     options: GainOptions
     payload: tuple[FoundParameter, ...] = ()

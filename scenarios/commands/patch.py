@@ -175,6 +175,9 @@ def _unseen(
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:
     """Check that copy and model have the same ending, and that no file is written twice or over the model."""
+    from ident.model.files import check_ending
+
+    check_ending(model)
     if written[0].suffix.lower() != model.suffix.lower():
         raise ScenarioError(
             f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"

@@ -63,7 +63,7 @@ def main(options: argparse.Namespace) -> Status:
         found = design_payload(setup, density=options.density, seed=options.seed, tell=say)
     if options.excite:
         found, motion = _excited(found, options)
-    report = payload_report(found)
+    report = payload_report(found, options.out)
     if held is not None:
         with held.writing():
             write_payload_folder(found, options.scenario, motion, held.folder)

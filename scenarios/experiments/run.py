@@ -91,17 +91,17 @@ class Run:
         cost: Effect of the controller's gains, None if not requested.
     """
 
-    setup: Setup
+    setup: Setup = field(repr=False)
     seed: int
-    recordings: tuple[Recording, ...]
+    recordings: tuple[Recording, ...] = field(repr=False)
     estimate: GainEstimate
     verdict: Verdict
     notes: tuple[str, ...]
     simulate_s: float
     identify_s: float
     found: Diagnosed = field(default_factory=Diagnosed)
-    prepared: Prepared | None = None
-    check: Recording | None = None
+    prepared: Prepared | None = field(default=None, repr=False)
+    check: Recording | None = field(default=None, repr=False)
     cost: CostVerdict | None = None
 
     @property

@@ -106,8 +106,8 @@ def _warnings(new: NewRobot) -> Iterator[str]:
         yield f"The file states no inertia of these links, so it is computed from their shapes: {links}."
     if missing := new.facts.missing_meshes:
         yield (
-            f"{len(missing)} meshes are missing or cannot be compiled (first: {missing[0]}); clearance is checked "
-            "without them."
+            f"Meshes that are missing or cannot be compiled: {len(missing)} (first: {missing[0]}); clearance is "
+            "checked without them."
         )
 
 

@@ -1,6 +1,8 @@
 """Report of `rx90 payload`: accuracy with the scenario's payload and with designed ones, drawing of the best."""
 
+import shlex
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,17 +10,19 @@ import numpy as np
 import scenarios.design.results as results
 from ident.payload.files import payload_to_table
 from ident.support.arrays import Array
+from ident.support.naming import one_line
 from scenarios.design.payload_design import Mounted, PayloadDesign
+from scenarios.design.payload_folder import SCENARIO
 from scenarios.design.weights import MM
 from scenarios.prediction.deviations import RESIDUAL
-from scenarios.reports.content import Cell, Figure, Mood, Paragraph, Part, Report, Table, column, percent, table
+from scenarios.reports.content import Cell, Figure, Line, Mood, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.payload_drawing import draw_weight
 
 DRAWING = "payload-drawing"
 
 
-def payload_report(design: PayloadDesign) -> Report:
-    """Return the report: accuracy by joint before and after, the shapes, and the drawing."""
+def payload_report(design: PayloadDesign, folder: Path | None) -> Report:
+    """Return the report: accuracy by joint before and after, the shapes, the drawing, and the folder of its files."""
     best = design.best
     parts: list[Part] = [*_conclusion(design), _joints(design), *_why(design), _shapes(design)]
     parts += [
@@ -28,14 +32,27 @@ def payload_report(design: PayloadDesign) -> Report:
     ]
     flange, most = design.carrying.flange, design.carrying.most
     where = flange.name or "last joint's axis, as the robot has no flange"
-    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load specified"
+    limit = f"rated load {most:g} kg, " if np.isfinite(most) else ""
     parts.append(
         Paragraph(
             f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'payload as made' "
-            f"includes the tolerances of dimensions and scale. Limits: {limit}, torque "
+            f"includes the tolerances of dimensions and scale. Limits: {limit}torque "
             f"of the drives, distance to floor and arm. Frame: {where}."
         )
     )
+    if not np.isfinite(most):
+        parts.append(
+            Paragraph(
+                "WARNING: no rated load is specified, so the payload may be heavier than the arm may carry: look the "
+                "load up in the data sheet and state it as rated_load in robot.toml.",
+                Mood.DOUBTFUL,
+            )
+        )
+    if folder is not None:
+        parts += [
+            Paragraph(f"Payload file, scenario and drawing in {one_line(folder)}. Next:"),
+            Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
+        ]
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
     draw = partial(draw_weight, best.weight, flange=flange.name)
     parts.append(Figure(name=DRAWING, caption=caption, draw=draw, endings=("png", "svg")))

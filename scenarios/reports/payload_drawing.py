@@ -77,10 +77,9 @@ def _side_view(axes: "Axes", weight: Weight, gap: float) -> None:
         axis([x, x], [-0.9 * FACE, high[2] + 0.4 * gap])
         _dimension(axes, 0.0, x, low[2] - 0.8 * gap, low[2])
     if len(weight.parts) > 1:
-        _dimension(axes, 0.0, BRACKET, low[0] - gap, low[0], upright=True)
+        _dimension(axes, 0.0, BRACKET, low[0] - 1.6 * gap, low[0], upright=True)
     axis([0.0, 0.0], [low[2] - gap, high[2] + 0.4 * gap])
-    along = ("x", "y", "\u2212x", "\u2212y")[weight.quarter % 4]  # the flange's axis along the payload's x
-    _frame(axes, {along: np.array([1.0, 0.0]), "z": np.array([0.0, 1.0])})
+    _frame(axes, weight, [0, 2])
 
 
 def _top_view(axes: "Axes", weight: Weight, gap: float) -> None:
@@ -104,13 +103,15 @@ def _top_view(axes: "Axes", weight: Weight, gap: float) -> None:
         _dimension(axes, x - width / 2.0, x + width / 2.0, level, y - depth / 2.0)
         edge = x + (-1.0 if outer else 1.0) * width / 2.0
         _dimension(axes, y - depth / 2.0, y + depth / 2.0, at, edge, upright=True)
-    _frame(axes, {name: weight.turned[k, :2] for k, name in enumerate("xy")})
+    _frame(axes, weight, [0, 1])
 
 
-def _frame(axes: "Axes", directions: dict[str, Array]) -> None:
-    """Draw two of the flange's axes from its centre."""
+def _frame(axes: "Axes", weight: Weight, plane: list[int]) -> None:
+    """Draw those of the flange's axes that lie in the plane of two of the payload's axes, from the flange's centre."""
     arrow = {"arrowstyle": "-|>", "color": AXIS, "lw": 1.4}
-    for name, direction in directions.items():
+    for name, direction in zip("xyz", weight.turned[:, plane], strict=True):
+        if not direction.any():
+            continue
         axes.annotate("", xy=tuple(1.5 * FACE * direction), xytext=(0.0, 0.0), arrowprops=arrow)
         x, y = (1.7 * FACE * direction).tolist()
         axes.text(x, y, name, color=AXIS, fontsize=10, ha="center", va="center")

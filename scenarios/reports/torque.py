@@ -6,7 +6,7 @@ from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import Torques
-from scenarios.reports.content import Paragraph, Report, column, percent, places_of, plus_minus, table
+from scenarios.reports.content import Paragraph, Report, column, percent, plus_minus, rounded, table
 from scenarios.reports.gains import joints_named, sentence
 
 INCLUDED = (
@@ -20,19 +20,19 @@ OF_ROBOT = "The gains are of robot {}. Logs do not name their robot: make sure t
 def torque_report(written: Torques, found: JointTorque, file: GainsFile) -> Report:
     """Return the report: largest torques and written file."""
     title = f"{one_line(written.out)}: {written.samples} samples, {joints_named(written.joints)}"
-    places = places_of(float(np.abs(found.tau).max()))
     peaks, joints = [_peak(found, k) for k in range(len(found.joints))], found.joints.tolist()
     names = [str(file.gains[joint].name or "") for joint in joints]
     rms = np.sqrt(np.mean(found.tau**2, axis=0))
+    precise = [reach or 0.01 * size for size, reach in peaks]  # four digits without a standard deviation
     rows = table(
         range(len(joints)),
         column("Joint", lambda k: joints[k] + 1),
         column("Name", lambda k: names[k], words=True),
-        column("Rms", lambda k: f"{rms[k]:.{places}f}"),
-        column("Peak", lambda k: f"{peaks[k][0]:.{places}f}"),
-        column("2 sigma", lambda k: f"{peaks[k][1]:.{places}f}"),
+        column("Rms", lambda k: rounded(float(rms[k]), precise[k])),
+        column("Peak", lambda k: rounded(peaks[k][0], precise[k])),
+        column("2 sigma", lambda k: rounded(peaks[k][1] or None, precise[k])),
         column("Unit", lambda k: _unit(file, joints[k]), words=True),
-        column("2 sigma [%]", lambda k: percent(peaks[k][1] / peaks[k][0] if peaks[k][0] else None, ".2f")),
+        column("2 sigma [%]", lambda k: percent(peaks[k][1] / peaks[k][0] if peaks[k][1] else None, ".2f")),
     )
     parts = [_verdict(found, file), rows, Paragraph(INCLUDED)]
     parts += [] if file.robot is None else [Paragraph(OF_ROBOT.format(one_line(file.robot)))]
@@ -49,7 +49,7 @@ def _verdict(found: JointTorque, file: GainsFile) -> Paragraph:
         k = max(own, key=lambda k: float(np.abs(found.tau[:, k]).max()))
         size, reach = _peak(found, k)
         largest.append(f"{plus_minus(size, reach)} {unit} on joint {found.joints[k] + 1}")
-    return Paragraph(f"Peak {' and '.join(largest)} (2 sigma).", strong=True)
+    return Paragraph(f"Peak {' and '.join(largest)}{' (2 sigma)' * bool(found.std.any())}.", strong=True)
 
 
 def _peak(found: JointTorque, k: int) -> tuple[float, float]:

@@ -31,13 +31,22 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     Raises:
         RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
     """
-    ending = path.suffix.lower()
-    if ending not in MODEL_FILES:
-        what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"
-        raise RobotModelError(f"robot model {one_line(path)}: {what}")
+    check_ending(path)
     root = read_xml(path)
     for element in root.walk():
         left = next((value for value in element.attributes.values() if "${" in value), None)
         if left is not None or element.tag.startswith("xacro:"):
             raise RobotModelError(f"{element.title}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
-    return MODEL_FILES[ending](root, path, flange)
+    return MODEL_FILES[path.suffix.lower()](root, path, flange)
+
+
+def check_ending(path: Path) -> None:
+    """Check that a file's name has the ending of a robot model.
+
+    Raises:
+        RobotModelError: If it has not.
+    """
+    ending = path.suffix.lower()
+    if ending not in MODEL_FILES:
+        what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"
+        raise RobotModelError(f"robot model {one_line(path)}: {what}")

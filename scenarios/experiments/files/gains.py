@@ -201,6 +201,8 @@ def _read_json(path: Path) -> object:
 def _complaint(error: ValidationError) -> str:
     """Return the first error of pydantic in one line; keys beginning with a digit are list positions, from 1."""
     first = error.errors()[0]
+    if first["type"] == "missing" and first["loc"] == ("gains",):
+        return "no gains; expected a gains file, as `rx90 identify --gains-out` writes it"
     place = ".".join(str(part + 1) if isinstance(part, int) else part for part in first["loc"])
     if first["type"] == "extra_forbidden":
         key, *above = (str(part) for part in reversed(first["loc"]) if not isinstance(part, int))

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ident.support.file_access import check_file
-from ident.support.naming import nearest, shown
+from ident.support.naming import nearest, one_line, shown
 from ident.support.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.experiments.files.exactness import check_exact, exactness
 from scenarios.experiments.files.places import CATALOG, seen_from
@@ -102,9 +102,19 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
         return PARTS / f"{name}.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml" and not path.is_file():
-        raise UnknownName(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")
+        own = path / "scenario.toml"
+        near = f"; did you mean {one_line(own)}?" if own.is_file() else nearest(name, builtin_names())
+        raise UnknownName(f"unknown scenario {shown(name)}{near}; `rx90 list` shows all")
+    if path.suffix != ".toml" and _is_model(path):
+        raise UnknownName(f"{one_line(path)} is a robot model; `rx90 new-robot` writes a scenario for it")
     check_file(path, most_bytes=LARGEST, error=UnreadableFile)
     return path.resolve()
+
+
+def _is_model(path: Path) -> bool:
+    from ident.model.files import MODEL_FILES  # not at the top: it imports NumPy
+
+    return path.suffix.lower() in MODEL_FILES
 
 
 def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> dict[str, object]:

@@ -142,6 +142,14 @@ def test_sound_logs_raise_nothing_anywhere(axes):
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()
 
 
+def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes):
+    bare, heavy = logs_of(Truth())
+    given = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": (False, True), "payload": BRICK}
+    found = check((heavy, bare), axes, **given).found.diagnoses
+    wrong = [each.sentence for each in found if each.severity is Severity.WRONG]
+    assert wrong == ["every joint gives a negative payload mass; bare and loaded recordings are probably swapped"]
+
+
 def test_a_check_names_swapped_logs_where_the_method_does_not_converge(axes, monkeypatch):
     def lost(problem):
         raise NotConverged("the gains do not converge")

@@ -132,7 +132,7 @@ def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path
 
 
 def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed):
-    report = payload_report(designed)
+    report = payload_report(designed, None)
     words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
     assert "Joint 6: the scenario's payload contributes 0.13 of 12.7 N m rms (centre of mass 0.0 mm off" in words
     assert "identifies every joint" in words
@@ -141,6 +141,17 @@ def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed)
     assert [joint["shown"] for joint in found["after"]["joints"]] == [True] * 6
     assert found["candidates"][0]["refusal"] is None
     assert found["rated_load"] == 6.0
+
+
+@pytest.mark.parametrize(("most", "warned"), [(np.inf, True), (6.0, False)])
+def test_a_payload_for_an_arm_without_rated_load_comes_with_a_warning_and_with_the_next_command(
+    designed, tmp_path, most, warned
+):
+    carrying = replace(designed.carrying, most=most)
+    report = payload_report(replace(designed, carrying=carrying), tmp_path / "a b")
+    words = [part.text for part in report.parts if hasattr(part, "text")]
+    assert ["state it as rated_load in robot.toml" in each for each in words].count(True) == warned
+    assert f"rx90 run '{tmp_path}/a b/scenario.toml'" in words
 
 
 def test_a_deviation_of_a_joint_that_nothing_is_seen_of_is_null(designed):
@@ -156,7 +167,7 @@ def test_a_scenario_s_own_payload_that_shows_the_worst_joint_better_is_said_to_b
     worst = factor * designed.after.deviations.noise.max()
     noise = np.array([0.3, 0.9, 1.0, 0.2, 0.5, 0.8]) * worst
     before = Deviations(noise=noise, payload=np.full(6, 7.0))  # what is known of either payload does not count
-    report = payload_report(replace(designed, before=replace(designed.before, deviations=before)))
+    report = payload_report(replace(designed, before=replace(designed.before, deviations=before)), None)
     words = f"own payload already identifies the worst joint better: {100.0 * worst:.2f} % against"
     told = [part for part in report.parts if words in getattr(part, "text", "")]
     assert [part.strong for part in told] == [True] * better
@@ -243,6 +254,19 @@ def test_a_drawing_has_every_dimension_and_the_mass(weight, numbers):
         "in the axes of the flange, at the last joint, z along its axis: x"
         in draw_weight(weight, flange="").get_suptitle()
     )
+
+
+@pytest.mark.parametrize("quarter", range(4))
+def test_both_views_show_the_centre_of_mass_on_the_side_of_each_axis_of_the_flange_that_the_title_states(quarter):
+    weight = replace(BAR, quarter=quarter)
+    figure, com = draw_weight(weight, flange=""), dict(zip("xyz", weight.turned @ weight.properties.com, strict=True))
+    for view in figure.axes:
+        mark = np.array([view.lines[-1].get_xdata(), view.lines[-1].get_ydata()]).ravel()
+        ends = {text.get_text(): np.array(text.get_position()) for text in view.texts if text.get_text() in com}
+        assert len(ends) == 2
+        for name, end in ends.items():
+            # Positions are in mm, and the mark is drawn at the centre of mass.
+            np.testing.assert_allclose(mark @ end / np.linalg.norm(end), 1e3 * com[name], atol=1e-9)
 
 
 def test_a_payload_is_written_with_six_digits_and_zeros_where_there_is_nothing():

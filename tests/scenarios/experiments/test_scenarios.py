@@ -349,3 +349,14 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
     assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
     with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
         with_method(stated, None, ["gain-joints=3"])
+
+
+def test_a_robot_model_and_the_folder_of_a_scenario_are_told_from_a_wrong_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("my-arm").mkdir()
+    Path("my-arm/scenario.toml").write_text('extends = "nominal"')
+    with pytest.raises(ScenarioError, match=r"unknown scenario 'my-arm'; did you mean my-arm/scenario\.toml\?"):
+        load_scenario("my-arm")
+    Path("arm.urdf").write_text("<robot/>")
+    with pytest.raises(ScenarioError, match=r"^arm\.urdf is a robot model; `rx90 new-robot` writes a scenario for it$"):
+        load_scenario("arm.urdf")

@@ -219,6 +219,11 @@ def test_torque_constants_are_written_by_joint(cell):
     assert '# "wrist_3_joint": no load' in text
 
 
+def test_a_model_that_is_none_is_named(cell, capsys):
+    assert main(["patch", "rx90", "--gains", str(cell / "gains.toml"), "--out", str(cell / "patched.urdf")]) == 2
+    assert "robot model rx90: expected a .urdf, .xml or .mjcf file" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "match"),
     [

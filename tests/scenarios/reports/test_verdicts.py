@@ -1,5 +1,6 @@
 """Sentences that results begin with: each has its number."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +118,24 @@ def test_torques_are_told_with_rms_peak_and_interval_of_each_joint():
         ["3", "", "28.87", "40.00", "0.80", "N", "2.00"],  # root of 2500 / 3
     ]
     assert rest[-1].text == "Joint 2 has no column: too light."
+
+
+def test_a_small_torque_keeps_the_digits_of_its_own_interval_and_a_torque_without_one_has_four():
+    found = JointTorque(
+        t=np.arange(2.0),
+        joints=np.arange(2),
+        tau=np.array([[400.0, 0.03], [400.0, 0.05]]),
+        std=np.array([[2.0, 1e-4]] * 2),
+    )
+    file = GainsFile(gains=tuple(GainEntry(joint=j, estimate=1.0, std=0.01) for j in (1, 2)))
+
+    def said(found: JointTorque) -> tuple[str, list[list[str]]]:
+        verdict, table, *_ = torque_report(torques(found, file, Path("tau.parquet")), found, file).parts
+        return verdict.text, [[cell.text for cell in row[2:5]] for row in table.rows]
+
+    assert said(found)[1] == [["400.0", "400.0", "4.0"], ["0.04123", "0.05000", "0.00020"]]  # root of 34e-4 / 2
+    without = replace(found, std=np.zeros((2, 2)))
+    assert said(without) == ("Peak 400 N m on joint 1.", [["400.0", "400.0", "-"], ["0.04123", "0.05000", "-"]])
 
 
 def test_a_payload_begins_with_its_mass_and_where_it_is():

@@ -135,7 +135,7 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
         ("created = true\n" + MINIMAL, "created: input should be a valid string, got True"),
         ("metod = 'nls'\n" + MINIMAL, "unknown key metod; did you mean 'method'"),
         (MINIMAL + "estimat = 3", "unknown key gains.2.estimat; did you mean 'estimate'"),
-        ("method = 'x'", "gains: field required"),
+        ("method = 'x'", "no gains; expected a gains file"),
         ("gains = []", "gains: tuple should have at least 1 item"),
         (MINIMAL.replace("joint = 2", "joint = 3"), r"gains of joints \[1, 3\]; expected 1 to n"),
         (MINIMAL.replace("joint = 1", "joint = 0"), "gains.1.joint: input should be greater than or equal to 1, got 0"),

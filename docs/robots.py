@@ -32,9 +32,9 @@ Written by `make robots`; no number is typed by hand. Each scenario is run with 
 arms are those of `tests/helpers/random_arms.py`: five to eight joints, tilted axes, some joints prismatic, no shapes.
 They, and model files of others, are run as written by `rx90 new-robot`, with its motion.
 
-**Wanted**: joints whose gain the scenario expects, of a new robot those with a sufficient prediction. **p95**:
-95th percentile of the relative error of the gain of the worst wanted joint. **Wrong**: gains told with an error of more
-than {SURE:g} of their own standard deviations. **Refused**: wanted gains that were refused, of all seeds. Arms of
+**Wanted**: joints whose gain the scenario expects, of a new robot those with a sufficient prediction. **p95**: 95th
+percentile of the relative error of the gain of the worst wanted joint. **Wrong**: gains with an error of more than
+{SURE:g} of their estimated standard deviations. **Refused**: wanted gains that were refused, of all seeds. Arms of
 others are model files that Python packages ship (example-robot-data, robosuite), with the names of the packages.
 
 | Robot | Joints | Wanted | p95 | Wrong | Refused |

@@ -13,9 +13,9 @@ from diagnosis_run import Run, Said
 TERMS = ("joint elasticity", "friction law", "friction drift", "position-dependent torque", "autocorrelation")
 """What a model lacks; no log is at fault."""
 REMARKS = (
-    *TERMS, "link masses", "unexplained", "negative gain", "residual", "gain outlier", "noise of q", "noise of v",
-    "joint limits", "rate", "jitter", "encoder resolution", "range", "reversals", "excitation", "held currents",
-    "temperature",
+    *TERMS, "link masses", "encoder noise", "unexplained", "negative gain", "residual", "gain outlier", "noise of q",
+    "noise of v", "joint limits", "rate", "jitter", "encoder resolution", "range", "reversals", "excitation",
+    "held currents", "temperature",
 )  # fmt: skip
 """Diagnoses that accuse no log, payload or model of a mistake; every other one does."""
 NEAR, DEVIATIONS = 0.2, 3.0

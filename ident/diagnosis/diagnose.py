@@ -13,6 +13,7 @@ from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
+from ident.diagnosis.encoder_noise import encoder_noise
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
@@ -60,6 +61,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         elastic = any(each.found.family == ELASTICITY for each in found)  # from the logs alone: nothing imitates it
         stiff = None if elastic else base.solution.stiff
         diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
+    if estimate is not None:
+        diagnoses += encoder_noise(logs.problem, estimate)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # with a fault, exclusions are not valid
     return replace(diagnosed, diagnoses=worst_first(diagnoses))

@@ -21,7 +21,7 @@ CENTRE = Term(
         "the payload's centre of mass seems to differ from the specified one by "
         f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
     ),
-    advice="measure the payload's centre of mass; check axes and units",
+    advice="measure the payload's centre of mass, and weigh it with all that is mounted; check axes and units",
     at_fault=True,
 )
 INERTIA = Term(

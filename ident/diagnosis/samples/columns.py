@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples.noise import noise_std
 from ident.numerics.signals import edge_samples, low_passed
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
@@ -17,6 +18,12 @@ ALIKE = 0.01
 
 After a fit of viscous friction, a current retains noise and steps of Coulomb friction of some per cent.
 """
+NEAR = 0.25
+"""Size of a current, in standard deviations of its noise, below which noise makes a third of the samples negative or
+more, however large the current usually is."""
+TOUCHES = 22
+"""Smallest number of such samples without a negative one for which the current has no sign: one chance in four million
+where every second one would be negative, as 5 standard deviations are."""
 
 
 def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
@@ -27,6 +34,11 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     if recording.n > 1 and to_and_fro and (recording.v >= 0.0).all():
         sentence = "v is never negative on any joint, though all joints move in both directions: v has no sign"
         found.append(_wrong(recording, tuple(range(recording.n)), sentence))
+    else:
+        found += [
+            _wrong(recording, (j,), f"v{j + 1} often is near zero, but never changes its sign: it has none")
+            for j in _without_sign(recording.v)
+        ]
     for kind, x in (("q", recording.q), ("v", recording.v)):
         left = _left(x, x)
         found += [
@@ -47,6 +59,14 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
                 copied = _wrong(recording, (j,), sentence)  # of an inertia alone
                 found.append(replace(copied, severity=Severity.WEAK) if what == "acceleration" else copied)
     return found or [Diagnosis(name="columns", sentence="no column is a copy of another", logs=(recording.name,))]
+
+
+def _without_sign(v: Array) -> list[int]:
+    """Columns that noise would make negative now and then, or positive, if they had signs."""
+    one_sided, little = (v >= 0.0).all(axis=0) | (v <= 0.0).all(axis=0), NEAR * noise_std(v)
+    on = np.abs(np.diff(v, axis=0)) > little  # while a drive is off, its current has no noise
+    near = on & (np.abs(v[1:]) < little)
+    return np.flatnonzero(one_sided & (near.sum(axis=0) >= TOUCHES)).tolist()
 
 
 def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diagnosis:

@@ -60,6 +60,21 @@ def test_currents_without_a_sign_are_named_where_all_joints_move_to_and_fro(ur_l
     assert named(ur_log.q, ur_log.v) == []
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_current_that_noise_never_takes_beyond_zero_has_no_sign(ur_log, rng, side):
+    def named(v: np.ndarray) -> list[tuple[int, ...]]:
+        found = columns(Recording(ur_log.t, ur_log.q, np.column_stack((ur_log.v[:, :5], v))), OPTIONS)
+        return [each.joints for each in found if "never changes its sign" in each.sentence]
+
+    noise = rng.normal(size=len(ur_log.t))
+    course = 9.0 * np.sin(2.3 * ur_log.t)
+    assert named(side * np.abs(course + noise)) == [(5,)]
+    assert named(course + noise) == []
+    assert named(side * (9.0 + np.abs(course) + noise)) == []  # held against gravity
+    assert named(side * np.where(ur_log.t < 2.0, 0.01, 16.0 + course + noise)) == []  # off at first
+    assert named(side * np.where(ur_log.t < 2.0, 0.0, 16.0 + course + noise)) == []
+
+
 @pytest.mark.parametrize("what", ["position", "speed", "acceleration"])
 def test_motion_in_place_of_a_current_is_named(ur_log, what):
     rate = np.gradient(ur_log.q[:, 2], ur_log.t)

@@ -14,12 +14,13 @@ from ident.support.arrays import Array
 
 KNOWN_CENTRE = ("all", "com")
 """Payloads with a specified centre of mass."""
+ROUNDING = 1e-9
+"""Ratio of the sizes of effects below which the smaller one is a rounding error."""
 FAMILIES = ("payload centre", "payload inertia")
 """Names of the directions' families."""
 CENTRE = Term(
     words=lambda offset: (
-        "the payload's centre of mass seems to differ from the specified one by "
-        f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
+        f"the payload's centre of mass seems to differ from the specified one by ({_in_mm(offset)}) mm"
     ),
     advice="measure the payload's centre of mass, and weigh it with all that is mounted; check axes and units",
     at_fault=True,
@@ -32,11 +33,16 @@ INERTIA = Term(
 SHIFT = Term(
     words=lambda offset: (
         "the payload seems to move in its mount, its centre of mass by some "
-        f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset[len(offset) // 2 :])}) mm from beginning to end,"
+        f"({_in_mm(offset[len(offset) // 2 :])}) mm from beginning to end,"
     ),
     advice="fasten the payload, and record this motion again",
     at_fault=True,
 )
+
+
+def _in_mm(offset: Array) -> str:
+    """Components of an offset [m] in words; `-` for those without effect, which are NaN."""
+    return ", ".join("-" if np.isnan(x) else two_digits(1e3 * x, sign="+") for x in offset)
 
 
 def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
@@ -82,16 +88,26 @@ def _of(
     scale: float,
     prior_std: Sequence[float] = (),
 ) -> Direction:
-    """Return the currents from a change of a payload's standard parameters, shape (10, m)."""
+    """Return the currents from a change of a payload's standard parameters, shape (10, m).
+
+    Changes without effect, as of a centre along the axes of an arm whose axes are all parallel, are left out.
+    """
     inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
     columns = tuple(
         inverse[j] * (joint_rows(problem, j).W_L[which] @ change) if j in inverse else None
         for j in range(problem.structure.arm.n)
     )
-    shown = np.sqrt(sum(np.sum(each**2, axis=0) for each in columns if each is not None)) > 0.0
+    size = np.sqrt(np.sum([np.sum(each**2, axis=0) for each in columns if each is not None], axis=0))
+    shown = size > ROUNDING * size.max()
+
+    def words(values: Array) -> str:
+        each = np.full((len(values) // shown.sum(), len(shown)), np.nan)
+        each[:, shown] = values.reshape(len(each), -1)
+        return term.words(each.ravel())
+
     mounted = problem.payloads[which]
     return Direction(
         family=family, joints=(), logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
-        columns=tuple(None if each is None else each[:, shown] for each in columns), term=term, unit=unit,
-        scale=scale, largest=np.inf, prior_std=np.array(prior_std)[shown] if any(prior_std) else None,
+        columns=tuple(None if each is None else each[:, shown] for each in columns), term=replace(term, words=words),
+        unit=unit, scale=scale, largest=np.inf, prior_std=np.array(prior_std)[shown] if any(prior_std) else None,
     )  # fmt: skip

@@ -247,3 +247,15 @@ def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, famili
     found = list(payload_catalog.directions(problem, estimate))
     assert [each.family for each in found] == [*families, "payload shift"]  # none moves in its mount
     assert all(each.at_fault for each in found)  # gains that they spoil are refused
+
+
+@pytest.mark.parametrize("least", [0.0, 1e-14])  # exactly, or but for rounding
+def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch, least):
+    problem = problem_of(axes, logs)
+    per_metre = payload_catalog.per_metre
+    monkeypatch.setattr(payload_catalog, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
+    (centre, _, shift) = payload_catalog.directions(problem, joint_by_joint(problem))
+    assert {each.shape[1] for each in centre.columns} == {2}
+    assert "(+13, -, -27) mm" in centre.message(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
+    moved = shift.message(np.array([0.1, 0.2, 0.3, 0.013, -0.027, 0.041]), ("a.csv", "b.csv"))
+    assert "(+13, -27, +41) mm" in moved.words

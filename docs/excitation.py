@@ -30,10 +30,10 @@ joint [%], by the method of the scenario and with what it knows of its payload (
 
 **Random**: the best of {RANDOM} random motions, each as large as range, speed and acceleration of its joints allow,
 then reduced until torques and distances are within limits too; the next column counts the motions for which this is
-possible. **Own**: the motion of the scenario, from a longer search or one for another scenario. **Searched**: what
-`rx90 excite` finds with --evaluations {EVALUATIONS}, seed 0, without the scenario's own motion. Random
-and searched motions last {DURATION:g} s and have {HARMONICS} harmonics. **Time** is the processor time of
-the search, on one core; two minutes on two cores are 240 s.
+possible. **Own**: the motion of the scenario, from a longer search or one for another scenario. **Searched**: the
+result of `rx90 excite` with --evaluations {EVALUATIONS}, seed 0, without the scenario's own motion. Random and
+searched motions last {DURATION:g} s and have {HARMONICS} harmonics. **Time** is the processor time of the search, on
+one core; two minutes on two cores are 240 s.
 
 | Robot | Scenario | Random | of them fitted | Own | Searched | Below random by | Motions tried | Time [s] |
 |---|---|---|---|---|---|---|---|---|

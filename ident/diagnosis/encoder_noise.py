@@ -1,20 +1,23 @@
 """Bias of gains by encoder noise, by comparison with an estimate that it does not bias (Hausman 1978).
 
 Noise of the positions enters the regressor and biases least squares. Instruments avoid this bias (`iv`), with a simpler
-model of friction: they are compared with the estimate only if noise is a noticeable share of an acceleration.
+model of friction: they are compared with the estimate only where noise may matter, as its share of the payload's torque
+exceeds the gain's standard deviation; by about that share a gain is biased that the payload alone determines.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity
-from ident.diagnosis.estimate_model import FINEST, claimed, consequence, severity_of
+from ident.diagnosis.estimate_model import claimed, consequence, severity_of
+from ident.estimation.all_joints.torques import inertia_matrices
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
-from ident.estimation.problem import Problem
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.full_rate import FullRate
+from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 
 WORDS = "the positions are too noisy or too coarse for these filters"
@@ -23,11 +26,13 @@ ADVICE = "lower --cutoff-hz to what the motion needs, use --method iv, or log at
 
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
     """Return the diagnosis of gains that encoder noise biases; none if no gain would be refused."""
-    behind = [motion.observation.full_rate for motion in problem.motions]
-    if max((share_of_acceleration(each) for each in behind if each is not None), default=0.0) < FINEST:
+    share = np.max([np.zeros(problem.structure.arm.n), *map(noise_in_load, problem.motions)], axis=0)
+    gains = enumerate(estimate.joints)
+    near = [j for j, gain in gains if isinstance(gain, IdentifiedGain) and share[j] > claimed(gain)]
+    if not near:
         return
     try:
-        effects = tuple(_effects(estimate, instrumental_gains(problem, InstrumentOptions())))
+        effects = tuple(_effects(estimate, instrumental_gains(problem, InstrumentOptions()), near))
     except IdentificationError:
         return
     if severity_of(effects) is Severity.WRONG:  # less may be chance, or the other model
@@ -41,20 +46,34 @@ def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosi
         )
 
 
-def share_of_acceleration(behind: FullRate) -> float:
-    """Largest share of a joint's mean square acceleration that is due to white noise of the recorded positions."""
+def noise_in_load(motion: ObservedMotion) -> Array:
+    """Share of the variance of the payload's torque on each joint that noise of the accelerations adds, shape (n,)."""
+    observation = motion.observation
+    structure, behind = observation.structure, observation.full_rate
+    if motion.payload is None or behind is None:
+        return np.zeros(structure.arm.n)
+    known = motion.payload.known_part()
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.payload_columns] = known.chi * known.mask
+    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
+    noise = squared @ acceleration_noise(behind)
+    load = np.array([np.var(each.W_L @ (known.chi * known.mask)) for each in observation.joints])
+    return np.divide(noise, load, out=np.zeros_like(noise), where=load > 0.0)
+
+
+def acceleration_noise(behind: FullRate) -> Array:
+    """Variance of each joint's filtered acceleration by white noise of the recorded positions [rad^2/s^4], (n,)."""
     edge = edge_samples(behind.recording.period, behind.cutoff_hz)
     impulse = np.zeros((4 * edge + 1, 1))
     impulse[2 * edge] = 1.0
     _, _, answer = smooth_motion(impulse, behind.recording.period, behind.cutoff_hz)
-    noise = behind.noise / (2.0 * behind.recording.period) * np.sum(answer**2)
-    power = np.mean(behind.ddq**2, axis=0)
-    return float(np.max(np.divide(noise, power, out=np.zeros_like(power), where=power > 0.0)))
+    return behind.noise / (2.0 * behind.recording.period) * np.sum(answer**2)
 
 
-def _effects(estimate: GainEstimate, unbiased: GainEstimate) -> Iterator[Effect]:
-    """Difference of each gain from the unbiased one, with the standard deviation of both."""
-    for j, (mine, other) in enumerate(zip(estimate.joints, unbiased.joints, strict=True)):
+def _effects(estimate: GainEstimate, unbiased: GainEstimate, joints: Collection[int]) -> Iterator[Effect]:
+    """Difference of gains from the unbiased ones, with the standard deviation of both."""
+    for j in joints:
+        mine, other = estimate.joints[j], unbiased.joints[j]
         if isinstance(mine, IdentifiedGain) and isinstance(other, IdentifiedGain):
             moved = mine.value / other.value - 1.0
             spread = float(np.hypot(claimed(mine), claimed(other)))

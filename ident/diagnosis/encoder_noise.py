@@ -11,12 +11,11 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity
 from ident.diagnosis.estimate_model import claimed, consequence, severity_of
+from ident.diagnosis.samples.noise import acceleration_of_unit_noise
 from ident.estimation.all_joints.torques import inertia_matrices
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.numerics.signals import edge_samples, smooth_motion
-from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 
@@ -27,8 +26,8 @@ ADVICE = "lower --cutoff-hz to what the motion needs, use --method iv, or log at
 def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
     """Return the diagnosis of gains that encoder noise biases; none if no gain would be refused."""
     share = np.max([np.zeros(problem.structure.arm.n), *map(noise_in_load, problem.motions)], axis=0)
-    gains = enumerate(estimate.joints)
-    near = [j for j, gain in gains if isinstance(gain, IdentifiedGain) and share[j] > claimed(gain)]
+    given = [(j, gain) for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
+    near = [j for j, gain in given if share[j] > claimed(gain)]
     if not near:
         return
     try:
@@ -52,22 +51,16 @@ def noise_in_load(motion: ObservedMotion) -> Array:
     structure, behind = observation.structure, observation.full_rate
     if motion.payload is None or behind is None:
         return np.zeros(structure.arm.n)
-    known = motion.payload.known_part()
+    part = motion.payload.known_part()
+    known = part.chi * part.mask
     chi = np.zeros(structure.base.regrouping.shape[1])
-    chi[structure.payload_columns] = known.chi * known.mask
+    chi[structure.payload_columns] = known
     squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
-    noise = squared @ acceleration_noise(behind)
-    load = np.array([np.var(each.W_L @ (known.chi * known.mask)) for each in observation.joints])
+    log = behind.recording
+    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
+    noise = squared @ (behind.noise / (2.0 * log.period) * unit**2)
+    load = np.array([np.var(each.W_L @ known) for each in observation.joints])
     return np.divide(noise, load, out=np.zeros_like(noise), where=load > 0.0)
-
-
-def acceleration_noise(behind: FullRate) -> Array:
-    """Variance of each joint's filtered acceleration by white noise of the recorded positions [rad^2/s^4], (n,)."""
-    edge = edge_samples(behind.recording.period, behind.cutoff_hz)
-    impulse = np.zeros((4 * edge + 1, 1))
-    impulse[2 * edge] = 1.0
-    _, _, answer = smooth_motion(impulse, behind.recording.period, behind.cutoff_hz)
-    return behind.noise / (2.0 * behind.recording.period) * np.sum(answer**2)
 
 
 def _effects(estimate: GainEstimate, unbiased: GainEstimate, joints: Collection[int]) -> Iterator[Effect]:

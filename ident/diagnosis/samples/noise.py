@@ -61,13 +61,13 @@ def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
     inner = slice(edge, len(even.t) - edge)
-    gain = _of_unit_noise(len(even.t), even.period, options.cutoff_hz)
+    gain = acceleration_of_unit_noise(len(even.t), even.period, options.cutoff_hz)
     rms = np.sqrt(np.mean(filtered_motion(even, options.cutoff_hz)[2][inner] ** 2, axis=0))
     return position_noise(even) * gain / np.where(rms > 0.0, rms, np.inf)
 
 
 @lru_cache(maxsize=8)  # recordings of one robot are often of one length
-def _of_unit_noise(samples: int, period: float, cutoff_hz: float) -> float:
+def acceleration_of_unit_noise(samples: int, period: float, cutoff_hz: float) -> float:
     """Standard deviation of the filtered accelerations of white noise with unit variance [1/s^2]."""
     edge = edge_samples(period, cutoff_hz)
     white = np.random.default_rng(0).normal(size=(samples, 1))

@@ -38,7 +38,7 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
     assert "--cutoff-hz" in said.advice
     assert said.cause in biased.reasons[0]
     assert biased.reasons[1:] == (None, None)  # the payload's weight determines them
-    assert np.all(np.abs(biased.gain / GAIN - 1.0)[1:] < 0.05)
+    assert np.all(np.abs(biased.gain - GAIN)[1:] < 4.0 * biased.std[1:])  # more would be called wrong
     slower = found(axes, logs, SLOW)
     assert not any(each.name == "encoder noise" for each in slower.diagnoses)
     assert np.all(np.abs(slower.gain - GAIN) < 3.0 * slower.std)

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas messages lock clean
+.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -108,9 +108,6 @@ verify: .venv/ready  # ten minutes
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.json_schemas
-
-messages: .venv/ready  # every text that a user can meet, into tests/messages.txt
-	$(BIN)/python tests/helpers/messages.py
 
 # Names, versions and hashes only: no index address is recorded.
 lock: .venv/ready

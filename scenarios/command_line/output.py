@@ -15,7 +15,7 @@ from scenarios.reports.renderers import RENDERERS, Page, renderer
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from scenarios.support.stages import Stages
+    from scenarios.support.progress import Progress
 
 NO_CURSOR = ("dumb", "unknown")
 """Values of TERM for terminals without colours and cursor control."""
@@ -68,9 +68,9 @@ def console(options: argparse.Namespace) -> "Console":
 
 
 @contextmanager
-def under_way(options: argparse.Namespace, stage: str) -> "Generator[Stages]":
+def under_way(options: argparse.Namespace, stage: str) -> "Generator[Progress]":
     """Show the current stage until the work is done."""
-    from scenarios.support.stages import stages_of
+    from scenarios.support.progress import progress_of
 
-    with stages_of(stage, console(options)) as stages:
+    with progress_of(stage, console(options)) as stages:
         yield stages

@@ -75,7 +75,7 @@ def searched(
 
     from scenarios.design.fitting import with_better
     from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts
-    from scenarios.support.progress import search_progress
+    from scenarios.support.progress import progress_of
 
     first, found, kept = None, None, ()
     try:
@@ -87,10 +87,10 @@ def searched(
                 first, step = known_point(series, before.motion, before.tried, judge), SMALL_STEP
             left = max(options.evaluations - first.tried, 1)
             done = 0 if before is None else before.tried
-            with search_progress("motions", options.evaluations, console(options), done) as say:
+            with progress_of("motions", console(options), options.evaluations, done) as say:
                 for found in search(first, step, options.seed + first.tried, left, judge):
                     kept = with_better(kept, found)
-                    say(
+                    say.reach(
                         found.tried,
                         lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
                     )

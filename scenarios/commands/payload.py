@@ -56,11 +56,11 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.payload import payload_report
-    from scenarios.support.progress import search_progress
+    from scenarios.support.progress import progress_of
 
     setup, motion = setup_of(load_scenario(options.scenario)), None
-    with search_progress("weights", STEPS, console(options)) as say:
-        found = design_payload(setup, density=options.density, seed=options.seed, tell=say)
+    with progress_of("weights", console(options), STEPS) as say:
+        found = design_payload(setup, density=options.density, seed=options.seed, tell=say.reach)
     if options.excite:
         found, motion = _excited(found, options)
     report = payload_report(found, options.out)

@@ -42,7 +42,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
-    from scenarios.support.stages import counted
+    from scenarios.support.progress import counted
     from sim.viewer import pictures, scene, watch
 
     path = options.render

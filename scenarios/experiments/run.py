@@ -21,7 +21,7 @@ from scenarios.experiments.files.draws import drawn_settings
 from scenarios.experiments.files.mountings import grouped
 from scenarios.experiments.files.settings import Value
 from scenarios.experiments.judge import CostVerdict, Verdict, judge
-from scenarios.support.stages import SILENT, Stages
+from scenarios.support.progress import SILENT, Progress
 from sim.closed_loop import Advanced, no_progress
 from sim.drives import DriveTruth
 from sim.errors import SimulationError
@@ -142,7 +142,7 @@ def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion
     return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
 
 
-def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
+def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
     Args:
@@ -227,7 +227,7 @@ def simulate_batch(
 
 
 def run_batch(
-    trials: Sequence[ReadyTrial], *, threads: int, stages: Stages = SILENT
+    trials: Sequence[ReadyTrial], *, threads: int, stages: Progress = SILENT
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
     """Run trials in one batch. Outcomes depend neither on threads nor on other trials of the batch.
 

@@ -1,136 +1,126 @@
-"""Progress of a study or search on stderr: a bar on a terminal, otherwise occasional lines."""
+"""Progress of long work on stderr: a bar on a terminal, otherwise a line after two seconds and every ten seconds.
 
+A separate thread writes the lines, also during work that reports nothing.
+"""
+
+import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.progress import Progress, TaskID
 
-FIRST_LINE, LINE_EVERY = 2.0, 10.0
-"""Time before the first line without a terminal, and interval of further lines [s]."""
+T = TypeVar("T")
+Note = str | Callable[[], str]
+"""A remark on the state of the work; a function is called at most once a second, as it may be slow."""
+FIRST_LINE, LINE_EVERY, NOTE_EVERY = 2.0, 10.0, 1.0
+"""Time before the first line without a terminal, interval of further lines, and interval of notes [s]."""
+BAR, NARROW = 15, 60
+"""Width of a bar in characters, and width of a terminal below which the label of counted work is omitted."""
 
-NARROW = 60
-"""Width of a terminal below which name, bar and rate are omitted."""
+
+class Progress:
+    """State of the work; this class reports nothing.
+
+    Attributes:
+        name: Current stage.
+        total: Amount of work in any unit, None if unknown.
+        done: Finished amount, including that finished earlier.
+        note: Last remark.
+    """
+
+    def __init__(self, name: str = "", total: float | None = None, done: float = 0.0) -> None:
+        self.begin(name, total, done)
+
+    def begin(self, name: str, total: float | None = None, done: float = 0.0) -> None:
+        """Begin a stage."""
+        self.name, self.total, self.done, self.note = name, total, done, ""
+        self.before, self.began, self._noted = done, time.monotonic(), 0.0
+
+    def advance(self, amount: float, note: Note = "") -> None:
+        """Advance the stage."""
+        self.reach(self.done + amount, note)
+
+    def reach(self, done: float, note: Note = "") -> None:
+        """Set the finished amount."""
+        self.done = done
+        if isinstance(note, str):
+            self.note = note
+        elif time.monotonic() >= self._noted + NOTE_EVERY or done == self.total:
+            self.note, self._noted = note(), time.monotonic()
+
+    def line(self, *, counted: bool) -> str:
+        """Return the state as one line; `counted` work is told as a count, other work in percent."""
+        lasted = time.monotonic() - self.began
+        if not self.total or self.done <= self.before:
+            return f"{self.name}: for {duration(lasted)}"
+        left = duration(lasted * max(self.total - self.done, 0.0) / (self.done - self.before))
+        share = f"{self.done:g} of {self.total:g}" if counted else f"{100.0 * min(self.done / self.total, 1.0):.0f} %"
+        return f"{self.name}: {share}, {left} left{', ' if self.note else ''}{self.note}"
+
+
+SILENT = Progress()
+"""Progress that is not reported."""
+
+
+def counted(items: Iterable[T], progress: Progress) -> Iterator[T]:
+    """Yield the items, and advance by one after each."""
+    for item in items:
+        yield item
+        progress.advance(1)
 
 
 @contextmanager
-def reporter(label: str, total: int, done: int, console: "Console", workers: int) -> "Generator[Reporter]":
-    """Show the progress of a study."""
-    count = _Count(total, done, [time.monotonic()] * workers)
-    if not console.is_terminal:
-        yield _Lines(label, console, count)
+def progress_of(name: str, console: "Console", total: int | None = None, done: int = 0) -> Generator[Progress]:
+    """Show what is under way until it is done; work with a total is counted, and its bar stays at the end."""
+    if console.is_terminal:
+        with _bar(name, console, total, done) as shown:
+            yield shown
         return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+    now, over = Progress(name, total, done), threading.Event()
 
-    wide = console.width >= NARROW
-    told = (TextColumn(f"{{task.fields[{name}]}}") for name in (("rate",) if wide else ()) + ("left", "failed"))
-    before = (TextColumn("{task.description}"), BarColumn()) if wide else ()
-    with Progress(*before, MofNCompleteColumn(), *told, console=console) as progress:
-        task = progress.add_task(label, total=total, completed=done, rate="", left="", failed="")
-        yield _Bar(progress, task, count)
+    def live() -> None:
+        wait = FIRST_LINE
+        while not over.wait(wait):
+            console.print(now.line(counted=total is not None), soft_wrap=True, highlight=False, markup=False)
+            wait = LINE_EVERY
 
-
-@dataclass(slots=True)
-class _Count:
-    """Finished trials, their rate, and the remaining time.
-
-    Trials finish in batches, one per worker. The time spent on running batches is included, up to the mean duration of
-    a batch, so that the remaining time decreases steadily.
-
-    Attributes:
-        total: Number of trials of the study.
-        before: Number of trials finished earlier.
-        begun: Start times of running batches, the earliest first.
-    """
-
-    total: int
-    before: int
-    begun: list[float]
-    finished: int = 0
-    failed: int = 0
-    spent: float = 0.0
-    batch: int = 1
-    started: float = field(default_factory=lambda: time.monotonic())
-
-    @property
-    def done(self) -> int:
-        return self.before + self.finished
-
-    @property
-    def pace(self) -> float:
-        """Return the time of one worker for one trial [s]."""
-        return self.spent / max(self.finished, 1)
-
-    def add(self, trials: int, failed: int) -> None:
-        now = time.monotonic()
-        self.spent += now - self.begun.pop(0)
-        self.begun.append(now)
-        self.finished += trials
-        self.failed += failed
-        self.batch = trials
-
-    def rate(self) -> str:
-        """Return the trials per second, or per minute if these are few, as text; empty before the first trial."""
-        if not self.pace:
-            return ""
-        rate = len(self.begun) / self.pace
-        return f"{rate:.1f} per second" if rate >= 1.0 else f"{60.0 * rate:.1f} per minute"
-
-    def left(self) -> str:
-        """Return the remaining time as text, empty before the first trial; at the end the total time."""
-        if not self.finished:
-            return ""
-        if self.done == self.total:
-            return f"in {duration(time.monotonic() - self.started)}"
-        now, longest = time.monotonic(), self.batch * self.pace
-        under_way = sum(min(now - each, longest) for each in self.begun)
-        seconds = max((self.total - self.done) * self.pace - under_way, 0.0) / len(self.begun)
-        return f"{duration(seconds)} left"
+    thread = threading.Thread(target=live, daemon=True)
+    thread.start()
+    try:
+        yield now
+    finally:
+        over.set()
+        thread.join()
 
 
-class Reporter:
-    """Interface for reporting the progress of a study."""
+@contextmanager
+def _bar(name: str, console: "Console", total: int | None, done: int) -> Generator[Progress]:
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
 
-    def __init__(self, count: _Count) -> None:
-        self._count = count
+    label, note = TextColumn("{task.description}"), TextColumn("{task.fields[note]}")
+    if total is None:
+        columns = (label, BarColumn(BAR), TimeElapsedColumn(), TimeRemainingColumn(compact=True))
+    else:
+        wide = (label, BarColumn()) if console.width >= NARROW else ()
+        columns = (*wide, MofNCompleteColumn(), TimeRemainingColumn(elapsed_when_finished=True), note)
+    with Bars(*columns, console=console, transient=total is None, redirect_stdout=False) as bars:
 
-    def advance(self, trials: int, failed: int) -> None:
-        """Report finished trials, of which some failed."""
-        self._count.add(trials, failed)
-        self.tick()
+        class Shown(Progress):
+            def begin(self, name: str, total: float | None = None, done: float = 0.0) -> None:
+                super().begin(name, total, done)
+                for task in bars.task_ids:
+                    bars.remove_task(task)
+                self._task = bars.add_task(name, total=total, completed=done, note="")  # type: ignore[arg-type]
 
-    def tick(self) -> None:
-        """Update the display."""
+            def reach(self, done: float, note: Note = "") -> None:
+                super().reach(done, note)
+                bars.update(self._task, completed=done, note=self.note)
 
-
-class _Bar(Reporter):
-    def __init__(self, progress: "Progress", task: "TaskID", count: _Count) -> None:
-        super().__init__(count)
-        self._progress, self._task = progress, task
-
-    def tick(self) -> None:
-        count = self._count
-        failed = f"{count.failed} failed"
-        self._progress.update(self._task, completed=count.done, rate=count.rate(), left=count.left(), failed=failed)
-
-
-class _Lines(Reporter):
-    def __init__(self, label: str, console: "Console", count: _Count) -> None:
-        super().__init__(count)
-        self._label, self._console = label, console
-        self._next = time.monotonic() + FIRST_LINE
-
-    def tick(self) -> None:
-        now, count = time.monotonic(), self._count
-        if now < self._next:
-            return
-        self._next = now + LINE_EVERY
-        told = [f"{count.done} of {count.total} trials", count.rate(), count.left(), f"{count.failed} failed"]
-        self._console.print(f"{self._label}: {', '.join(filter(None, told))}", soft_wrap=True)
+        yield Shown(name, total, done)
 
 
 def duration(seconds: float) -> str:
@@ -138,53 +128,3 @@ def duration(seconds: float) -> str:
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
-
-
-EVERY = 1.0
-"""Interval of updates of the best value, on a terminal [s]."""
-Tell = Callable[[int, Callable[[], str]], None]
-"""Receives the completed amount, and a function that returns the best result so far as text."""
-
-
-@contextmanager
-def search_progress(label: str, total: int, console: "Console", before: int = 0) -> Generator[Tell]:
-    """Show the progress of a search."""
-    if not console.is_terminal:
-        yield _lines(label, total, console, before)
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
-        TextColumn("{task.fields[best]}"),
-    )
-    with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
-        task = progress.add_task(label, total=total, completed=before, best="")
-        yield _now_and_then(EVERY, EVERY, lambda done, best: progress.update(task, completed=done, best=best))
-
-
-def _lines(label: str, total: int, console: "Console", before: int) -> Tell:
-    began = time.monotonic()
-
-    def line(done: int, best: str) -> None:
-        pace = (time.monotonic() - began) / max(done - before, 1)
-        left = duration(pace * max(total - done, 0))
-        console.print(f"{label}: {done} of {total}, {left} left, {best}", soft_wrap=True)
-
-    return _now_and_then(FIRST_LINE, LINE_EVERY, line)
-
-
-def _now_and_then(first: float, period: float, say: Callable[[int, str], None]) -> Tell:
-    """Print after a delay, then at intervals."""
-    due = time.monotonic() + first
-
-    def tell(done: int, best: Callable[[], str]) -> None:
-        nonlocal due
-        if time.monotonic() >= due:
-            due = time.monotonic() + period
-            say(done, best())
-
-    return tell

@@ -9,7 +9,7 @@ from model_files import mjcf
 from protocols import protocol_setup
 from weighed_cell import make_cell
 
-import scenarios.support.stages as stages
+import scenarios.support.progress as progress
 from ident.recordings.files import write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
@@ -19,7 +19,7 @@ from scenarios.experiments.run import Run, run
 @pytest.fixture(scope="session", autouse=True)
 def _no_sign_of_life_within_a_test() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stages, "FIRST_LINE", 600.0)  # one line is expected, on slow machines too
+        patch.setattr(progress, "FIRST_LINE", 600.0)  # one line is expected, on slow machines too
         yield
 
 

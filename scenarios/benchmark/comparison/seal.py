@@ -24,9 +24,9 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.run import simulate
 from scenarios.support.errors import ScenarioError
+from scenarios.support.progress import SILENT, Progress, counted
 from scenarios.support.result_model import ResultModel
 from scenarios.support.seeds import SEEDS
-from scenarios.support.stages import SILENT, Stages, counted
 
 PROBLEMS, TRUTH, SEAL = "problems", "truth", "seal.json"
 SALT_BYTES = 32
@@ -96,7 +96,7 @@ def unknown_seed(count: int) -> int:
 
 
 def seal(
-    scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT
+    scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Progress = SILENT
 ) -> SealedProblems:
     """Write problems, digests and true gains.
 

@@ -15,8 +15,8 @@ from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import ScenarioError
+from scenarios.support.progress import SILENT, Progress, counted
 from scenarios.support.result_model import ResultModel
-from scenarios.support.stages import SILENT, Stages, counted
 
 ANSWERS = "answers.json"
 Model = TypeVar("Model", bound=BaseModel)
@@ -58,7 +58,7 @@ class Answers(ResultModel):
 
 
 def answered(
-    folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path, *, stages: Stages = SILENT
+    folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path, *, stages: Progress = SILENT
 ) -> tuple[AnswerRow, ...]:
     """Run every method on every problem, and save each answer immediately.
 

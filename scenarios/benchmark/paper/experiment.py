@@ -32,7 +32,7 @@ from scenarios.benchmark.paper.result import Claim, WrongGains
 from scenarios.experiments.build import Setup, body_of, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import LOADED
-from scenarios.support.stages import SILENT, Stages
+from scenarios.support.progress import SILENT, Progress
 from sim.plant import PayloadBody
 from sim.record import record
 from sim.sensors import noise_streams
@@ -74,7 +74,7 @@ class PaperRun:
         return all(check.holds for check in self.checks)
 
 
-def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
+def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     """Simulate the three motions, identify gains and payloads, check the claims.
 
     Raises:
@@ -124,7 +124,7 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     return replace(result, checks=checks_of(result))
 
 
-def _recordings(setup: Setup, second: PayloadBody, seed: int, stages: Stages) -> list[Recording]:
+def _recordings(setup: Setup, second: PayloadBody, seed: int, stages: Progress) -> list[Recording]:
     """Simulate bare, with the first and with the second payload, in one batch."""
     unloaded, loaded = setup.experiments
     lighter = replace(loaded, name="second payload", plant=replace(loaded.plant, payload=second))

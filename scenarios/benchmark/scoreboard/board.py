@@ -43,7 +43,7 @@ from scenarios.benchmark.scoreboard.sensors import disagreements, sensor_gains
 from scenarios.gains_in_use.bare import bare_answer
 from scenarios.results.problem_folder import write_problem_of
 from scenarios.support.errors import ScenarioError
-from scenarios.support.stages import SILENT, Stages
+from scenarios.support.progress import SILENT, Progress
 
 OBSERVING, GAINS = ObserveOptions(), GainOptions()
 ANSWERS, PROBLEMS, PUBLISHED = "answers.json", "problems", "published"
@@ -81,7 +81,7 @@ def scoreboard(
     limits: Limits,
     out: Path,
     *,
-    stages: Stages = SILENT,
+    stages: Progress = SILENT,
 ) -> Scoreboard:
     """Run every method on the recordings of a folder.
 
@@ -101,7 +101,9 @@ def scoreboard(
     return Scoreboard(folder=str(folder), methods=[method.text for method in methods], entries=entries)
 
 
-def _entry(folder: Path, recipe: Recipe, methods: Sequence[Method], limits: Limits, out: Path, stages: Stages) -> Entry:
+def _entry(
+    folder: Path, recipe: Recipe, methods: Sequence[Method], limits: Limits, out: Path, stages: Progress
+) -> Entry:
     missing = [name for name in recipe.files if not recipe.place(name, folder).exists()]
     entry = Entry(
         name=recipe.name,
@@ -134,7 +136,7 @@ def _identified(
     methods: Sequence[Method],
     limits: Limits,
     out: Path,
-    stages: Stages,
+    stages: Progress,
 ) -> None:
     """Fill an entry with the results of its recordings."""
     assert recipe.model is not None, "checked where it was read"
@@ -153,7 +155,13 @@ def _identified(
 
 
 def _asked(
-    folder: Path, recipe: Recipe, table: SetTable, methods: Sequence[Method], limits: Limits, out: Path, stages: Stages
+    folder: Path,
+    recipe: Recipe,
+    table: SetTable,
+    methods: Sequence[Method],
+    limits: Limits,
+    out: Path,
+    stages: Progress,
 ) -> _Ready:
     """Write a set as a problem folder, and return the answers of the methods."""
     assert recipe.model is not None, "checked where it was read"

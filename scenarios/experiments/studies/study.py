@@ -22,7 +22,7 @@ from scenarios.experiments.trials import IDENTIFY, OUTSIDE, Failure, Task, Trial
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.support.errors import StudyError
-from scenarios.support.progress import reporter
+from scenarios.support.progress import progress_of
 from scenarios.support.versions import versions
 
 if TYPE_CHECKING:
@@ -93,13 +93,15 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         if missing:
             place.forget_lost()
             before = study.count - sum(map(len, missing))
-            with reporter(label, study.count, before, console, workers.count()) as progress:
+            failed = 0
+            with progress_of(label, console, study.count, before) as progress:
                 tasks, unfinished = _tasks(study, missing, workers.count()), Unfinished(missing)
-                with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
+                with closing(completed(workers, run_task, tasks, tick=lambda: None)) as results:
                     for task, outcome in results:
                         rows = _given_up(task, outcome) if isinstance(outcome, GivenUp) else outcome
                         keep(place, task, rows, unfinished)
-                        progress.advance(len(task.trials), _failures(rows))
+                        failed += _failures(rows)
+                        progress.advance(len(task.trials), f"{failed} failed")
         return place
 
 

@@ -29,9 +29,9 @@ def opengl() -> None:
 
 TWICE = """
 import sys
-import scenarios.support.stages as stages
+import scenarios.support.progress as progress
 from scenarios.cli import main
-stages.FIRST_LINE = 600.0  # no sign of life on slow machines
+progress.FIRST_LINE = 600.0  # no sign of life on slow machines
 sys.exit(main(sys.argv[1:]) or main(sys.argv[1:]))
 """
 

@@ -1,46 +1,61 @@
-"""The command line `rx90`: finds the requested command, imports only it, and converts its outcome to a status."""
+"""The command line `rx90`: parses it, imports only the requested command, converts its outcome to an exit status."""
 
+import argparse
 import os
 import shlex
+import shutil
 import sys
+import textwrap
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import Any
 
+import scenarios.command_line.arguments as arguments
 from ident.support.errors import IdentificationError
 from ident.support.extras import needed_extra
 from ident.support.naming import nearest
 from scenarios.command_line.arguments import escaped, is_text, quoted
-from scenarios.command_line.parser import complain
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import (
+from scenarios.command_line.parser import OneLineParser
+from scenarios.command_line.process import (
+    MEANINGS,
     NoOutput,
+    Status,
     abandon_output,
+    complain,
     ending,
+    foreign_packages,
     open_streams,
     signals_as_interrupts,
-    tell,
+    without_opengl,
+    write,
 )
-from scenarios.command_line.surroundings import foreign_packages, without_opengl
-from scenarios.commands import COMMANDS, NEEDED, command
-from scenarios.commands.overview import overview, parser_of
-from scenarios.experiments.files.tables import find_scenario
+from scenarios.commands import COMMANDS, GROUPS, NEEDED, command
+from scenarios.experiments.files.tables import builtin_names, find_scenario
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 TRACEBACK = "RX90_TRACEBACK"
 """Environment variable that requests the traceback of an unexpected error."""
+PURPOSE = "Testbench and identification of robot drive gains."
+FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
+COMPLETION, SHELLS = "--print-completion", ("bash", "zsh", "tcsh", "fish", "powershell")
+"""Option, and shells whose completion shtab writes."""
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(words: Sequence[str] | None = None) -> int:
     """Run the command line; by default with the arguments of the process.
 
     Returns:
         The exit status; a command line that cannot be parsed exits at once with status 2, help with 0.
     """
+    words = list(sys.argv[1:] if words is None else words)
     try:
         open_streams()
         with signals_as_interrupts(), without_opengl():
-            return _carried_out(list(sys.argv[1:] if arguments is None else arguments))
+            try:
+                return _carried_out(words)
+            finally:
+                write("")  # output is written before the status is known
     except (IdentificationError, SimulationError, ScenarioError) as error:
         complain(str(error))
         return Status.BAD_INPUT
@@ -57,58 +72,134 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
         return Status.BAD_INPUT
-    except ModuleNotFoundError as error:
-        return _absent(error, list(sys.argv[1:] if arguments is None else arguments))
     except Exception as error:  # a traceback would end with status 1, that of a missed tolerance
-        return _unforeseen(error)
+        if os.environ.get(TRACEBACK):
+            traceback.print_exc()
+        absent = isinstance(error, ModuleNotFoundError)
+        known = needed_extra(error.name, NEEDED.get(next(iter(words), ""))) if absent else None
+        known = known or foreign_packages(error)
+        unforeseen = f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)"
+        complain(known or unforeseen)
+        return Status.BAD_INPUT if known else Status.UNFORESEEN
 
 
-def _absent(error: ModuleNotFoundError, arguments: Sequence[str]) -> Status:
-    """Report a missing package, of an extra or for an unknown reason."""
-    extra = needed_extra(error.name, NEEDED.get(next(iter(arguments), "")))
-    if extra is None:
-        return _unforeseen(error)
-    complain(extra)
-    return Status.BAD_INPUT
-
-
-def _unforeseen(error: Exception) -> Status:
-    """Report an unexpected error, or one of another package."""
-    if os.environ.get(TRACEBACK):
-        traceback.print_exc()
-    foreign = foreign_packages(error)
-    if foreign is not None:
-        complain(foreign)
-        return Status.BAD_INPUT
-    complain(f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)")
-    return Status.UNFORESEEN
-
-
-def _carried_out(arguments: list[str]) -> Status:
-    """Parse and run a command; output is written before the status is known."""
-    try:
-        return _command(arguments)
-    finally:
-        tell("")
-
-
-def _command(arguments: list[str]) -> Status:
-    """Parse and run; only the requested command is imported."""
-    if not arguments:
-        tell(f"{overview()}\n")
+def _carried_out(words: list[str]) -> Status:
+    """Parse and run a command; only this one is imported."""
+    if not words:
+        write(f"{overview()}\n")
         return Status.PASSED
-    name = next((word for word in arguments if not word.startswith("-")), None)
+    name = next((word for word in words if not word.startswith("-")), None) if COMPLETION not in words else None
     parser = parser_of([] if name is None else [name])
     if name is not None and name not in COMMANDS:
-        advice = nearest(name, COMMANDS) or f"; known: {', '.join(COMMANDS)}"
-        parser.error(f"no command {quoted(name)}{advice}")
-    unreadable = next((word for word in arguments if not is_text(word)), None)
+        known = f"; known: {', '.join(COMMANDS)}"
+        parser.error(f"no command {quoted(name)}{nearest(name, COMMANDS) or known}")
+    unreadable = next((word for word in words if not is_text(word)), None)
     if unreadable is not None:
         parser.error(f"{escaped(unreadable)}: the name is not UTF-8; rename the file or folder")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args(words)
     if name is None:
         parser.error("which command?")
     if "scenario" in options:
         find_scenario(options.scenario)  # report a mistyped name before slow imports
-    options.command_line = shlex.join([parser.prog, *arguments])  # for the records
+    options.command_line = shlex.join([parser.prog, *words])  # for the records
     return command(name).main(options)
+
+
+def overview() -> str:
+    """Return the commands in order of use, formatted for the terminal."""
+    indent = max(map(len, COMMANDS)) + 4
+    parts = [_filled(PURPOSE)]
+    for title, commands in GROUPS.items():
+        lines = [_filled(f"  {name:<{indent - 4}}  {summary}", indent) for name, summary in commands.items()]
+        parts.append("\n".join([f"{title}:", *lines]))
+    return "\n\n".join([*parts, _filled(FIRST)])
+
+
+def _filled(text: str, indent: int = 0) -> str:
+    return textwrap.fill(text, shutil.get_terminal_size().columns - 2, subsequent_indent=" " * indent)
+
+
+class _Print(argparse.Action):
+    """Prints what a function returns for the value of the option, and exits."""
+
+    def __init__(self, *, text: Callable[[object], str], **settings: Any) -> None:
+        super().__init__(**settings)
+        self._text = text
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[object] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Print and exit."""
+        write(self._text(values))
+        parser.exit(Status.PASSED)
+
+
+def version_text(_: object = None) -> str:
+    """Return the versions of this project and of packages, one per line."""
+    from importlib.metadata import PackageNotFoundError  # slow import
+
+    from scenarios.support.versions import PACKAGES, versions
+
+    try:
+        found = versions()
+    except PackageNotFoundError as error:
+        return f"rx90 (not installed: {error.name})\n"
+    project, *_ = PACKAGES
+    others = [f"{name} {version}" for name, version in found.items() if name != project]
+    return "\n".join([f"rx90 {found[project]}", *others, ""])
+
+
+def completion(shell: object) -> str:
+    """Return the completion of a shell, as by shtab: commands, options, scenarios, files and folders."""
+    import shtab
+
+    from scenarios.command_line.gains import gains_path
+
+    whole = parser_of(COMMANDS)
+    for action in _actions(whole):
+        if isinstance(action, argparse._SubParsersAction):  # pyright: ignore[reportPrivateUsage]
+            action.help = "what to do"  # shtab skips commands without help
+        elif action.choices is not None:
+            action.choices = [str(choice) for choice in action.choices]
+        elif action.type in (arguments.file, gains_path, arguments.folder):
+            kind = shtab.DIRECTORY if action.type is arguments.folder else shtab.FILE
+            action.complete = kind  # pyright: ignore[reportAttributeAccessIssue] # where shtab looks for it
+        elif action.metavar in ("SCENARIO", "SCENARIO|FOLDER"):
+            action.choices = builtin_names()
+    return shtab.complete(whole, str(shell)) + "\n"
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Yield all arguments of a parser and of its commands."""
+    for action in parser._actions:  # pyright: ignore[reportPrivateUsage] # argparse has no other way to list them
+        yield action
+        if isinstance(action, argparse._SubParsersAction):  # pyright: ignore[reportPrivateUsage]
+            for below in action.choices.values():
+                yield from _actions(below)
+
+
+def parser_of(wanted: Collection[str]) -> OneLineParser:
+    """Return the parser. Only commands in `wanted` are imported, for their arguments."""
+    parser = OneLineParser(
+        prog="rx90",
+        usage="rx90 [-h] [--version] [--print-completion SHELL] COMMAND ...",
+        description=overview(),
+        epilog="\n".join(
+            ["exit statuses:", *(_filled(f"  {status:<4} {said}", 7) for status, said in MEANINGS.items())]
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action=_Print, text=version_text, nargs=0, help="versions that results depend on")
+    said = 'print the completion of a shell, e.g. eval "$(rx90 --print-completion bash)" in ~/.bashrc'
+    parser.add_argument(COMPLETION, action=_Print, text=completion, choices=SHELLS, metavar="SHELL", help=said)
+    commands = parser.add_subparsers(prog="rx90", metavar="COMMAND", help=argparse.SUPPRESS)
+    for name, summary in COMMANDS.items():
+        below = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
+        if name in wanted:
+            command(name).add_arguments(below)
+            arguments.add_quiet_argument(below)
+    return parser

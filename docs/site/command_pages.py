@@ -4,7 +4,7 @@ import argparse
 import os
 
 from scenarios.command_line.parser import OneLineParser
-from scenarios.command_line.status import MEANINGS
+from scenarios.command_line.process import MEANINGS
 from scenarios.commands import GROUPS, command
 
 HEAD = """# Commands

@@ -8,7 +8,7 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from scenarios.command_line.streams_and_signals import tell
+from scenarios.command_line.process import write
 from scenarios.reports.content import Report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 
@@ -36,7 +36,7 @@ def show(report: Report, options: argparse.Namespace) -> None:
         NoOutput: If it cannot be written.
         BrokenPipeError: If its reader has ended.
     """
-    tell(renderer(form(options))(report, page()))
+    write(renderer(form(options))(report, page()))
 
 
 def form(options: argparse.Namespace) -> str:

@@ -1,7 +1,6 @@
 """A parser with one-line errors that accepts every option once."""
 
 import argparse
-import contextlib
 import re
 import shutil
 import sys
@@ -10,8 +9,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from ident.support.naming import nearest
 from scenarios.command_line.arguments import quoted
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import tell
+from scenarios.command_line.process import Status, complain, write
 
 if TYPE_CHECKING:
     from _typeshed import SupportsWrite
@@ -47,7 +45,7 @@ class OneLineParser(argparse.ArgumentParser):
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         """Print; unlike argparse, report an error if it cannot be written."""
-        tell(message)
+        write(message)
 
     def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride] # as it is called by argparse itself
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
@@ -124,14 +122,3 @@ class TrueOnce(StoreOnce):
         """Switch it on."""
         super().__call__(parser, namespace, None, option_string)
         setattr(namespace, self.dest, True)
-
-
-def complain(message: str, program: str = "rx90") -> None:
-    """Write an error message in one line to stderr, with any characters."""
-    with contextlib.suppress(OSError):  # the reader may have ended
-        print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
-
-
-def printable(text: str) -> str:
-    """Return the text in one line with printable characters; others are escaped as in Python."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

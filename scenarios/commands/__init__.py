@@ -39,10 +39,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "scoreboard": "run methods on public recordings that you downloaded",
     },
     "report": {"report": "write a saved result as one HTML page"},
-    "shell and schemas": {
-        "schema": "JSON Schemas of files and of --json output",
-        "completion": "let the shell complete commands, options and names",
-    },
+    "schemas": {"schema": "JSON Schemas of files and of --json output"},
 }
 """Commands in the order of use, each with a one-line summary."""
 NEEDED = {

@@ -4,11 +4,10 @@ import argparse
 
 import scenarios.command_line.arguments as arguments
 from ident.observation.observation import ObserveOptions
-from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
+from scenarios.command_line.logs import add_log_arguments, add_reading_arguments, log_description, robot_of, told
 from scenarios.command_line.options import add_options, chosen, policy_of
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.robot_arguments import add_reading_arguments, robot_of
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import add_save_argument, claimed_folder
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
 from scenarios.command_line.output import add_form_arguments, console, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
 from scenarios.experiments.workers import add_worker_options, open_workers, prepare_workers, worker_words
 from scenarios.results.write_access import make_folder, try_folder

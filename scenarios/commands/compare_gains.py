@@ -2,18 +2,18 @@
 
 import argparse
 
-from scenarios.command_line import gains_file_arguments
+import scenarios.command_line.gains as gains_arguments
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "first", type=gains_file_arguments.gains_path, metavar="A", help="gains, as identify --gains-out writes"
+        "first", type=gains_arguments.gains_path, metavar="A", help="gains, as identify --gains-out writes"
     )
     parser.add_argument(
-        "second", type=gains_file_arguments.gains_path, metavar="B", help="gains identified later, or of another robot"
+        "second", type=gains_arguments.gains_path, metavar="B", help="gains identified later, or of another robot"
     )
     add_form_arguments(parser)
 

@@ -5,9 +5,9 @@ import argparse
 import scenarios.command_line.arguments as arguments
 from ident.recordings.formats.lerobot import ENDING
 from ident.recordings.formats.lerobot_info import FILES
-from scenarios.command_line.log_arguments import add_log_arguments, log_description
+from scenarios.command_line.logs import add_log_arguments, log_description
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
 

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.parser import complain, printable
+from scenarios.command_line.process import Status, complain, ending, printable
 from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import ending
 from scenarios.command_line.writing import right_to_write
 from scenarios.experiments.workers.processes import PROCESSES
 

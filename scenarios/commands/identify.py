@@ -4,6 +4,7 @@ import argparse
 import time
 
 import scenarios.command_line.arguments as arguments
+import scenarios.command_line.gains as gains_arguments
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
@@ -11,21 +12,22 @@ from ident.observation.observation import ObserveOptions
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.motion import Motion
 from ident.support.options import options_from_words
-from scenarios.command_line import gains_file_arguments
-from scenarios.command_line.known_gains_arguments import add_gains_argument
-from scenarios.command_line.log_arguments import add_log_arguments, log_description, read_unrepaired
-from scenarios.command_line.motion_arguments import (
+from scenarios.command_line.gains import add_gains_argument
+from scenarios.command_line.logs import (
     MountedFiles,
+    add_log_arguments,
+    add_model_arguments,
     add_motion_arguments,
     add_unseen_arguments,
+    log_description,
     mounted_files,
+    read_unrepaired,
+    robot_of,
     unseen_log,
 )
 from scenarios.command_line.options import add_options, chosen, policy_of
 from scenarios.command_line.output import add_form_arguments, form, show, under_way
-from scenarios.command_line.parser import complain
-from scenarios.command_line.robot_arguments import add_model_arguments, robot_of
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status, complain
 from scenarios.command_line.writing import add_save_argument, claimed_folder
 from scenarios.commands import identify_bare
 
@@ -43,11 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
-    gains_file_arguments.add_compared_gains(parser, said)
+    gains_arguments.add_compared_gains(parser, said)
     said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
     add_unseen_arguments(parser, said)
     add_save_argument(parser)
-    gains_file_arguments.add_gains_out(parser)
+    gains_arguments.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
@@ -66,7 +68,7 @@ def main(options: argparse.Namespace) -> Status:
 
     files = mounted_files(options.given)
     alone = identify_bare.wanted(options, loaded=any(each.payload is not None for each in files))
-    held = gains_file_arguments.claimed(options, "rx90 identify")
+    held = gains_arguments.claimed(options, "rx90 identify")
     saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
     with under_way(options, "reading"), threadpool_limits(1):
         robot = robot_of(options, options.model)
@@ -81,7 +83,7 @@ def main(options: argparse.Namespace) -> Status:
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
     given = options.compare_with
-    other = None if given is None else gains_file_arguments.known_gains(given, structure.arm)
+    other = None if given is None else gains_arguments.known_gains(given, structure.arm)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
     # threads of a BLAS do not speed up small matrices, and sometimes block
     with under_way(options, "identifying"), threadpool_limits(1):
@@ -106,7 +108,7 @@ def main(options: argparse.Namespace) -> Status:
         from scenarios.results.gains_file import Origin, gains_file
 
         origin = Origin(model=robot.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
-        gains_file_arguments.write(gains_file(found.estimate, origin), held)
+        gains_arguments.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)

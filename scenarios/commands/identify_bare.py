@@ -52,7 +52,7 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     from ident.observation.observation import ObserveOptions
     from ident.payload.files import read_payload
     from ident.support.options import options_from_words
-    from scenarios.command_line.gains_file_arguments import known_gains
+    from scenarios.command_line.gains import known_gains
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.gains_in_use.bare import bare_answer, bare_result
     from scenarios.gains_in_use.model_update.known_links import known_links

@@ -4,8 +4,7 @@ import argparse
 import textwrap
 
 from scenarios.command_line.output import add_form_arguments, form, page, show
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import tell
+from scenarios.command_line.process import Status, write
 from scenarios.experiments.files.tables import builtin_names, scenario_table
 from scenarios.reports.content import Report, pairs_table
 
@@ -27,5 +26,5 @@ def main(options: argparse.Namespace) -> Status:
     width, indent = page().width, max(map(len, described)) + 2
     for name, said in described.items():
         line = f"{name:<{indent}}{said}"
-        tell((textwrap.fill(line, width, subsequent_indent=" " * indent) if width else line) + "\n")
+        write((textwrap.fill(line, width, subsequent_indent=" " * indent) if width else line) + "\n")
     return Status.PASSED

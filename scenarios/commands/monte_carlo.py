@@ -4,7 +4,7 @@ import argparse
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import show
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.study_arguments import (
     add_study_arguments,
     carried_out,

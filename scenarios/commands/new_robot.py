@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import scenarios.command_line.arguments as arguments
 from ident.payload.payload import HEAVIEST, LIGHTEST
 from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.process import Status
 from scenarios.command_line.searching import kept_of, searched
-from scenarios.command_line.status import Status
 from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ import argparse
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.arguments import add_force_argument
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 TEXT = "paper.md"
 FIGURES = ("figure3.png", "figure3.svg")

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
+import scenarios.command_line.gains as gains_arguments
 from ident.support.naming import one_line
-from scenarios.command_line import gains_file_arguments
-from scenarios.command_line.known_gains_arguments import add_gains_argument
-from scenarios.command_line.log_arguments import add_log_arguments, log_description
-from scenarios.command_line.motion_arguments import add_unseen_arguments, unseen_log
+from scenarios.command_line.gains import add_gains_argument
+from scenarios.command_line.logs import add_log_arguments, add_unseen_arguments, log_description, unseen_log
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
 
@@ -33,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
     said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without "
-    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it, efforts stay unchanged")
+    add("--nominal", type=gains_arguments.gains_path, metavar="N", help=f"{said}it, efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = (

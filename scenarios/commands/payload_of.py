@@ -3,11 +3,10 @@
 import argparse
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, weigh
-from scenarios.command_line.log_arguments import add_log_arguments
+from scenarios.command_line.gains import add_gains_argument, add_overlay_arguments, weigh
+from scenarios.command_line.logs import add_log_arguments, add_model_arguments
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.robot_arguments import add_model_arguments
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

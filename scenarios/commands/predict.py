@@ -3,7 +3,7 @@
 import argparse
 
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.parser import printable
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status, printable
 from scenarios.command_line.writing import right_to_write
 from scenarios.commands import COMMANDS
 from scenarios.results.write_access import Claim

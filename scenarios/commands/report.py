@@ -5,8 +5,7 @@ from pathlib import Path
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import under_way
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import tell
+from scenarios.command_line.process import Status, write
 
 PAGE = "report.html"
 
@@ -37,5 +36,5 @@ def main(options: argparse.Namespace) -> Status:
         text = renderer("html")(report, Page())
     with held.writing():
         path.write_text(text, encoding="utf-8", errors="backslashreplace")
-    tell(f"{path}: {len(text.encode(errors='backslashreplace')) / 1e6:.2f} MB, open it in any browser\n")
+    write(f"{path}: {len(text.encode(errors='backslashreplace')) / 1e6:.2f} MB, open it in any browser\n")
     return Status.PASSED

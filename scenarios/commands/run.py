@@ -4,9 +4,9 @@ import argparse
 from dataclasses import replace
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line import gains_file_arguments
+import scenarios.command_line.gains as gains_arguments
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     said = "folder for recordings, payloads, true values and result"
     parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=said)
-    gains_file_arguments.add_gains_out(parser)
+    gains_arguments.add_gains_out(parser)
     add_form_arguments(parser)
 
 
@@ -33,12 +33,12 @@ def main(options: argparse.Namespace) -> Status:
     setup, held = setup_of(load_scenario(options.scenario)), None
     if options.save is not None:
         held = right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
-    out = gains_file_arguments.claimed(options, "rx90 run")
+    out = gains_arguments.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
         result = run(setup, options.seed, stages=stages)
     report = run_report(result)
     if out is not None:
-        gains_file_arguments.write(gains_file(result.estimate, origin(result)), out)
+        gains_arguments.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
             scene = scene_digest(setup.scenario)

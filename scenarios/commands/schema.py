@@ -5,8 +5,7 @@ import json
 from pathlib import Path
 
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.status import Status
-from scenarios.command_line.streams_and_signals import tell
+from scenarios.command_line.process import Status, write
 from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.reports.content import Paragraph, Report, pairs_table
 
@@ -22,7 +21,7 @@ def main(options: argparse.Namespace) -> Status:
     """Print a schema, or list all of them."""
     files = _files()
     if options.name is not None:
-        tell(files[options.name].read_text(encoding="utf-8"))
+        write(files[options.name].read_text(encoding="utf-8"))
         return Status.PASSED
     about = {name: str(json.loads(path.read_text(encoding="utf-8"))["description"]) for name, path in files.items()}
     first = {name: said.partition("\n")[0] for name, said in about.items()}

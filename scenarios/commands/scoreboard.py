@@ -5,7 +5,7 @@ from pathlib import Path
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
 

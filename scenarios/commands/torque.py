@@ -4,10 +4,10 @@ import argparse
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.arguments import add_force_argument
-from scenarios.command_line.known_gains_arguments import add_gains_argument
-from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
+from scenarios.command_line.gains import add_gains_argument
+from scenarios.command_line.logs import add_log_arguments, log_description, told
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 
 

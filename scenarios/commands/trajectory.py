@@ -6,7 +6,7 @@ from pathlib import Path
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.design.motion_formats import ENDINGS, FORMATS
 from scenarios.support.errors import ScenarioError

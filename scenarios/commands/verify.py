@@ -4,20 +4,28 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scenarios.command_line.gains_file_arguments import add_compared_gains, known_gains
-from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, observe_words, weigh
-from scenarios.command_line.log_arguments import add_log_arguments, log_description
-from scenarios.command_line.motion_arguments import (
+from scenarios.command_line.gains import (
+    add_compared_gains,
+    add_gains_argument,
+    add_overlay_arguments,
+    known_gains,
+    observe_words,
+    weigh,
+)
+from scenarios.command_line.logs import (
     MountedFiles,
+    add_log_arguments,
+    add_model_arguments,
     add_motion_arguments,
     add_unseen_arguments,
+    log_description,
     mounted_files,
+    robot_of,
     unseen_log,
 )
 from scenarios.command_line.options import policy_of
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.robot_arguments import add_model_arguments, robot_of
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:

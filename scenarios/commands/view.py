@@ -6,9 +6,7 @@ import sys
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show, under_way
-from scenarios.command_line.parser import printable
-from scenarios.command_line.status import Status
-from scenarios.command_line.surroundings import with_opengl
+from scenarios.command_line.process import Status, printable, with_opengl
 from scenarios.support.errors import ScenarioError
 from sim.errors import ADVICE, NoPicture
 

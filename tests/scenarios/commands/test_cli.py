@@ -18,7 +18,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.command_line.status import MEANINGS, Status
+from scenarios.command_line.process import MEANINGS, Status
 from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.motions import read_motion

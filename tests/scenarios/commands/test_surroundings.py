@@ -9,7 +9,7 @@ import pytest
 from places import ROOT
 from quick import quick_scenario
 
-from scenarios.command_line.surroundings import ASKED, OPENGL, foreign_packages, without_opengl
+from scenarios.command_line.process import ASKED, OPENGL, foreign_packages, without_opengl
 from scenarios.support.import_path import own_packages_first
 
 OTHERS = {
@@ -82,7 +82,7 @@ def test_the_opengl_asked_for_is_kept_for_a_process_that_draws(monkeypatch, aske
         monkeypatch.setenv(OPENGL, asked)
     with without_opengl():
         assert os.environ[OPENGL] == "disable"
-        code = "import os; from scenarios.command_line.surroundings import with_opengl, without_opengl\n"
+        code = "import os; from scenarios.command_line.process import with_opengl, without_opengl\n"
         code += "with without_opengl():\n  with_opengl(); "  # as a command that is started does
         code += f"print(os.environ.get('{OPENGL}'), '{ASKED}' in os.environ)"
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT))

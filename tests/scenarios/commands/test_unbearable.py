@@ -3,7 +3,7 @@
 import pytest
 
 from scenarios.cli import main
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 
 BODY = "payload = { mass = 61.0, com = [0.31, 0.02, 0.12], inertia = { ixx = 0.51, iyy = 0.52, izz = 0.53 } }"
 

@@ -13,7 +13,7 @@ import scenarios.design.search as searching
 from ident.model.arm import load_arm
 from ident.support.errors import PayloadError
 from scenarios.cli import main
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.design.first_load import first_load
 from scenarios.design.model_facts import model_facts
 from scenarios.design.rules_of_thumb import drives_by_rule

@@ -20,7 +20,7 @@ import scenarios.design.robot_folder as store_module
 import scenarios.design.search as search_module
 from ident.model.arm import load_arm
 from scenarios.cli import main
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.design.excitation import SIZES, Design
 from scenarios.design.first_load import first_load
 from scenarios.design.model_facts import ModelFacts, model_facts

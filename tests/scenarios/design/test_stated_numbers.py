@@ -8,7 +8,7 @@ from collections_of_arms import GRIPPER, ros, written
 from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.command_line.status import Status
+from scenarios.command_line.process import Status
 from scenarios.design.model_facts import check_stated_numbers, model_facts
 from sim.errors import ModelFileError
 

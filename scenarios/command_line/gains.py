@@ -1,17 +1,22 @@
-"""Arguments that name gains files, to be written or read."""
+"""Arguments for gains files: written by identifications, read by everything that uses gains."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from scenarios.command_line.arguments import add_force_argument
+from scenarios.command_line.logs import log_description, read_unrepaired, robot_of
+from scenarios.command_line.options import add_current_delay, policy_of
 from scenarios.command_line.writing import right_to_write
 from scenarios.results.write_access import Claim
 
 if TYPE_CHECKING:
+    from ident.diagnosis.diagnosis import Diagnosed
     from ident.estimation.known_gains import KnownGains
     from ident.model.arm import Arm
+    from ident.payload_identification.payload_estimate import FoundPayload
+    from ident.preparation import Prepared
     from scenarios.experiments.files.gains import GainsFile
 
 ENDINGS = (".json", ".toml")
@@ -64,7 +69,7 @@ def add_gains_out(parser: argparse.ArgumentParser) -> None:
     """Declare --gains-out and --force."""
     said = "write the gains with covariance and origin, .toml or .json"
     parser.add_argument("--gains-out", type=gains_path, metavar="FILE", help=said)
-    add_force_argument(parser)
+    arguments.add_force_argument(parser)
 
 
 def claimed(options: argparse.Namespace, command: str) -> Claim | None:
@@ -89,3 +94,62 @@ def write(file: "GainsFile", held: Claim) -> None:
     path = held.folder / held.names[0]
     with held.writing():
         path.write_text(gains_text(file, path.suffix), encoding="utf-8")
+
+
+def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: str) -> None:
+    """Declare the file of gains."""
+    parser.add_argument("--gains", type=gains_path, required=needed, metavar="G", help=said)
+
+
+def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare options that replace those of the gains file."""
+    for name, what in (("--option", "of nls"), ("--observe", "of filtering and decimation")):
+        parser.add_argument(
+            name,
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help=f"an option {what} that replaces the one used for the gains; repeatable",
+        )
+    add_current_delay(parser)
+
+
+def observe_words(options: argparse.Namespace) -> list[str]:
+    """Return options of filters and decimation as words `KEY=VALUE`, without a delay to be estimated."""
+    delay = options.current_delay
+    return [
+        *options.observe,
+        *([] if delay is None else [f"current_delay={0.0 if delay == arguments.AUTO else delay}"]),
+    ]
+
+
+def weigh(
+    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+) -> "tuple[FoundPayload, Diagnosed, Prepared]":
+    """Read recordings and estimate their payload with the gains of a file.
+
+    Returns:
+        The payload, diagnoses, and the recordings as used.
+
+    Raises:
+        ScenarioError: If a loaded recording was used for the gains, or a bare one was loaded then.
+        IdentificationError: If the payload is not identifiable.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from ident.payload_identification.payload_estimate import payload_of
+    from scenarios.gains_in_use.known_gains_problem import (
+        check_unseen,
+        model_options,
+        observe_options,
+        weighing_problem,
+    )
+
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        arm = robot_of(options, options.model).structure
+        known, said = file.of(arm.arm), log_description(options, arm.arm.joint_names)
+        bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
+        check_unseen(file, bare, heavy)
+        observing = observe_options(file, observe_words(options))
+        prepared, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
+        return payload_of(prepared.problem, known, model_options(file, options.option)), diagnosed, prepared

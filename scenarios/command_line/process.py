@@ -1,0 +1,178 @@
+"""`rx90` as a process: exit statuses, signals, closed or full streams, variables meant for other programs."""
+
+import contextlib
+import io
+import os
+import signal
+import sys
+import threading
+from collections.abc import Generator
+from enum import IntEnum
+from importlib.machinery import PathFinder
+from types import FrameType
+
+from scenarios.support.import_path import COMPILED, FOREIGN
+
+
+class Status(IntEnum):
+    """Exit status of a command."""
+
+    PASSED = 0
+    MISSED = 1
+    BAD_INPUT = 2
+    UNFORESEEN = 70
+    NO_OUTPUT = 74
+    HUNG_UP = 129
+    INTERRUPTED = 130
+    NOBODY_READS = 141
+    ENDED = 143
+
+
+MEANINGS = {
+    Status.PASSED: "passed",
+    Status.MISSED: "a tolerance was exceeded, or a check found a fault",
+    Status.BAD_INPUT: "bad input: a line on stderr states the fault, its place and the remedy",
+    Status.UNFORESEEN: "internal error: please report it (RX90_TRACEBACK=1 shows where)",
+    Status.NO_OUTPUT: "standard output is closed or not writable",
+    Status.HUNG_UP: "the terminal was closed (SIGHUP)",
+    Status.INTERRUPTED: "Ctrl-C",
+    Status.NOBODY_READS: "broken pipe: the reader closed the output, as in rx90 list | head -1",
+    Status.ENDED: "terminated (SIGTERM)",
+}
+"""Meanings, for `rx90 --help`."""
+OPENGL, ASKED = "MUJOCO_GL", "RX90_MUJOCO_GL"
+"""Variable for the OpenGL backend of MuJoCo, read at import, and the one that keeps its value for child processes."""
+
+
+class NoOutput(OSError):
+    """Standard output is closed or not writable."""
+
+
+class Ended(KeyboardInterrupt):
+    """A signal that ends the command, raised as an interrupt with the same cleanup as Ctrl-C."""
+
+    def __init__(self, status: Status) -> None:
+        super().__init__()
+        self.status = status
+
+
+def ending(interrupt: KeyboardInterrupt) -> Status:
+    """Return the exit status after Ctrl-C or a signal."""
+    return interrupt.status if isinstance(interrupt, Ended) else Status.INTERRUPTED
+
+
+@contextlib.contextmanager
+def signals_as_interrupts() -> Generator[None]:
+    """Raise `Ended` on SIGTERM and SIGHUP, unless ignored as under nohup; a second one ends immediately."""
+    ours: dict[int, Status] = {}
+    if threading.current_thread() is threading.main_thread():  # only this thread may handle signals
+        known = {"SIGTERM": Status.ENDED, "SIGHUP": Status.HUNG_UP}  # not every platform has all
+        ours = {getattr(signal, name): status for name, status in known.items() if hasattr(signal, name)}
+        ours = {number: status for number, status in ours.items() if signal.getsignal(number) == signal.SIG_DFL}
+
+    def ended(number: int, frame: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_DFL)
+        raise Ended(ours[number])
+
+    try:
+        for number in ours:
+            signal.signal(number, ended)
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def open_streams() -> None:
+    """Replace closed streams, and make the others accept any character.
+
+    Otherwise a file with the descriptor of standard output would receive output of libraries.
+
+    Raises:
+        NoOutput: If standard output is closed, as no result could be written.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest free descriptor is this one
+    closed = [name for name in ("stdout", "stderr") if getattr(sys, name) is None]
+    for name in closed:
+        setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    if "stdout" in closed:
+        raise NoOutput("standard output is closed")
+
+
+def write(text: str) -> None:
+    """Write text to standard output and flush.
+
+    Raises:
+        NoOutput: If it cannot be written.
+        BrokenPipeError: If its reader has ended.
+    """
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise NoOutput(f"standard output: {error.strerror or error}") from error
+
+
+def abandon_output() -> None:
+    """Redirect standard output to the null device, as buffered output cannot be written."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def complain(message: str, program: str = "rx90") -> None:
+    """Write an error message in one line to stderr, with any characters."""
+    with contextlib.suppress(OSError):  # the reader may have ended
+        print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
+
+
+def printable(text: str) -> str:
+    """Return the text in one line with printable characters; others are escaped as in Python."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+@contextlib.contextmanager
+def without_opengl() -> Generator[None]:
+    """Import MuJoCo without OpenGL, which is needed only for rendering."""
+    asked = os.environ.get(ASKED, os.environ.get(OPENGL, ""))  # the former in a child process
+    os.environ[OPENGL], os.environ[ASKED] = "disable", asked
+    try:
+        yield
+    finally:
+        os.environ[ASKED] = asked
+        with_opengl()
+
+
+def with_opengl() -> None:
+    """Restore the OpenGL backend of the shell before MuJoCo is imported."""
+    asked = os.environ.pop(ASKED, None)
+    if asked:
+        os.environ[OPENGL] = asked
+    elif asked is not None:
+        os.environ.pop(OPENGL, None)
+
+
+def foreign_packages(error: Exception) -> str | None:
+    """Return the probable cause of a failed import: a compiled package in a folder of PYTHONPATH.
+
+    Returns:
+        The message, None if PYTHONPATH has no such package or the error is another one.
+    """
+    for folder in filter(None, os.environ.get(FOREIGN, "").split(os.pathsep)):
+        specs = {name: PathFinder.find_spec(name, [folder]) for name in COMPILED}
+        found = [name for name, spec in specs.items() if spec and spec.loader and spec.origin]  # no namespace package
+        lacking = isinstance(error, AttributeError) and any(f"module '{name}" in str(error) for name in found)
+        if found and (lacking or isinstance(error, ImportError)):
+            return (
+                f"PYTHONPATH: {folder} has a {found[0]} that cannot be used here ({type(error).__name__}: {error}); "
+                "unset PYTHONPATH for rx90, as in: env -u PYTHONPATH rx90 ..."
+            )
+    return None

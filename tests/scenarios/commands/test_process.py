@@ -1,0 +1,299 @@
+"""The command as a process: streams that cannot be written, signals, variables of other programs, imports."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from one_process import carried_out
+from places import ROOT
+from quick import quick_scenario
+from signals import as_in_the_foreground
+
+import rx90_mjcf
+from scenarios.cli import main
+from scenarios.command_line.output import coloured, page
+from scenarios.command_line.process import ASKED, OPENGL, foreign_packages, without_opengl
+from scenarios.commands import COMMANDS
+from scenarios.support.import_path import own_packages_first
+
+
+@pytest.mark.parametrize(
+    ("environment", "terminal", "shown"),
+    [
+        ({"TERM": "xterm"}, True, True),
+        ({"TERM": "xterm"}, False, False),
+        ({"TERM": "dumb"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
+        ({"FORCE_COLOR": "1"}, False, True),
+        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
+    ],
+)
+def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(environment, terminal, shown, monkeypatch):
+    for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert coloured(terminal=terminal) is shown
+
+
+@pytest.mark.parametrize(("columns", "width"), [("132", 132), ("40", 40), (None, 80)])
+def test_what_is_piped_is_as_wide_as_what_a_terminal_of_that_width_shows(columns, width, monkeypatch):
+    monkeypatch.delenv("COLUMNS")
+    if columns is not None:
+        monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setattr(sys, "__stdout__", None)  # what is asked is no terminal
+    assert page().width == width
+
+
+RX90 = f"{sys.executable} -m scenarios"
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "error"),
+    [
+        (f"{RX90} list >/dev/full", 74, "rx90: standard output: No space left on device\n"),
+        (f"{RX90} --version >/dev/full", 74, "rx90: standard output: No space left on device\n"),
+        (f"{RX90} run nominal >&-", 74, "rx90: standard output is closed\n"),
+        (f"{RX90} lst 2>&-", 2, ""),
+        (f"{RX90} list <&- >/dev/null", 0, ""),
+        (f"{RX90} list >/dev/full 2>/dev/full", 74, ""),
+        (f"(sleep 1; {RX90} list; echo $? >&2) | true", 0, "141\n"),
+    ],
+)
+def test_streams_that_cannot_be_written_have_a_status_and_a_line(line, status, error):
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (status, error)
+
+
+def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
+    (tmp_path / "ä.toml").write_text('extends = "nope"\n')
+    more = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    run = [sys.executable, "-m", "scenarios"]
+    listed = subprocess.run([*run, "list"], capture_output=True, env=os.environ | more, check=False)
+    words = [*run, "run", str(tmp_path / "ä.toml")]
+    wrong = subprocess.run(words, capture_output=True, env=os.environ | more, check=False)
+    assert (listed.returncode, listed.stderr) == (0, b"")
+    assert wrong.returncode == 2
+    assert wrong.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
+    code = (
+        "import sys, time\n"
+        "import scenarios.commands.list as module\n"
+        "from scenarios.cli import main\n"
+        f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
+        "sys.exit(main(['list']))\n"
+    )
+    running = subprocess.Popen(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, preexec_fn=as_in_the_foreground
+    )
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "there").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(0.3)  # it sleeps by now
+    running.send_signal(number)
+    _, error = running.communicate(timeout=30.0)
+    assert (running.returncode, error) == (status, "rx90: stopped\n")
+
+
+def test_a_signal_that_is_ignored_stays_so(tmp_path):
+    code = (
+        "import os, signal\n"
+        "import scenarios.commands.list as module\n"
+        "from scenarios.cli import main\n"
+        "names = module.builtin_names\n"
+        "module.builtin_names = lambda: (os.kill(os.getpid(), signal.SIGHUP), names())[1]\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "raise SystemExit(main(['list']))\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+
+
+OTHERS = {"pinocchio": "from .pinocchio_pywrap_default import *", "numpy": "from . import _multiarray", "coal": ""}
+
+
+def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "scenarios", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
+
+
+def test_packages_of_another_python_give_way_to_those_that_are_installed(tmp_path):
+    for name, content in OTHERS.items():
+        folder = tmp_path / "ros" / name
+        folder.mkdir(parents=True)
+        (folder / "__init__.py").write_text(content + "\n")
+    path = os.pathsep.join((str(ROOT), str(tmp_path / "ros")))
+    done = rx90("trajectory", quick_scenario(tmp_path), "--out", tmp_path / "motion.csv", PYTHONPATH=path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "motion.csv").exists()
+
+
+def test_folders_of_the_import_path_go_behind_only_where_the_package_is_elsewhere_too(tmp_path, monkeypatch):
+    for place in ("ros/pinocchio", "mine/methods", "only/coal", "site/pinocchio"):
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "__init__.py").touch()
+    ros, mine, only, site = (str(tmp_path / name) for name in ("ros", "mine", "only", "site"))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((ros, mine, "", only)))
+    monkeypatch.setattr(sys, "path", ["", ros, mine, only, site])
+    own_packages_first()
+    assert sys.path == ["", mine, only, site, ros]
+    monkeypatch.setenv("PYTHONPATH", "")
+    own_packages_first()
+    assert sys.path == ["", mine, only, site, ros]
+
+
+def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.pathsep}{tmp_path / 'nowhere'}")
+    (tmp_path / "pinocchio").mkdir()  # a folder without a module gives way to the package that is installed
+    assert foreign_packages(ImportError("no")) is None
+    (tmp_path / "pinocchio" / "__init__.py").touch()
+    assert foreign_packages(ImportError("no")) is not None
+    assert foreign_packages(AttributeError("module 'pinocchio' has no attribute 'x'")) is not None
+    assert foreign_packages(AttributeError("'Path' object has no attribute 'x'")) is None
+    assert foreign_packages(ZeroDivisionError("no")) is None
+
+
+def test_what_draws_nothing_needs_no_opengl(tmp_path):
+    done = rx90("run", quick_scenario(tmp_path), "--quiet", **{OPENGL: "no-such-thing"})
+    assert done.returncode in (0, 1)  # so short a motion may miss a tolerance
+    assert (done.stdout != "", done.stderr) == (True, "")
+
+
+def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_path):
+    done = rx90("view", "nominal", "--render", tmp_path / "a.png", "--quiet", **{OPENGL: "no-such-thing"})
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("rx90: MUJOCO_GL=no-such-thing: this OpenGL backend is not available")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("asked", [None, "osmesa"])
+def test_the_opengl_asked_for_is_kept_for_a_process_that_draws(monkeypatch, asked):
+    if asked is None:
+        monkeypatch.delenv(OPENGL, raising=False)
+    else:
+        monkeypatch.setenv(OPENGL, asked)
+    with without_opengl():
+        assert os.environ[OPENGL] == "disable"
+        code = "import os; from scenarios.command_line.process import with_opengl, without_opengl\n"
+        code += "with without_opengl():\n  with_opengl(); "  # as a command that is started does
+        code += f"print(os.environ.get('{OPENGL}'), '{ASKED}' in os.environ)"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT))
+        assert done.stdout == f"{asked} False\n"
+    assert os.environ.get(OPENGL) == asked
+    assert ASKED not in os.environ
+
+
+SLOW = {
+    "pandas",
+    "matplotlib",
+    "altair",
+    "jinja2",
+    "glfw",
+    "pyarrow.compute",
+    "urllib.request",
+    *(f"scipy.{name}" for name in ("signal", "stats", "interpolate", "ndimage", "optimize", "special", "spatial")),
+}
+"""What reads no Parquet, filters no recording and identifies no gain."""
+
+
+@pytest.fixture(scope="module")
+def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
+    """What is imported when each command has ended, one after the other in one process, the simulator last."""
+    folder = tmp_path_factory.mktemp("imports")
+    scenario, cell = quick_scenario(folder), folder / "cell"
+    main(["run", str(scenario), "--save", str(cell)])
+    loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
+    identify = ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, "--format"]
+    commands = {
+        "help": ["check", "--help"],
+        "text": [*identify, "text"],
+        "json": [*identify, "json"],
+        "check": ["check", "rx90", cell / "unloaded.parquet", *loaded],
+        "run": ["run", scenario, "--save", folder / "again"],
+    }
+    outcomes = carried_out([["rx90", *map(str, words)] for words in commands.values()], folder)
+    assert {each.status for each in outcomes} <= {0, 1}  # so short a motion may miss a tolerance
+    return {name: each.modules for name, each in zip(commands, outcomes, strict=True)}
+
+
+def test_to_run_a_scenario_imports_nothing_slow(imported):
+    assert "sim.controller" in imported["run"]
+    assert not imported["run"] & SLOW
+
+
+def test_a_scenario_in_python_is_loaded_without_packages_of_studies():
+    code = "import sys, scenarios; scenarios.load('ideal'); print({'pandas', 'pyarrow', 'filelock'} & {*sys.modules})"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "set()\n"
+
+
+@pytest.mark.parametrize("form", ["text", "json"])
+def test_to_identify_gains_by_any_model_imports_nothing_slow(imported, form):
+    assert "ident.estimation.all_joints.search" in imported[form]
+    assert not imported[form] & SLOW
+    assert "mujoco" in imported[form]  # which confirms the kinematics, without a plant
+    assert not imported[form] & {"rich.progress", "sim.effects", "sim.controller"}
+
+
+def test_to_check_logs_imports_nothing_slow(imported):
+    assert "scenarios.commands.check" in imported["check"]
+    assert "ident.diagnosis.engine" in imported["check"]
+    assert not imported["check"] & SLOW
+
+
+def test_help_of_a_command_imports_no_simulator_and_no_other_command(imported):
+    assert "scenarios.commands.check" in imported["help"]
+    unwanted = {"mujoco", "pinocchio", "pydantic", "rich", "pyarrow", "scenarios.commands.identify"}
+    assert not imported["help"] & (SLOW | unwanted)
+
+
+HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}
+
+
+def loaded_by(*commands: list[str]) -> set[str]:
+    """Modules of a process of its own that carries out commands, which may exit."""
+    code = (
+        "import contextlib, sys\n"
+        "from scenarios.cli import main\n"
+        f"for words in {commands}:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        main(words)\n"
+        "print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_what_one_asks_first_imports_nothing_that_is_heavy():
+    loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"], ["schema", "result"])
+    assert "scenarios.commands.list" in loaded
+    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.run"})
+
+
+def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():
+    # `trajectory` and `compare` take what may be no scenario, and find out later.
+    named = ("run", "view", "payload", "predict")
+    words = [[name, "--help"] for name in COMMANDS] + [[name, "nominl"] for name in named]
+    assert not loaded_by(*words) & HEAVY
+
+
+@pytest.mark.parametrize("words", [["list"], ["lsit"]])
+def test_a_process_that_ends_leaves_its_objects_to_the_system(words: list[str]) -> None:
+    # Python would look through all of them for cycles once more, which takes longer than to import SciPy.
+    code = (
+        "import contextlib, gc, sys\n"
+        "from scenarios.__main__ import main\n"
+        f"sys.argv = ['rx90', *{words}]\n"
+        "with contextlib.suppress(SystemExit):\n"
+        "    main()\n"
+        "print(gc.get_freeze_count(), len(gc.get_objects()))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    kept, searched = map(int, done.stdout.splitlines()[-1].split())
+    assert kept > 100 * searched

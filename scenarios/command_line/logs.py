@@ -117,17 +117,18 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
         given = [each for each in given if each.option != PAYLOAD]
         given.insert(given.index(loaded[0]) + 1, payloads[0])
     found: list[MountedFiles] = []
-    for each, after in zip(given, [*given[1:], None], strict=True):
-        followed = after is not None and after.option == PAYLOAD
-        if each.option == LOADED and not followed:
-            raise ScenarioError(f"{each}: no payload follows it; describe what was mounted, {PAYLOAD} P.toml")
-        if followed and each.option != LOADED:
-            said = f"no {LOADED} without a payload precedes it; give one payload to each {LOADED}"
-            raise ScenarioError(f"{after}: {said}")
-        if each.option != PAYLOAD:
-            found.append(MountedFiles(each.files, after.files[0] if after is not None and followed else None))
-    if given[0].option == PAYLOAD:
-        raise ScenarioError(f"{given[0]}: no {LOADED} without a payload precedes it; give one payload to each {LOADED}")
+    for before, each, after in zip([None, *given], given, [*given[1:], None], strict=False):
+        if each.option == PAYLOAD:
+            if before is None or before.option != LOADED:
+                raise ScenarioError(
+                    f"{each}: no {LOADED} without a payload precedes it; give one payload to each {LOADED}"
+                )
+        elif each.option == LOADED:
+            if after is None or after.option != PAYLOAD:
+                raise ScenarioError(f"{each}: no payload follows it; describe what was mounted, {PAYLOAD} P.toml")
+            found.append(MountedFiles(each.files, after.files[0]))
+        else:
+            found.append(MountedFiles(each.files, None))
     return tuple(found)
 
 

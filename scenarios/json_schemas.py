@@ -19,7 +19,7 @@ from scenarios.benchmark.methods.answer import AnswerFile
 from scenarios.benchmark.methods.answers import Answers
 from scenarios.benchmark.paper.result import PaperResult
 from scenarios.benchmark.scoreboard.results import Scoreboard
-from scenarios.design.results import NewRobot, PayloadDesign, Sampled, Searched
+from scenarios.design.results import NewRobot, PayloadDesign, Recorded, Searched
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.experiments.files.motions import LARGEST, LONGEST
@@ -43,7 +43,7 @@ RESULTS: dict[str, type[BaseModel]] = {
     "list": ListedScenarios,
     "written": Written,
     "convert": Converted,
-    "trajectory": Sampled,
+    "record": Recorded,
     "excite": Searched,
     "new-robot": NewRobot,
     "payload-design": PayloadDesign,

@@ -16,8 +16,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "payload": "design a payload that identifies every gain",
     },
     "record": {
-        "recipe": "instructions for recording: what to command, mount, log",
-        "trajectory": "export a motion for a controller: CSV, ROS 2, URScript",
+        "record": "what to command, mount and log: instructions, motion for the controller",
         "convert": "convert a log: CSV, UR, ROS 2, Parquet, NumPy",
         "check": "detect faults of recordings or of the model",
     },

@@ -79,12 +79,12 @@ class PayloadDesign(ResultModel):
     )
 
 
-class Sampled(ResultModel):
-    """What `rx90 trajectory --json` prints; arrays have one number per joint."""
+class Recorded(ResultModel):
+    """What `rx90 record --json` prints; arrays have one number per joint."""
 
-    out: str = Field(description="The file that was written")
-    format: str = Field(description="Format of the file, a value of --as")
-    samples: int = Field(description="Number of samples")
+    files: list[str] = Field(description="Files that were written")
+    kept: list[str] = Field(description="Existing payload files that differ from the scenario's payloads")
+    samples: int = Field(description="Number of samples of the motion")
     duration_s: float = Field(description="Time from the first to the last sample [s]")
     start: list[float] = Field(description="First position of each joint [rad or m]")
     max_velocity: list[float] = Field(description="Largest speed of each joint [rad/s or m/s]")

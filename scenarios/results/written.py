@@ -11,7 +11,7 @@ from scenarios.support.result_model import ResultModel
 
 
 class Written(ResultModel):
-    """What `rx90 recipe --json` and `rx90 view --render FILE --json` print."""
+    """What `rx90 view --render FILE --json` prints."""
 
     out: str = Field(description="The file that was written")
 

@@ -8,7 +8,7 @@ from scenarios.command_line.process import Status
 BODY = "payload = { mass = 61.0, com = [0.31, 0.02, 0.12], inertia = { ixx = 0.51, iyy = 0.52, izz = 0.53 } }"
 
 
-@pytest.mark.parametrize("words", [["recipe", "--out", "page.md"], ["trajectory", "--out", "motion.csv"], ["predict"]])
+@pytest.mark.parametrize("words", [["record", "--out", "cell"], ["predict"]])
 def test_a_payload_that_no_drive_bears_is_refused_and_nothing_is_written(tmp_path, capsys, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "heavy.toml").write_text(f'extends = "nominal"\n[plant]\n{BODY}\n[belief]\n{BODY}\n')

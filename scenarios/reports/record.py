@@ -1,23 +1,26 @@
-"""The page of `rx90 recipe`: instructions for recording, with numbers from the scenario."""
+"""`rx90 record`: instructions for recording, with numbers from the scenario, and the files that were written."""
 
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.clock import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE, ObserveOptions
 from ident.payload.payload import Payload
-from scenarios.design.trajectory_source import scenario_source
+from ident.support.naming import one_line
+from scenarios.design.controller_files import SampledMotion
+from scenarios.design.results import Recorded
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import BARE
-from scenarios.reports.content import Heading, Line, Paragraph, Part, Report, Table, column, table
+from scenarios.reports.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
 from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.reports.trajectory import motion_table
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 
-SHOWN_HZ = 1000.0
-"""Sampling rate for the speeds of the motion."""
+KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"
+"""Remark on an existing payload file."""
 SETTINGS = (
     "Set the mounted payload in the controller, as its manual requires. Motor currents, measured or commanded, remain "
     "valid with any feedforward. Never log a current from which the controller has subtracted the payload."
@@ -46,11 +49,16 @@ SAFETY = (
 )
 
 
-def recipe_report(
-    setup: Setup, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
+def instructions(
+    setup: Setup,
+    motion: SampledMotion,
+    payloads: Mapping[str, Payload],
+    name: str,
+    commands: Collection[str],
+    expected: Diagnosed,
 ) -> Report:
-    """Return the page."""
-    source, table = scenario_source(setup), setup.scenario.table
+    """Return the page of a scenario's motions and payloads; `name` is the scenario's on the command line."""
+    table = setup.scenario.table
     robot = setup.experiments[0].plant.robot
     load = robot.rated_load
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
@@ -60,10 +68,13 @@ def recipe_report(
         Heading("Command"),
         _motions(setup),
         Paragraph(_warm_up(table.experiment.warm_up)),
-        motion_table(source.sampled(SHOWN_HZ), source.limits),
-        Paragraph("Speeds and accelerations in rad and s; m for prismatic joints. As a file for a controller:"),
-        Line(shlex.join(["rx90", "trajectory", name, "--out", "motion.csv"])),
-        Paragraph("or --out motion.yaml for ROS 2, motion.script for URScript. To look at it: "),
+        motion_table(motion),
+        *_beyond(motion),
+        Paragraph(
+            "Speeds and accelerations in rad and s; m for prismatic joints. For the controller: motion.csv, "
+            "motion.yaml (ROS 2 JointTrajectory), and for six revolute joints motion.script (URScript). "
+            "To look at the motion:"
+        ),
         Line(shlex.join(["rx90", "view", name])),
         Heading("Mount"),
         _weights(payloads),
@@ -73,7 +84,7 @@ def recipe_report(
         ),
         Heading("Log"),
         *_log(table.identification.observe),
-        *horizon_paragraphs(told, every=True, expected=True),
+        *horizon_paragraphs(expected, every=True, expected=True),
         Heading("Check before"),
         *map(Paragraph, BEFORE),
         Heading("Safety"),
@@ -81,7 +92,59 @@ def recipe_report(
         Heading("Afterwards"),
         *_afterwards(setup, commands),
     ]
-    return Report(f"Recording recipe: {setup.scenario.name}, robot {robot.name}", tuple(parts), {})
+    return Report(f"Recording of {setup.scenario.name}, robot {robot.name}", tuple(parts), {})
+
+
+def record_report(title: str, motion: SampledMotion, files: Sequence[str], different: Sequence[str]) -> Report:
+    """Return the report of the command: motion, limits that it exceeds, written and kept files."""
+    parts: list[Part] = [
+        Paragraph(f"{len(motion.t)} samples, {motion.t[-1]:g} s.", strong=True),
+        motion_table(motion),
+        *_beyond(motion),
+        Paragraph("In rad, rad/s, rad/s^2; m for prismatic joints."),
+        Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."),
+        *(Paragraph(one_line(f"{each}: written")) for each in files),
+        *(Paragraph(one_line(f"{each}: {KEPT}"), Mood.DOUBTFUL) for each in different),
+    ]
+    result = Recorded(
+        files=list(files),
+        kept=list(different),
+        samples=len(motion.t),
+        duration_s=float(motion.t[-1]),
+        start=motion.q[0].tolist(),
+        max_velocity=np.abs(motion.dq).max(axis=0).tolist(),
+        max_acceleration=np.abs(motion.ddq).max(axis=0).tolist(),
+        beyond_limits=list(motion.beyond),
+    )
+    return Report(one_line(title), tuple(parts), result.model_dump(mode="json"))
+
+
+def motion_table(motion: SampledMotion) -> Table:
+    """Return a table of positions, speeds and accelerations, with shares of the limits."""
+    speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
+
+    def share(value: float) -> Cell:
+        """Return a share of a limit in percent, a dash without a limit."""
+        return Cell(f"{100.0 * value:.0f}", Mood.BAD if value > 1.0 else Mood.PLAIN) if value else Cell(NONE)
+
+    return table(
+        range(len(speed)),
+        column("Joint", lambda j: j + 1),
+        column("Name", lambda j: motion.joint_names[j], words=True),
+        column("Start", lambda j: f"{motion.q[0, j]:.4f}"),
+        column("Lowest", lambda j: f"{motion.q[:, j].min():.4f}"),
+        column("Highest", lambda j: f"{motion.q[:, j].max():.4f}"),
+        column("Speed", lambda j: f"{speed[j]:.3f}"),
+        column("Of limit [%]", lambda j: share(motion.speed_used[j])),
+        column("Acceleration", lambda j: f"{acceleration[j]:.3f}"),
+        column("Of limit [%]", lambda j: share(motion.acceleration_used[j])),
+    )
+
+
+def _beyond(motion: SampledMotion) -> list[Paragraph]:
+    if not motion.beyond:
+        return []
+    return [Paragraph(f"Beyond the robot's limits: {', '.join(motion.beyond)}.", Mood.BAD, strong=True)]
 
 
 def _motions(setup: Setup) -> Table:

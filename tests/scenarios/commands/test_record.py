@@ -1,0 +1,206 @@
+"""`rx90 record`: files of the motion agree with its closed form, the page with the scenario, its commands parse."""
+
+import re
+import shlex
+from importlib import import_module
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from places import ROOT
+from plants import short_motion
+from printed import printed
+from quick import quick_scenario
+
+import rx90_mjcf
+from ident.diagnosis.samples.clock import SLOW, slowest_hz
+from ident.model.arm import load_arm
+from ident.observation.observation import ObserveOptions
+from ident.payload.files import read_payload
+from scenarios.cli import main
+from scenarios.command_line.parser import OneLineParser
+from scenarios.commands import COMMANDS
+from scenarios.experiments.files.motions import read_motion, write_motion
+from scenarios.reports.record import SETTINGS
+from scenarios.results.run_folder import short_path
+from sim.trajectory import FourierTrajectory, at_rest
+
+pytestmark = pytest.mark.usefixtures("_computed_once")
+TEXT = """extends = "field-two-weights"
+[experiment]
+warm_up = 43.0
+pause = 17.0
+[identification.observe]
+cutoff_hz = 13.0
+decimation_cutoff_hz = 9.0
+"""
+LIGHT = """[belief.payloads.light]
+mass = 2.4
+mass_std = 0.03
+com = [0.1, 0.2, 0.3]
+com_std = [0.01, 0.02, 0.04]
+[belief.payloads.heavy]
+com_std = [0.0, 0.0, 0.0]
+"""
+RATE, DURATION = 30.0, 6.01
+"""180.3 periods, so that the last one is short."""
+
+
+def recorded(folder: Path, text: str = TEXT, *more: str) -> Path:
+    (folder / "cell.toml").write_text(text)
+    assert main(["record", str(folder / "cell.toml"), "--out", str(folder / "cell"), *more]) == 0
+    return folder / "cell"
+
+
+def parsed(page: str) -> list[list[str]]:
+    lines = [shlex.split(line) for line in re.findall(r"^\s*rx90 (.*)$", page, re.MULTILINE)]
+    for name, *words in lines:
+        assert name in COMMANDS
+        parser = OneLineParser(prog="rx90")
+        import_module(f"scenarios.commands.{name}").add_arguments(parser)
+        parser.parse_args(words)
+    return lines
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> str:
+    return (recorded(tmp_path_factory.mktemp("record")) / "record.md").read_text()
+
+
+def test_motions_weights_and_rates_are_those_of_the_scenario(page):
+    assert "for 43 s" in page
+    assert "at 52 Hz or more" in page  # four samples in a period of the higher cut-off
+    assert "416 Hz" in page  # 32 cut-offs of the positions
+    assert slowest_hz(ObserveOptions(cutoff_hz=7.0, decimation_cutoff_hz=11.0)) == 44.0
+    rows = [[word.strip() for word in line.strip("|").split("|")] for line in page.splitlines() if line.startswith("|")]
+    motions = [row for row in rows if row[-1].endswith(".parquet")]
+    assert [row[1] for row in motions] == ["nothing", "light", "heavy", "nothing"]
+    assert [row[2] for row in motions] == ["-", "17", "17", "17"]
+    weights = {row[0]: row for row in rows if row[-1].startswith("payload")}
+    assert weights["light"][1].startswith("4.275")
+    assert weights["heavy"][1::3] == ["7.025 ± 0.025", "payload-heavy.toml"]
+    assert "rated for 6 kg, everything mounted together. Above the rated load: heavy;" in page
+    assert re.search(r"^Logs of these motions will exclude: zeros beyond [\d.]+ \(q2\), ", page, re.MULTILINE)
+    guide = " ".join((ROOT / "docs" / "how-to" / "record.md").read_text().split())
+    assert SETTINGS in page
+    assert SETTINGS in guide
+    assert f"Log at {SLOW:g} Hz or more" in guide
+
+
+def test_commands_on_the_page_name_files_flange_and_couplings(page, tmp_path):
+    lines = parsed(page)
+    assert {"view", "convert", "identify", "verify"} <= {line[0] for line in lines}
+    identify = " ".join(next(line for line in lines if line[0] == "identify"))
+    assert "--unloaded unloaded.parquet --loaded light.parquet --payload payload-light.toml" in identify
+    assert "--cutoff-hz 13.0" in identify
+    checks = [line for line in lines if line[0] == "check"]
+    for words, name in zip(checks, ("light", "heavy"), strict=True):
+        at = words.index("--loaded")
+        assert words[2:at] == ["unloaded.parquet", "unloaded-2.parquet"]
+        assert words[at:] == ["--loaded", f"{name}.parquet", "--payload", f"payload-{name}.toml"]
+    believed = 'extends = "tx40"\n[belief]\ncouplings = [[5, 6], [1, 3]]\n'
+    lines = parsed((recorded(tmp_path, believed) / "record.md").read_text())
+    believing = [" ".join(line) for line in lines if line[0] in {"check", "identify", "verify"}]
+    assert len(believing) == 3
+    assert all("--coupling 5 6 --coupling 1 3" in line for line in believing)
+
+
+def test_payload_files_have_the_stated_deviations_and_measured_ones_are_kept(tmp_path, capsys):
+    (tmp_path / "cell").mkdir()
+    (tmp_path / "cell" / "payload-heavy.toml").write_text("mine")
+    for _ in range(2):  # files of payloads are kept, whoever wrote them
+        page = (recorded(tmp_path, TEXT + LIGHT) / "record.md").read_text()
+        assert "| light | 2.4 ± 0.03 | 0.1, 0.2, 0.3 ± 0.01, 0.02, 0.04 |" in page
+        assert "| heavy | 7.025 ± 0.025 | 0, 0, 0.142776 |" in page
+    found = read_payload(tmp_path / "cell" / "payload-light.toml")
+    assert (found.mass_std, found.com_std) == (0.03, (0.01, 0.02, 0.04))
+    assert (tmp_path / "cell" / "payload-heavy.toml").read_text() == "mine"
+    assert not (tmp_path / "cell" / "payload.toml").exists()  # nothing of that name is mounted
+    capsys.readouterr()
+    recorded(tmp_path, TEXT + LIGHT, "--json")
+    kept = printed(capsys, "record")["kept"]
+    assert [Path(each).name for each in kept] == ["payload-heavy.toml"]
+
+
+def quick(folder: Path, motion: FourierTrajectory, capsys: pytest.CaptureFixture[str]) -> dict:
+    folder.mkdir(exist_ok=True)
+    path = quick_scenario(folder)
+    strong = "[plant]\ncurrent_limit = [1e5, 1e5, 1e5, 1e5, 1e5, 1e5]\n"  # or fast motions are refused for their torque
+    path.write_text(path.read_text() + strong)
+    write_motion(motion, folder / "short.toml", [])
+    assert main(["record", str(path), "--out", str(folder), "--rate", str(RATE), "--json"]) == 0
+    return printed(capsys, "record")
+
+
+def test_every_file_of_the_motion_agrees_with_its_closed_form(tmp_path, capsys):
+    result = quick(tmp_path, short_motion(DURATION, 0.25), capsys)
+    texts = {each.suffix: each.read_text() for each in tmp_path.glob("motion.*")}
+    t = np.append(np.arange(181) / RATE, DURATION)
+    motion = read_motion("short.toml", tmp_path)(t)
+    table = pd.read_csv(StringIO(texts[".csv"]), comment="#")
+    np.testing.assert_allclose(table["t"], t, rtol=1e-15)  # one division each
+    for name, values in zip(("q", "dq", "ddq"), motion, strict=True):
+        own = table[[f"{name}{j}" for j in range(1, 7)]].to_numpy()
+        np.testing.assert_allclose(own, values, rtol=1e-12, atol=1e-12)  # every digit is kept
+    ros = yaml.safe_load(texts[".yaml"])
+    assert ros["joint_names"] == list(load_arm(rx90_mjcf.MJCF).joint_names)
+    stamps = [p["time_from_start"] for p in ros["points"]]
+    assert all(0 <= each["nanosec"] < 10**9 for each in stamps)
+    seconds = [each["sec"] + 1e-9 * each["nanosec"] for each in stamps]
+    np.testing.assert_allclose(seconds, t, atol=6e-10)  # half a nanosecond
+    for name, values in zip(("positions", "velocities", "accelerations"), motion, strict=True):
+        np.testing.assert_allclose([p[name] for p in ros["points"]], values, atol=1e-12)  # twelve decimals
+    lines = texts[".script"].splitlines()
+    rows = [np.array(line.split("[")[1].split("]")[0].split(","), dtype=float) for line in lines if "[" in line]
+    np.testing.assert_allclose(rows, motion[0], atol=1e-9)  # nine decimals
+    assert lines[1].startswith("  movej(")
+    assert (lines[0], lines[-2:]) == ("def drive_gains():", ["end", "drive_gains()"])
+    steps = [float(re.search(r" t=([\d.e-]+)", line)[1]) for line in lines if "servoj" in line]
+    np.testing.assert_allclose(np.cumsum(steps), t[1:], rtol=1e-7)  # nine digits each
+    assert (result["samples"], result["duration_s"], result["beyond_limits"]) == (182, DURATION, [])
+    np.testing.assert_allclose(result["start"], motion[0][0], rtol=1e-12)
+    for name, values in zip(("max_velocity", "max_acceleration"), motion[1:], strict=True):
+        np.testing.assert_allclose(result[name], np.abs(values).max(axis=0), rtol=1e-9)  # times differ by rounding
+
+
+def test_exceeded_limits_are_named(tmp_path, capsys):
+    center, sine, none = np.array([0.1, 0.2, 0.3, 0.4, 0.2, 0.1]), np.zeros((6, 8)), np.zeros((6, 8))
+    sine[:, 3], sine[:, 7] = 0.06, -0.03
+    sine[0, 3], sine[0, 7] = 1.6, -0.8
+    fast = quick(tmp_path / "fast", at_rest(center, sine, none, 6.0), capsys)
+    assert fast["beyond_limits"] == ["joint 1: speed", "joint 1: acceleration"]
+    center[3], sine[0] = load_arm(rx90_mjcf.MJCF).upper[3] - 0.05, sine[1]
+    far = quick(tmp_path / "far", at_rest(center, sine, none, 6.0), capsys)
+    assert far["beyond_limits"] == ["joint 4: positions"]
+
+
+def test_an_arm_of_seven_joints_gets_no_urscript(tmp_path):
+    folder = recorded(tmp_path, 'extends = "panda"\n')
+    assert {each.name for each in folder.glob("motion.*")} == {"motion.csv", "motion.yaml"}
+
+
+@pytest.mark.parametrize(("rate", "match"), [("0.1", "expected 1 to 10000 Hz"), ("6000", "expected 1 to 1000000")])
+def test_too_few_or_too_many_samples_are_refused(tmp_path, capsys, rate, match):
+    path = quick_scenario(tmp_path)
+    write_motion(short_motion(250.0, 0.25), tmp_path / "short.toml", [])
+    try:
+        status = main(["record", str(path), "--out", str(tmp_path / "out"), "--rate", rate])
+    except SystemExit as stopped:
+        status = stopped.code
+    assert status == 2
+    assert match in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_path_with_detours_is_written_without_them(tmp_path):
+    near, far = tmp_path / "near", tmp_path / "far"
+    near.mkdir()
+    (far / "deep").mkdir(parents=True)
+    for folder in (tmp_path, far, near):
+        (folder / "arm.xml").write_text(folder.name)
+    assert short_path(near / ".." / "arm.xml") == str(tmp_path / "arm.xml")
+    (near / "linked").symlink_to(far / "deep")  # beyond a link, .. is another folder
+    assert short_path(near / "linked" / ".." / "arm.xml") == str(near / "linked" / ".." / "arm.xml")

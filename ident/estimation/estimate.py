@@ -80,19 +80,6 @@ class FoundParameter:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LoadFriction:
-    """Coefficients of load-dependent friction, and how the gains depend on them.
-
-    Attributes:
-        std: Standard deviation of each joint's coefficient, shape (k,).
-        slope: Relative change of each gain per unit of its own joint's coefficient, shape (k,).
-    """
-
-    std: Array
-    slope: Array
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainSolution:
     """The output of an estimator: 1/g of k joints and its derivatives, before identifiability is judged.
 
@@ -110,7 +97,6 @@ class GainSolution:
         unsolved: Reasons of the joints without 1/g, by joint.
         softened: Change of each row's current if the joints had the largest compliance of real drives [drive units],
             shape (r,); None if not computed.
-        load_friction: Effect on the gains of load-dependent friction, if it was estimated with them; else None.
         stiff: The solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else
             None.
     """
@@ -126,7 +112,6 @@ class GainSolution:
     friction_influence: Array
     unsolved: Mapping[int, str]
     softened: Array | None = None
-    load_friction: LoadFriction | None = None
     stiff: "GainSolution | None" = None
 
     @property

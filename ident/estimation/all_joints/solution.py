@@ -11,8 +11,7 @@ from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
 from ident.estimation.all_joints.reduction import base_of, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
 from ident.estimation.all_joints.start import alone, start_of
-from ident.estimation.all_joints.terms import LOAD_FORMS
-from ident.estimation.estimate import GainSolution, LoadFriction
+from ident.estimation.estimate import GainSolution
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
@@ -175,7 +174,7 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
     return replace(before, columns=columns, fit=fit)
 
 
-def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened: Sequence[Array] = ()) -> GainSolution:
+def solution(ready: Setting, final: Fitted, model: Array, softened: Sequence[Array] = ()) -> GainSolution:
     """Return the gains of a fit.
 
     Args:
@@ -183,13 +182,11 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened
         final: The fit.
         model: Relative change of each gain per standard deviation of each model assumption, shape (n, m); the priors of
             the fit are added.
-        moved: Change of each log|h| by a constraint after the fit, shape (n,). Standard deviations are those of the
-            fit.
         softened: Change of the torque of each joint's rows at the largest compliance of real drives, n arrays of shape
             (r_j,); empty if not needed.
     """
     fit = final.fit
-    n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
+    n, h, rows = ready.n, fit.found.h, fit.rows
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
     for j, (own, phi) in enumerate(zip(final.own, fit.phi, strict=True)):
         size = np.zeros((2, len(phi)))  # of both kinds of friction together, and of Coulomb friction
@@ -216,28 +213,7 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened
         friction_influence=influence,
         unsolved={},
         softened=np.concatenate([each * part for each, part in zip(h, softened, strict=True)]) if softened else None,
-        load_friction=_load_friction(final),
     )
-
-
-def _load_friction(final: Fitted) -> LoadFriction | None:
-    """Effect of load-dependent friction on the gains: the regression of log g on each coefficient, from the covariance.
-
-    It does not depend on the prior of the coefficient.
-    """
-    fit, n = final.fit, len(final.own)
-    if not any(name in LOAD_FORMS for own in final.own for name in own.names):
-        return None
-    std, slope = np.zeros(n), np.zeros(n)
-    for j, own in enumerate(final.own):
-        for k, name in enumerate(own.names):
-            if name in LOAD_FORMS:
-                (own_influence,) = fit.own_influence(j, np.eye(1, len(own.names), k))
-                coefficient = np.concatenate((own_influence / fit.rows.weight, fit.phi_belief[j][k]))
-                log_h = np.concatenate((fit.log_influence[j] / fit.rows.weight, fit.log_belief[j]))
-                std[j] = np.linalg.norm(coefficient)
-                slope[j] = -float(log_h @ coefficient) / float(std[j] ** 2)  # log g = -log h
-    return LoadFriction(std=std, slope=slope)
 
 
 def _rms(x: Array) -> float:

@@ -9,10 +9,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
-import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.estimation.all_joints.body import BODIES
 from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.estimation.all_joints.misplaced import with_misplaced
@@ -61,7 +59,6 @@ class AllJointsOptions:
         friction: Friction of every joint besides viscous and Coulomb.
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints are elastic, one compliance each; if not, `friction = "auto"` selects it from data.
-        payload_body: Whether unknown parameters of a payload are free, or constrained to be physically consistent.
         zero_std: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints], which are estimated; 0
             if they are exact. Zeros of real arms have errors of 0.02 to 0.5 degrees; the default assumes a calibrated
             arm.
@@ -77,7 +74,6 @@ class AllJointsOptions:
     friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
     friction_per_motion: bool = True
     compliance: bool = False
-    payload_body: str = field(default="free", metadata={NAMES: BODIES})
     zero_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
     tilt_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
@@ -87,7 +83,7 @@ class AllJointsOptions:
 
     def __post_init__(self) -> None:
         """Check the values; raises `OptionError`."""
-        for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
+        for name, known in (("friction", FRICTIONS), ("loss", LOSSES)):
             if getattr(self, name) not in known:
                 raise unknown_name(name, getattr(self, name), known)
         refuse_outside(self, OptionError)
@@ -114,12 +110,11 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     """
     ready = setting_of(problem, options, _given(options, problem.structure.arm.n))
     chosen = chosen_model(ready, options)
-    moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0]))
     estimate = judge_identifiability(NAME, problem, found)
-    return replace(estimate, remarks=chosen.remarks + moved.remarks)
+    return replace(estimate, remarks=chosen.remarks)
 
 
 def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:

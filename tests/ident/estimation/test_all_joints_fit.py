@@ -221,7 +221,7 @@ def test_the_payload_s_share_is_a_finite_difference_by_each_number_that_is_state
         return -np.log(np.abs(fit_with(ready, [{}] * N, (), None).fit.found.h))
 
     ready = setting(clean, per_motion=False, prior_std=1.0)
-    found = solution(ready, fit_with(ready, [{}] * N, (), None), np.zeros((N, 0)), np.zeros(N)).payload
+    found = solution(ready, fit_with(ready, [{}] * N, (), None), np.zeros((N, 0))).payload
     expected = []
     for which, stated in enumerate((one, two)):
         for name, count in (("mass", 1), ("com", 3), ("inertia", 6)):

@@ -31,7 +31,6 @@ class ResultGain(ResultModel):
         None, description="Contribution of the payload's specified uncertainty [N m / drive unit]"
     )
     model_std: float | None = Field(None, description="Contribution of the model's assumptions [N m / drive unit]")
-    total_std: float | None = Field(None, description="The same as `std` [N m / drive unit]")
     predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
 
     @classmethod
@@ -57,14 +56,13 @@ class ResultGain(ResultModel):
                 "residual_std": gain and gain.residual_std,
                 "payload_std": gain and gain.payload_std,
                 "model_std": gain and gain.model_std,
-                "total_std": gain and gain.std,
                 "predicted_rel_std": found.predicted_rel_std,
             }
         )
 
 
 class ResultParameter(ResultModel):
-    """A parameter of the payload that the method also estimates; `tolerance` and `passed` are null."""
+    """A parameter of the payload that the method also estimates."""
 
     parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
     true: float | None = Field(
@@ -74,10 +72,6 @@ class ResultParameter(ResultModel):
     std: float = Field(
         description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m or kg]"
     )
-    tolerance: float | None = Field(
-        default=None, description="Always null: the parameter is not judged [kg m^2, kg m or kg]"
-    )
-    passed: bool | None = Field(default=None, description="Always null")
 
     @classmethod
     def of(cls, found: FoundParameter, true: float | None) -> "ResultParameter":

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
-from ident.diagnosis.candidates import SHOWN
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import FoundParameter, GainEstimate
 from ident.identification import Identification
 from ident.model.parameters import INERTIAL
@@ -45,35 +44,6 @@ class ResultTiming(ResultModel):
     identify_s: float = Field(description="Time of the identification [s]")
 
 
-class ResultFinding(ResultModel):
-    """Summary of a fault that was tested by predictions of the currents."""
-
-    check: str = Field(description="Name of the diagnosis")
-    joint: int = Field(ge=1, description="The joint that is affected most")
-    statistic: float = Field(description="Value of the statistic, in the unit that `measure` names")
-    threshold: float = Field(description="Critical value of the statistic, in the unit that `measure` names")
-    measure: str = Field(description="What `statistic` and `threshold` measure")
-    sentence: str | None = Field(description="What the finding means, null if it is not significant")
-    change: float | None = Field(description="Change of that joint's gain [%], null where no gain changes")
-    failed: bool = Field(description="Whether the finding is significant")
-
-    @classmethod
-    def of(cls, found: Diagnosis) -> "ResultFinding":
-        """Return the summary of a diagnosis that has a z."""
-        assert found.z is not None, "asked of what was compared"
-        worst, matters = found.worst, found.severity is not Severity.GOOD
-        return cls(
-            check=found.name,
-            joint=(worst.joint if worst else found.joints[0] if found.joints else 0) + 1,
-            statistic=found.z,
-            threshold=SHOWN,
-            measure="improvement of the predictions, in standard errors",
-            sentence=found.sentence if matters else None,
-            change=worst.percent if worst else None,
-            failed=matters,
-        )
-
-
 class Result(DiagnosedResult):
     """What `rx90 run --json` and `rx90 identify --json` print."""
 
@@ -85,10 +55,6 @@ class Result(DiagnosedResult):
     fit: ResultFit = Field(description="Quality of the fit")
     timing: ResultTiming = Field(description="Wall times")
     notes: list[str] = Field(default_factory=list[str], description="What the method selected, and remarks")
-    consistency: list[ResultFinding] = Field(
-        default_factory=list[ResultFinding],
-        description="Summary of the faults that were tested by predictions of the currents",
-    )
     cost: ResultCost | None = Field(
         None, description="Results with a-priori and with identified gains, null if not requested"
     )
@@ -152,6 +118,5 @@ def _common(estimate: GainEstimate, notes: tuple[str, ...], found: Diagnosed) ->
     return {
         "fit": ResultFit.of(estimate),
         "notes": list(notes),
-        "consistency": [ResultFinding.of(each) for each in found.diagnoses if each.z is not None],
         **diagnosed_values(found),
     }

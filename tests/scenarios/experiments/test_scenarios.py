@@ -205,7 +205,7 @@ def test_usage_errors_exit_with_2(capsys):
 
 
 KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "identifiable", "passed", "reason"]
-KEYS += ["name", "residual_std", "payload_std", "model_std", "total_std", "predicted_rel_std"]
+KEYS += ["name", "residual_std", "payload_std", "model_std", "predicted_rel_std"]
 
 
 @pytest.fixture(scope="module")
@@ -232,7 +232,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency", "cost"]
+    kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "cost"]
     assert list(result) == [*kept, "unseen", "diagnoses", "excluded", "untold"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6

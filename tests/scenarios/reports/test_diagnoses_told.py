@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from estimates import gain_estimate
 
-from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.identification import Identification
 from scenarios.reports.content import Mood
@@ -102,22 +101,10 @@ def test_what_was_asked_is_told_though_it_is_good():
     assert not told.strong
 
 
-def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_in_short(tmp_path):
+def test_programs_are_given_every_diagnosis_with_joints_from_1(tmp_path):
     found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
     document = Result.of_identification(found, 0.1).model_dump(mode="json")
     assert document["notes"] == ["clock jitters"]
-    assert document["consistency"] == [
-        {
-            "check": "zero",
-            "joint": 3,
-            "statistic": 5.5,
-            "threshold": SHOWN,
-            "measure": "improvement of the predictions, in standard errors",
-            "sentence": DOUBT.sentence,
-            "change": -1.5,
-            "failed": True,
-        }
-    ]
     assert [each["joints"] for each in document["diagnoses"]] == [[3], []]
     assert [each["joint"] for each in document["diagnoses"][0]["effects"]] == [3, 2]
 

@@ -126,9 +126,9 @@ raise SystemExit(3)
 Path("other.toml").write_text(other)
 ```
 ```sh
-rx90 compare-gains mine/gains.toml \\
+rx90 verify mine/gains.toml \\
   other.toml > told.txt  # exit status 1
-rx90 compare-gains mine/*.toml mine/gains.toml
+rx90 verify mine/*.toml mine/gains.toml
 ```
 """
 

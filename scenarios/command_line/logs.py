@@ -30,10 +30,10 @@ HELP = {
 }
 
 
-def add_model_arguments(parser: argparse.ArgumentParser) -> None:
+def add_model_arguments(parser: argparse.ArgumentParser, *, needed: bool = True) -> None:
     """Declare the robot's model."""
     said = "MJCF or URDF file, robot.toml, or the name of a built-in robot"
-    parser.add_argument("--model", required=True, metavar="ROBOT", help=said)
+    parser.add_argument("--model", required=needed, metavar="ROBOT", help=said)
     add_reading_arguments(parser)
 
 

@@ -22,8 +22,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "identify": {"identify": "identify the gains of a robot from recordings"},
     "validate": {
-        "verify": "test gains with a known payload, or cross-validate",
-        "compare-gains": "test two sets of gains for significant changes",
+        "verify": "test gains with a known payload, cross-validate, or compare",
     },
     "use": {
         "payload-of": "estimate an unknown payload from currents and gains",

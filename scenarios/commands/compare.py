@@ -95,7 +95,7 @@ def _saved(subjects: Sequence[str]) -> str:
     if folder is None:
         return ""
     return (
-        f"{one_line(folder)} is a saved result (rx90 report shows it; rx90 compare-gains compares two gains files, as "
+        f"{one_line(folder)} is a saved result (rx90 report shows it; rx90 verify compares two gains files, as "
         "rx90 identify --gains-out writes them); "
     )
 

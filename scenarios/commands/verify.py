@@ -1,4 +1,4 @@
-"""`rx90 verify`."""
+"""`rx90 verify`: gains against a known mass, motions against each other, or two files of gains."""
 
 import argparse
 from dataclasses import replace
@@ -8,6 +8,7 @@ from scenarios.command_line.gains import (
     add_compared_gains,
     add_gains_argument,
     add_overlay_arguments,
+    gains_path,
     known_gains,
     observe_words,
     weigh,
@@ -36,7 +37,9 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    add_model_arguments(parser)
+    said = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
+    parser.add_argument("files", type=gains_path, nargs="*", metavar="GAINS", help=said)
+    add_model_arguments(parser, needed=False)
     add_gains_argument(
         parser, needed=False, said="gains to test with the payload's known mass; without them, cross-validation"
     )
@@ -55,11 +58,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Estimate a known mass with the gains, or cross-validate; status 1 if a mass differs."""
+    """Estimate a known mass with the gains, or cross-validate, or compare two files; status 1 if something differs."""
+    if options.files:
+        return _compared(options)
+    if options.model is None:
+        raise ScenarioError("--model: give the robot of the recordings, or two files of gains to compare")
     if options.compare_with is not None and options.unseen is None:
         raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
     files = mounted_files(options.given)
     return _cross_validated(options, files) if options.gains is None else _weighed(options, files)
+
+
+def _compared(options: argparse.Namespace) -> Status:
+    from ident.estimation.gain_comparison import compared
+    from scenarios.experiments.files.gains import check_units, read_gains
+    from scenarios.reports.compare_gains import comparison_report
+
+    if len(options.files) != 2 or options.model is not None or options.gains is not None or options.given:
+        raise ScenarioError(
+            f"{len(options.files)} files of gains; expected two and no recordings, or --gains G with recordings"
+        )
+    A, B = map(read_gains, options.files)
+    found = compared(A.known, B.known)
+    check_units(A, B)
+    show(comparison_report(found, A, B), options)
+    return Status.MISSED if found.moved else Status.PASSED
 
 
 def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:

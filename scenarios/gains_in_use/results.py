@@ -139,7 +139,7 @@ class ChiSquare(ResultModel):
 
 
 class GainComparison(ResultModel):
-    """What `rx90 compare-gains --json` prints.
+    """What `rx90 verify A.toml B.toml --json` prints.
 
     Attributes:
         moved: Whether a change is significant, of a joint or of all together.

@@ -1,4 +1,4 @@
-"""Report of `rx90 compare-gains`: which gains changed significantly, and whether by a common factor."""
+"""Report of `rx90 verify` for two files of gains: which gains changed significantly, and whether by a common factor."""
 
 from collections.abc import Callable
 

@@ -216,6 +216,6 @@ def test_a_saved_result_is_no_scenario_to_compare_and_says_what_shows_it(tmp_pat
     (tmp_path / "record.json").write_text("{}")
     assert main(["compare", str(tmp_path), "--method", "ls-2011"]) == 2
     said = capsys.readouterr().err
-    assert "is a saved result (rx90 report shows it; rx90 compare-gains compares" in said
+    assert "is a saved result (rx90 report shows it; rx90 verify compares" in said
     assert main(["compare", "nominal", "--method", "ls-2011"]) == 2
     assert capsys.readouterr().err.endswith("rx90: expected scenarios, -n N and --out DIR\n")

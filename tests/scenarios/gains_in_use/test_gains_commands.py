@@ -19,12 +19,12 @@ def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(wei
     place = text.index("joint = 3")
     slides = text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1)
     (weighed_cell / "slides.toml").write_text(slides)
-    assert main(["compare-gains", first, str(weighed_cell / "slides.toml")]) == 2
+    assert main(["verify", first, str(weighed_cell / "slides.toml")]) == 2
     assert "joint 3: its gain is in N m / drive unit in A and in N / drive unit in B" in capsys.readouterr().err
-    assert main(["compare-gains", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
+    assert main(["verify", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
     assert "N (m)/unit" in capsys.readouterr().out
     (weighed_cell / "slides.toml").write_text(text.replace("N m / drive unit", "N / drive unit"))
-    assert main(["compare-gains", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
+    assert main(["verify", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
     said = capsys.readouterr().out
     assert "N/unit" in said
     assert "N m/unit" not in said
@@ -33,13 +33,13 @@ def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(wei
 def test_gains_that_moved_are_named(weighed_cell, capsys):
     off(weighed_cell, 3, 1.2, "moved.json")
     first, second = str(weighed_cell / "gains.toml"), str(weighed_cell / "moved.json")
-    assert main(["compare-gains", first, first, "--json"]) == 0
-    assert not printed(capsys, "compare-gains")["moved"]
-    assert main(["compare-gains", first, second, "--json"]) == 1
-    found = printed(capsys, "compare-gains")
+    assert main(["verify", first, first, "--json"]) == 0
+    assert not printed(capsys, "verify-gains")["moved"]
+    assert main(["verify", first, second, "--json"]) == 1
+    found = printed(capsys, "verify-gains")
     assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
-    assert main(["compare-gains", first, second]) == 1
+    assert main(["verify", first, second]) == 1
     said = capsys.readouterr().out
     assert "MOVED: joint 3 changed significantly (" in said
     assert "A and B share heavy.parquet, unloaded.parquet: their errors are correlated" in said
@@ -49,13 +49,13 @@ def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_
     for name, values, extra in (("A", (2.0, 3.0, 5.0), 'name = "shoulder"'), ("B", (2.05, 3.0, 5.0), "")):
         entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.0075 * x}\n" for k, x in enumerate(values, 1)]
         (tmp_path / f"{name}.toml").write_text(entries[0] + f"{extra}\n" + "".join(entries[1:]))
-    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
+    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
     said = capsys.readouterr().out
     assert "shoulder" in said
     assert "MOVED beyond 2.39 standard deviations" in said
     assert "beyond 2, within 2.39 standard deviations: joint 1)." in said  # 2.3 deviations
-    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
-    assert printed(capsys, "compare-gains")["scale_joints"] == [1, 2, 3]
+    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
+    assert printed(capsys, "verify-gains")["scale_joints"] == [1, 2, 3]
 
 
 def test_a_change_of_a_single_common_joint_is_not_called_common_to_all(tmp_path, capsys):
@@ -63,7 +63,7 @@ def test_a_change_of_a_single_common_joint_is_not_called_common_to_all(tmp_path,
         refused = 'identifiable = false\nreason = "no payload"\n'
         text = f"[[gains]]\njoint = 1\n{refused}[[gains]]\njoint = 2\n{refused}[[gains]]\njoint = 3\n{joint_3}\n"
         (tmp_path / f"{name}.toml").write_text(text)
-    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
+    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
     said = capsys.readouterr().out
     assert "Only joint 3 has a gain in both files" in said
     assert "Change common to" not in said
@@ -76,7 +76,7 @@ def test_gains_that_moved_as_a_whole_name_the_joint_that_differs_from_the_common
         values = [(k, x * np.exp(log)) for k, (x, log) in enumerate(zip((2.0, 3.0, 5.0), logs, strict=True), 1)]
         entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.01 * x}\n" for k, x in values]
         (tmp_path / f"{name}.toml").write_text("".join(entries))
-    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
+    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
     said = " ".join(capsys.readouterr().out.split())
     # Of 1.41 % each, 2.1 deviations are below the limit of 2.39; the mean has 0.82 % and leaves 1.15 % and 4.0 %.
     assert (

@@ -44,9 +44,7 @@ ROUNDS = 3
 
 START_UP = """
 import sys
-from scenarios.experiments.workers.processes import prepare_processes
 if __name__ == "__main__":
-    prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
     from scenarios.experiments.files.loading import load_scenario

@@ -83,7 +83,7 @@ MODULES = {
             "commands",
             "reports.content",
             "reports.renderers",
-            "experiments.workers.kinds",
+            "experiments.workers.execute",
             "experiments.workers.processes",
             "experiments.workers.dask",
             "benchmark.methods.method",

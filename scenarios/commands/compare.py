@@ -11,7 +11,7 @@ from ident.support.naming import one_line
 from scenarios.command_line.output import add_form_arguments, console, show, under_way
 from scenarios.command_line.process import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
-from scenarios.experiments.workers import add_worker_options, open_workers, prepare_workers, worker_words
+from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.results.write_access import make_folder, try_folder
 from scenarios.support.errors import ScenarioError
 
@@ -72,8 +72,6 @@ def main(options: argparse.Namespace) -> Status:
         return _opened(options)
     if not options.method:
         raise ScenarioError("no method; name one with --method")
-    if not any(Path(subject).is_dir() for subject in options.subjects):
-        prepare_workers(options)
     from scenarios.benchmark.methods import method_of
     from scenarios.results.problem_folder import is_problem
 

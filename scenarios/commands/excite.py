@@ -10,7 +10,6 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status, complain, ending, printable
 from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
 from scenarios.command_line.writing import right_to_write
-from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from ident.support.arrays import Mask
@@ -55,7 +54,6 @@ def main(options: argparse.Namespace) -> Status:
     """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     _fill_in(options)
-    PROCESSES.prepare()
     import numpy as np
 
     from scenarios.design.excitation import Design

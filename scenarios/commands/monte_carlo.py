@@ -12,7 +12,6 @@ from scenarios.command_line.study_arguments import (
     summary_of,
     with_files,
 )
-from scenarios.experiments.workers import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Run the study, report, plot; status 1 if a joint contradicts the scenario's pass rate."""
-    prepare_workers(options)
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.studies.monte_carlo import monte_carlo
 

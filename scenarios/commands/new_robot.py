@@ -51,7 +51,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
-    PROCESSES.prepare()
     from scenarios.command_line.writing import right_to_write
     from scenarios.design.new_robot import Given, described, moved
     from scenarios.design.robot_folder import FILES, as_read, check_no_other_robot, write_new_robot

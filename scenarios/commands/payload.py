@@ -9,7 +9,6 @@ from scenarios.command_line.output import add_form_arguments, console, show
 from scenarios.command_line.process import Status
 from scenarios.command_line.searching import add_search_arguments, check_harmonics, kept_of, searched
 from scenarios.command_line.writing import right_to_write
-from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.payload_design import PayloadDesign
@@ -48,8 +47,6 @@ def main(options: argparse.Namespace) -> Status:
     if options.out is not None:
         names = FILES + MOTION * options.excite
         held = right_to_write(options, options.out, names, command="rx90 payload")
-    if options.excite:
-        PROCESSES.prepare()
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.design.payload_folder import write_payload_folder
     from scenarios.experiments.build import setup_of

@@ -12,7 +12,6 @@ from scenarios.command_line.study_arguments import (
     summary_of,
     with_files,
 )
-from scenarios.experiments.workers import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Run both designs, rank the error sources."""
-    prepare_workers(options)
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.studies.sensitivity import sensitivity
 

@@ -11,7 +11,7 @@ from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.settings import Value
 from scenarios.experiments.run import Run, Simulated, run, simulate
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import Workers
 
 if TYPE_CHECKING:
     from scenarios.experiments.studies.study import StudyRows

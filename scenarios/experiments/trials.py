@@ -4,7 +4,6 @@ Workers import this module: no pandas, no terminal.
 """
 
 import ctypes
-import gc
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -161,7 +160,6 @@ def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work:
             each = batch[i]
             found = work.failed(each.setup.scenario, outcome) if isinstance(outcome, Failure) else outcome
             rows[each.trial.number] = found
-            collect_garbage()
             if len(rows) % TIDY_EVERY == 0:
                 give_back_memory()
     return [row for trial in trials for row in rows[trial.number]]
@@ -285,12 +283,6 @@ def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
 
 def _field(named: tuple[str, pa.DataType]) -> pa.Field:
     return pa.field(*named)
-
-
-def collect_garbage() -> None:
-    """Collect garbage in a worker: reference cycles of a trial hold 40 MB."""
-    if gc.get_freeze_count():  # only in a worker; elsewhere the search takes longer than it is worth
-        gc.collect()
 
 
 def give_back_memory() -> None:

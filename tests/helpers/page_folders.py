@@ -17,7 +17,7 @@ from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.sensitivity import sensitivity
 from scenarios.experiments.studies.statistics import Coverage
 from scenarios.experiments.studies.study import Study, carry_out
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import Workers
 
 NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""

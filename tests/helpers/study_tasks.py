@@ -1,15 +1,9 @@
 """What workers are given to do in tests; a module of its own, so that a fresh process can import it."""
 
-import gc
 import os
-import sys
 import time
-import weakref
 from pathlib import Path
 
-import pyarrow as pa
-
-from scenarios.experiments.trials import collect_garbage
 from scenarios.support.errors import StudyError
 
 
@@ -49,23 +43,3 @@ def fail_above_4(x: int) -> int:
 
 def refuse(x: int) -> int:
     raise StudyError("this worker is of another version")
-
-
-def pandas_after_a_table(gain: float) -> tuple[bool, float]:
-    """Whether a table has brought pandas along, and its number as pandas has it."""
-    table = pa.table({"gain": [gain]})
-    loaded = "pandas" in sys.modules
-    return loaded, float(table.to_pandas()["gain"][0])
-
-
-def circle_survives(_: object) -> bool:
-    """Whether what only refers to itself is still there behind a trial."""
-    gc.disable()
-    held = {3, 5}
-    circle: list[object] = [held]
-    circle.append(circle)
-    kept = weakref.ref(held)
-    del held, circle
-    assert kept() is not None, "gone by itself"
-    collect_garbage()
-    return kept() is not None

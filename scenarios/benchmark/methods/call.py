@@ -25,7 +25,6 @@ from scenarios.benchmark.methods import estimator, function
 from scenarios.benchmark.methods.answer import read_answer
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
-from scenarios.experiments.workers.processes import import_path, prepare_processes
 from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import (
@@ -109,7 +108,12 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
 
 def _started(method: Method, folder: Path, limits: Limits, out: Path, err: Path) -> "Running":
     """Start a process in a new session, with standard output and error in two files."""
-    environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": import_path(), "PYTHONWARNINGS": "ignore"}
+    environment = {
+        **os.environ,
+        **ONE_THREAD,
+        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
+        "PYTHONWARNINGS": "ignore",
+    }
     out.touch()
     err.touch()
     if not method.words:
@@ -140,7 +144,16 @@ def _started(method: Method, folder: Path, limits: Limits, out: Path, err: Path)
 @cache
 def _prepare(process: int) -> None:
     """Start the fork server of methods."""
-    prepare_processes(IMPORTED, **ONE_THREAD)
+    from multiprocessing import forkserver  # not available on every platform
+
+    forkserver.set_forkserver_preload(list(IMPORTED))
+    before = dict(os.environ)
+    os.environ |= {**ONE_THREAD, "PYTHONSAFEPATH": "1"}
+    try:
+        forkserver.ensure_running()
+    finally:
+        os.environ.clear()
+        os.environ |= before
 
 
 def _live(text: str, folder: Path, limits: Limits, out: Path, err: Path, work: str) -> None:

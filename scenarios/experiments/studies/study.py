@@ -19,8 +19,7 @@ from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.studies.folder import StudyFolder, study_folder
 from scenarios.experiments.studies.parts import LOST, WHOLE, Part, block_of
 from scenarios.experiments.trials import IDENTIFY, OUTSIDE, Failure, Task, Trial, Work, run_task
-from scenarios.experiments.workers.execute import GivenUp, completed
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import GivenUp, Workers, completed
 from scenarios.support.errors import StudyError
 from scenarios.support.progress import progress_of
 from scenarios.support.versions import versions

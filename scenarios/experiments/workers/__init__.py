@@ -4,7 +4,7 @@ import argparse
 from contextlib import AbstractContextManager
 
 from scenarios.experiments.workers.dask import DASK
-from scenarios.experiments.workers.kinds import WorkerKind, Workers
+from scenarios.experiments.workers.execute import WorkerKind, Workers
 from scenarios.experiments.workers.processes import PROCESSES
 
 WORKERS: dict[str, WorkerKind] = {"processes": PROCESSES, "dask": DASK}
@@ -30,11 +30,6 @@ def worker_words(options: argparse.Namespace) -> list[str]:
     """Return the command-line arguments that select the same workers."""
     kind, value = _chosen(options)
     return [] if value is None else [f"--{kind.option}", value]
-
-
-def prepare_workers(options: argparse.Namespace) -> None:
-    """Start slow preparations of the workers; call this before large imports."""
-    _chosen(options)[0].prepare()
 
 
 def _chosen(options: argparse.Namespace) -> tuple[WorkerKind, str | None]:

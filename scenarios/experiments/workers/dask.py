@@ -1,4 +1,4 @@
-"""Workers of a Dask cluster."""
+"""Workers of a Dask cluster, through `distributed`'s executor."""
 
 import argparse
 import asyncio
@@ -7,21 +7,15 @@ import logging
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ident.support.extras import needed_extra
-from scenarios.experiments.workers.kinds import SCHEDULER_GONE, WorkerKind, Workers
+from scenarios.experiments.workers.execute import SCHEDULER_GONE, WorkerKind, Workers
 from scenarios.support.errors import StudyError
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 FEWEST = 16
 """Least number of workers for which tasks are submitted: an adaptive cluster grows only with waiting tasks."""
-ASKED_EVERY = 1.0
-"""Largest age of the cached number of workers [s]."""
 LOGGERS = ("distributed", "tornado", "asyncio")
 """Loggers that report a dying scheduler."""
 PATIENCE = 10.0
@@ -45,33 +39,43 @@ def dask_workers(address: str) -> Generator[Workers]:
         from distributed.utils import LoopRunner
     except ImportError as error:
         raise StudyError(str(needed_extra("distributed"))) from error
-    _silence()
-    if address.endswith(".json") and not Path(address).is_file():
-        raise StudyError(f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first")
+    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each logger of Dask has its own level
+        if name.partition(".")[0] in LOGGERS:  # a lost connection is reported here in one line
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    found = _address_in(Path(address)) if address.endswith(".json") else address
     try:
-        found = _address_in(address) if address.endswith(".json") else address
         LoopRunner().run_sync(_greet, found)
         client = Client(found, timeout=PATIENCE)
     except TimeoutError as error:
         raise StudyError(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
     except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
         raise StudyError(f"no Dask scheduler answers at {address}: {error}") from error
+
+    def count() -> int:
+        if client.status not in ("running", "connecting"):
+            raise StudyError(SCHEDULER_GONE)
+        try:
+            return max(FEWEST, sum(client.ncores().values()))
+        except OSError as error:
+            raise StudyError(SCHEDULER_GONE) from error
+
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a repeated task must be run again
-            count=lambda: _cores(client, int(time.monotonic() / ASKED_EVERY)),
+            count=count,
             died=KilledWorker,
-            reachable=lambda: client.status in ("running", "connecting"),
-            close=lambda executor: executor.shutdown(wait=False),  # `shutdown` of Dask always cancels
+            close=lambda executor: executor.shutdown(wait=False),  # which cancels
         )
 
 
-def _address_in(file: str) -> str:
+def _address_in(file: Path) -> str:
     """Return the address in a scheduler file; wait while the scheduler writes it."""
+    if not file.is_file():
+        raise StudyError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
     deadline = time.monotonic() + WRITTEN_WITHIN
     while True:
         try:
-            return str(json.loads(Path(file).read_bytes())["address"])
+            return str(json.loads(file.read_bytes())["address"])
         except (ValueError, KeyError, TypeError) as error:
             if time.monotonic() > deadline:
                 raise StudyError(
@@ -91,22 +95,6 @@ async def _greet(address: str) -> None:
     await comm.close()
 
 
-@lru_cache(maxsize=1)
-def _cores(client: "Client", moment: int) -> int:
-    """Return the number of cores of a cluster, at least `FEWEST`; cached, as each query needs a round trip."""
-    try:
-        return max(FEWEST, sum(client.ncores().values()))
-    except OSError as error:
-        raise StudyError(SCHEDULER_GONE) from error
-
-
-def _silence() -> None:
-    """Suppress Dask's tracebacks about a lost connection, which is reported here in one line."""
-    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each logger of Dask has its own level
-        if name.partition(".")[0] in LOGGERS:
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-
-
 def _address(text: str) -> str:
     if not text:
         raise argparse.ArgumentTypeError("expected tcp://HOST:PORT or a scheduler file")
@@ -119,5 +107,4 @@ DASK = WorkerKind(
     help="scheduler of a Dask cluster, tcp://HOST:PORT or its file",
     checked=_address,
     open=lambda value: dask_workers(value or ""),
-    prepare=lambda: None,
 )

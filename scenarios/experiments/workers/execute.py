@@ -1,20 +1,20 @@
-"""Run tasks on an executor, with a small queue, and recover from dying workers.
+"""Run tasks on any executor: a short queue, and recovery from dying workers.
 
-A process pool breaks as a whole, so a task whose worker dies need not be the cause. Each such task is repeated alone
-once; if it fails again, it is abandoned, with the reason. If the first few tasks are all abandoned and none has
+A process pool breaks as a whole, so a task whose worker dies need not be the cause. Each task that was lost is repeated
+alone once; if it fails again, it is abandoned, with the reason. If the first few tasks are all abandoned and none has
 succeeded, the workers are considered faulty, and the study ends.
 """
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
-from contextlib import closing
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TypeVar
 
-from scenarios.experiments.workers.kinds import SCHEDULER_GONE, Workers
 from scenarios.support.errors import StudyError
 
+SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the command"
 AHEAD = 2
 """Tasks submitted per worker, so that no worker is idle."""
 TICK = 0.5
@@ -24,6 +24,43 @@ HOPELESS = 3
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Workers that run tasks.
+
+    Attributes:
+        open: Creates an executor; called again after a dying worker has broken the last one.
+        count: Returns the current number of workers, for the length of the queue; raises `StudyError` if they are no
+            longer reachable.
+        died: Exceptions of a task's future if its worker has died.
+        close: Shuts down an executor without waiting for its tasks.
+    """
+
+    open: Callable[[], Executor]
+    count: Callable[[], int]
+    died: type[Exception] = BrokenExecutor
+    close: Callable[[Executor], None] = lambda executor: executor.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerKind:
+    """A kind of workers and the command-line option that selects it.
+
+    Attributes:
+        option: Name of the option, without dashes; its value is a text.
+        metavar: Name of the value in the help.
+        help: Help text of the option.
+        checked: Returns the text if it is valid, as a type of `argparse`.
+        open: Context manager of the workers for a value, None if the option is not given.
+    """
+
+    option: str
+    metavar: str
+    help: str
+    checked: Callable[[str], str]
+    open: Callable[[str | None], AbstractContextManager[Workers]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,58 +87,43 @@ def completed(
             are all abandoned.
     """
     queue, suspects = iter(tasks), deque[Task]()
-    done = given_up = 0
-    while True:
-        alone = bool(suspects)
-        with closing(_outcomes(workers, function, iter([suspects.popleft()]) if alone else queue, tick)) as outcomes:
-            for task, outcome in outcomes:
-                if not isinstance(outcome, GivenUp):
-                    done += 1
+    returned = given_up = 0
+    alone, pending = False, True
+    while pending:
+        source = iter([suspects.popleft()]) if alone else queue
+        executor, running, broken = workers.open(), dict[Future[Result], Task](), False
+        try:
+            while True:
+                while (
+                    not broken and len(running) < AHEAD * workers.count() and (task := next(source, None)) is not None
+                ):
+                    try:
+                        running[executor.submit(function, task)] = task
+                    except BrokenExecutor:  # a worker died between two tasks
+                        suspects.append(task)
+                        broken = True
+                if not running:
+                    break
+                while not (finished := wait(running, timeout=TICK, return_when=FIRST_COMPLETED).done):
+                    workers.count()
+                    tick()
+                for future in finished:
+                    task, outcome = running.pop(future), _outcome(future, workers.died)
+                    if isinstance(outcome, GivenUp) and not alone:
+                        suspects.append(task)
+                        broken = True
+                        continue
+                    given_up += isinstance(outcome, GivenUp)
+                    returned += not isinstance(outcome, GivenUp)
                     yield task, outcome
-                elif not alone:
-                    suspects.append(task)
-                else:
-                    given_up += 1
-                    yield task, outcome
-                    if given_up == HOPELESS and not done:
+                    if isinstance(outcome, GivenUp) and given_up == HOPELESS and not returned:
                         raise StudyError(
                             f"none of the first {HOPELESS} chunks of trials returned: {outcome.reason}; fix the cause "
                             "and repeat the command"
                         )
-        if not alone and not suspects:
-            return
-
-
-def _outcomes(
-    workers: Workers, function: Callable[[Task], Result], tasks: Iterator[Task], tick: Callable[[], None]
-) -> Generator[tuple[Task, Result | GivenUp]]:
-    """Run tasks on a new executor until one fails; running tasks are completed."""
-    executor, running, failed = workers.open(), dict[Future[Result], Task](), False
-    try:
-        while True:
-            while not failed and len(running) < AHEAD * workers.count() and (task := next(tasks, None)) is not None:
-                running[_submitted(executor, function, task)] = task
-            if not running:
-                return
-            while not (finished := wait(running, timeout=TICK, return_when=FIRST_COMPLETED).done):
-                if not workers.reachable():
-                    raise StudyError(SCHEDULER_GONE)
-                tick()
-            for future in finished:
-                outcome = _outcome(future, workers.died)
-                failed |= isinstance(outcome, GivenUp)
-                yield running.pop(future), outcome
-    finally:
-        workers.close(executor)
-
-
-def _submitted(executor: Executor, function: Callable[[Task], Result], task: Task) -> Future[Result]:
-    try:
-        return executor.submit(function, task)
-    except BrokenExecutor as error:  # a worker died between two tasks
-        future = Future[Result]()
-        future.set_exception(error)
-        return future
+        finally:
+            workers.close(executor)
+        pending, alone = alone or broken, bool(suspects)
 
 
 def _outcome(future: Future[Result], died: type[Exception]) -> Result | GivenUp:

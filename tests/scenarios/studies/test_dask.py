@@ -146,30 +146,6 @@ def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypat
     assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
 
 
-def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(living, monkeypatch):
-    now, asked = [100.2], []
-
-    def ncores(client: object) -> dict[str, int]:
-        asked.append(now[0])
-        if now[0] > 105.0:
-            raise OSError("gone")
-        return {"a": 7, "b": 11 * len(asked)}
-
-    monkeypatch.setattr("distributed.Client.ncores", ncores)
-    with (
-        dask_workers(str(living()[0])) as workers,
-        monkeypatch.context() as patched,
-    ):  # the client needs its clock again
-        patched.setattr("scenarios.experiments.workers.dask.time.monotonic", lambda: now[0])
-        assert [workers.count(), workers.count()] == [18, 18]
-        now[0] = 101.3
-        assert [workers.count(), workers.count()] == [29, 29]
-        assert asked == [100.2, 101.3]
-        now[0] = 106.0
-        with pytest.raises(StudyError, match="the scheduler has exited"):
-            workers.count()
-
-
 def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for(living, monkeypatch):
     monkeypatch.setattr("distributed.Client.ncores", lambda client: {"a": 3})
     with dask_workers(str(living()[0])) as workers:

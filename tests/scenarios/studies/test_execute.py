@@ -10,19 +10,16 @@ from dataclasses import replace
 
 import pytest
 from study_tasks import (
-    circle_survives,
     die_once,
     double,
     double_or_die,
     fail,
     fail_above_4,
-    pandas_after_a_table,
     refuse,
 )  # fmt: skip
 
 from scenarios.experiments.workers import WORKERS, add_worker_options, open_workers, worker_words
-from scenarios.experiments.workers.execute import GivenUp, completed
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import GivenUp, Workers, completed
 from scenarios.experiments.workers.processes import local_processes
 from scenarios.support.errors import StudyError
 
@@ -98,16 +95,6 @@ def test_worker_processes_are_gone_afterwards():
     while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
     assert set(multiprocessing.active_children()) == before
-
-
-def test_workers_make_tables_without_pandas_and_have_it_when_they_ask():
-    with local_processes(1) as workers:
-        assert workers.open().submit(pandas_after_a_table, 0.7).result() == (False, 0.7)
-
-
-def test_what_refers_to_itself_is_gone_behind_a_trial_in_a_worker():
-    with local_processes(1) as workers:
-        assert not workers.open().submit(circle_survives, None).result()
 
 
 @pytest.mark.parametrize("name", ["PYTHONSAFEPATH", "PYTHONPATH", "PYTHONWARNINGS"])

@@ -24,7 +24,7 @@ from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import Workers
 
 DEADLINE = 120.0
 TRIALS, PARTS = 8, 8
@@ -183,16 +183,3 @@ def test_an_interrupted_study_ends_though_a_thread_of_it_does_not():
     done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "rx90: stopped; finished trials are kept; continue with: rx90 again\n"
-
-
-CUT_OFF = """
-import multiprocessing, os
-from scenarios.experiments.workers.processes import prepare_processes
-lock = multiprocessing.get_context(prepare_processes()).Lock()
-os._exit(130)
-"""
-
-
-def test_a_process_that_ends_at_once_leaves_no_complaint_about_what_it_held():
-    done = subprocess.run([sys.executable, "-c", CUT_OFF], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

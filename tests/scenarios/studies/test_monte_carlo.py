@@ -23,7 +23,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import motion_streams, run
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import Workers
 from scenarios.support.errors import StudyError
 
 CONTRACT = [

@@ -16,7 +16,7 @@ from scenarios.experiments.studies import parts
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.parts import BLOCK, LOST, WHOLE, Part, block_of
 from scenarios.experiments.studies.study import Unfinished
-from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.execute import Workers
 from scenarios.support.errors import StudyError
 
 IDENTITY = {"study": "monte-carlo"}

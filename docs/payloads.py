@@ -20,7 +20,7 @@ standard deviation of the gain of the worst joint [%], all joints wanted, along 
 **own** payload and with the best designed one that may be mounted (**weight**); **as made** includes the tolerances of
 the drawing and the scale. It is of steel, no heavier than the robot's rated load, and within the limits of torque and
 distance along that motion. If the motion was searched for the scenario's own payload, that payload may be the better
-one, and the command says so; `rx90 payload --excite` also searches a motion for the designed payload.
+one, and the command says so.
 
 | Scenario | Own [kg] | Own [%] | Weight [%] | As made [%] | Shape [mm] | Mass [kg] | Rated load [kg] | Joints shown |
 |---|---|---|---|---|---|---|---|---|

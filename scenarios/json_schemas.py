@@ -19,7 +19,8 @@ from scenarios.benchmark.methods.answer import AnswerFile
 from scenarios.benchmark.methods.answers import Answers
 from scenarios.benchmark.paper.result import PaperResult
 from scenarios.benchmark.scoreboard.results import Scoreboard
-from scenarios.design.results import NewRobot, PayloadDesign, Recorded, Searched
+from scenarios.design.payload_design import PayloadDesign
+from scenarios.design.results import NewRobot, Recorded, Searched
 from scenarios.experiments.files.attribute_docs import attribute_docs
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.experiments.files.motions import LARGEST, LONGEST

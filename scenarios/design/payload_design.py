@@ -1,7 +1,8 @@
-"""Design of a payload for a scenario: accuracy with its own payload and with the best payload of each shape.
+"""Design of a payload for a scenario: the best of each shape along the scenario's own motion, beside its own payload.
 
 The motion is sampled once, so the evaluation of a payload takes a few milliseconds. Dimensions are whole millimetres.
-Each shape is optimised by differential evolution.
+Each shape is optimised by differential evolution, within the rated load, the torques of the drives and the distance to
+floor and arm. All joints are to be identified.
 """
 
 from collections.abc import Callable
@@ -9,18 +10,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from pydantic import Field
 from scipy import optimize
 
+from ident.payload.files import payload_to_table
 from ident.payload.payload import Known, Payload
-from ident.support.arrays import Array, Mask
+from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, design_problem, objective
 from scenarios.design.limits import SHARES
-from scenarios.design.weights import SHAPES, Weight, payload_of, solids
+from scenarios.design.results import finite
+from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
 from scenarios.experiments.build import Setup, body_of
 from scenarios.experiments.files.mountings import mountings
-from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
 from scenarios.support.errors import ScenarioError
+from scenarios.support.result_model import ResultModel
 from sim.clearance import CLEARANCE, Clearance
 from sim.flange import Flange, flange_of
 from sim.trajectory import FourierTrajectory
@@ -38,34 +42,64 @@ LOOKED_AT = 10
 STEPS = 100 * len(SHAPES)  # steps of a design for the progress display
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Mounted:
-    """Evaluation of a payload along a motion.
+class DesignedJoint(ResultModel):
+    """Effect of a payload on a joint."""
 
-    Attributes:
-        payload: Payload as known to the identification.
-        deviations: Predicted standard deviations.
-        torque: Rms torque of the payload on each joint [N m], shape (n,).
-    """
-
-    payload: Payload
-    deviations: Deviations
-    torque: Array
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    wanted: bool = Field(description="Whether the payload is designed to identify its gain")
+    payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
+    std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
+    payload_std: float | None = Field(
+        description="Relative standard deviation of the gain from the uncertainty of the payload"
+    )
+    shown: bool = Field(description="Whether the gain is expected to be identifiable")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Candidate(Mounted):
-    """A designed payload.
+class DesignedPayload(ResultModel):
+    """A payload and its effect on the joints."""
 
-    Attributes:
-        weight: The nominal payload.
-        cost: Objective.
-        refusal: Why it must not be mounted, or an empty text.
-    """
+    payload: dict[str, object] = Field(description="The payload, with the keys of a payload file")
+    off_axis_mm: float | None = Field(description="Distance of the centre of mass from the flange's axis [mm]")
+    joints: list[DesignedJoint] = Field(description="One entry per joint, in order")
 
-    weight: Weight
-    cost: float
-    refusal: str
+    @property
+    def worst(self) -> float:
+        """Largest standard deviation of a gain with a fully known payload."""
+        return max(np.inf if each.std is None else each.std for each in self.joints)
+
+    @property
+    def worst_as_made(self) -> float:
+        """Largest standard deviation of a gain with the payload's uncertainty."""
+        return max(float(np.hypot(each.std or np.inf, each.payload_std or 0.0)) for each in self.joints)
+
+
+class DesignedWeight(DesignedPayload):
+    """A designed payload and its effect on the joints."""
+
+    shape: str = Field(description="Name of the shape")
+    dimensions_mm: dict[str, float] = Field(description="Dimensions by name [mm]")
+    turned_deg: int = Field(description="Angle about the flange's axis [degrees]")
+    density: float = Field(description="Density of the material [kg/m^3]")
+    refusal: str | None = Field(description="Why the payload must not be mounted, null if it may be")
+
+
+class PayloadDesign(ResultModel):
+    """What `rx90 payload --json` prints."""
+
+    scenario: str = Field(description="Name of the scenario")
+    residual: float = Field(
+        description="Expected standard deviation of the residual, as a share of each joint's rms torque"
+    )
+    rated_load: float | None = Field(description="Rated load of the arm, null if its file does not state one [kg]")
+    own_is_better: bool = Field(description="Whether the scenario's own payload identifies the worst joint better")
+    flange: str | None = Field(
+        description="Frame of the model on which the payload is mounted, null for the axis of the last joint"
+    )
+    before: DesignedPayload = Field(description="The scenario's own payload")
+    after: DesignedPayload = Field(description="The payload to be manufactured")
+    candidates: list[DesignedWeight] = Field(
+        description="The best payload of each shape: the best first, those that must not be mounted last"
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,6 +113,7 @@ class Carrying:
         known: Known parameters of the payload.
         most: Largest mass [kg], infinite if not stated.
         density: Density of the material [kg/m^3].
+        shown_below: Largest predicted relative standard deviation of an identifiable gain.
     """
 
     design: Design
@@ -87,14 +122,16 @@ class Carrying:
     known: Known
     most: float
     density: float
+    shown_below: float
 
     @cached_property
     def rows(self) -> MotionRows:
-        """Return the motion, sampled for predictions."""
+        """The motion, sampled for predictions."""
         return self.design.rows(self.motion)
 
     @cached_property
-    def _predict(self) -> Callable[[Carried], Deviations]:
+    def predict(self) -> Callable[[Carried], Deviations]:
+        """Predicts the standard deviations of the gains for a payload."""
         return self.design.problem.prediction(self.rows, self.design.problem.structure)
 
     @cached_property
@@ -105,41 +142,50 @@ class Carrying:
         """Return a designed payload as known to the identification."""
         return replace(payload_of(weight, self.flange), known=self.known)
 
-    def problem_with(self, weight: Weight, payload: Payload) -> Problem:
+    def problem_with(self, weight: Weight) -> Problem:
         """Return the same problem with a payload on the flange."""
-        problem = self.design.problem
+        problem, payload = self.design.problem, self.payload(weight)
         plant = replace(problem.plant, payload=body_of(payload))
         return replace(problem, plant=plant, carried=drawn(payload), solids=solids(weight, self.flange))
 
     def cost(self, weight: Weight) -> float:
         """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
-        missing = SHAPES[weight.shape].missing(weight.dimensions)
-        over = max(missing, 0.0) / 10.0 + max(weight.properties.mass / self.most - 1.0, 0.0)
+        over = weight.uncovered / 10.0 + max(weight.mass / self.most - 1.0, 0.0)
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
-        payload = self.payload(weight)
-        over = self._torque_excess(payload)
+        what = drawn(self.payload(weight))
+        over = self._torque_used(what) - SHARES["torque"] - EXCESS
         if over > 0.0:
             return IMPOSSIBLE + min(over, 10.0)
-        value = objective(self._predict(drawn(payload)).total[self.design.problem.joints])
-        return value + 10.0 * max(ROOM - self._distance(weight, payload, NEAR_HZ), 0.0) / ROOM
+        near = max(ROOM - self._distance(weight, NEAR_HZ), 0.0) / ROOM
+        return objective(self.predict(what).total) + 10.0 * near
 
-    def candidate(self, weight: Weight) -> Candidate:
-        """Return the full evaluation of a payload, with distances on a fine grid."""
-        payload = self.payload(weight)
-        deviations = self._predict(drawn(payload))
-        return Candidate(
-            weight=weight,
-            payload=payload,
-            deviations=deviations,
-            torque=_payload_torque(self.rows.Y, drawn(payload).chi),
-            cost=objective(deviations.total[self.design.problem.joints]),
-            refusal=self._refusal(weight, payload),
-        )
+    def refusal(self, weight: Weight) -> str:
+        """Return why a payload must not be mounted, or an empty text; distances are checked on a fine grid."""
+        if weight.mass > self.most:
+            return f"weighs {weight.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
+        used, may = self._torque_used(drawn(self.payload(weight))), SHARES["torque"] + EXCESS
+        if used > may:
+            return f"needs {100.0 * used:.0f} % of a drive's torque, where {100.0 * may:.0f} % may be used"
+        near = self._distance(weight, FITTED_HZ)
+        if near < CLEARANCE * (1.0 - EXCESS):
+            return f"comes within {1e3 * max(near, 0.0):.0f} mm of floor or arm (required {1e3 * CLEARANCE:g} mm)"
+        return ""
 
-    def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Candidate:
-        """Return the best payload of a shape. `tell` receives the progress of the search."""
-        bounds = np.array([*SHAPES[shape].dimensions.values(), (0, 3)], dtype=np.float64)
+    def _torque_used(self, what: Carried) -> float:
+        """Return the largest torque of bare and loaded motion, as a share of a drive's."""
+        used = np.abs(self._fast.torques(what.chi)).max(axis=(0, 1)) / self.design.problem.limits.torque
+        return float(used.max())
+
+    def _distance(self, weight: Weight, rate_hz: float) -> float:
+        """Return the smallest distance to floor and arm at a sampling rate [m]."""
+        problem = self.problem_with(weight)
+        q, _, _ = self.motion(np.arange(0.0, self.motion.duration, 1.0 / rate_hz))
+        return float(Clearance(problem.plant, ROOM, problem.solids)(q).min())
+
+    def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
+        """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
+        bounds = np.array([*SHAPES[shape][1].values(), (0, 3)], dtype=np.float64)
         calls = 0
 
         def weight(x: Array) -> Weight:
@@ -162,88 +208,58 @@ class Carrying:
             tol=1e-4,
             polish=False,
         )
-        order = np.argsort(found.population_energies)[:LOOKED_AT]
-        looked_at = [self.candidate(weight(found.population[k])) for k in order]
-        return next((candidate for candidate in looked_at if not candidate.refusal), looked_at[0])
+        looked_at = [weight(found.population[k]) for k in np.argsort(found.population_energies)[:LOOKED_AT]]
+        return next((each for each in looked_at if not self.refusal(each)), looked_at[0])
 
-    def _refusal(self, weight: Weight, payload: Payload) -> str:
-        if payload.mass > self.most:
-            return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        over = self._torque_excess(payload)
-        if over > 0.0:
-            used, may = over + SHARES["torque"] + EXCESS, SHARES["torque"] + EXCESS
-            return f"needs {100.0 * used:.0f} % of a drive's torque, where {100.0 * may:.0f} % may be used"
-        near = self._distance(weight, payload, FITTED_HZ)
-        if near < CLEARANCE * (1.0 - EXCESS):
-            return f"comes within {1e3 * max(near, 0.0):.0f} mm of floor or arm (required {1e3 * CLEARANCE:g} mm)"
-        return ""
-
-    def _torque_excess(self, payload: Payload) -> float:
-        used = np.abs(self._fast.torques(drawn(payload).chi)).max(axis=(0, 1)) / self.design.problem.limits.torque
-        return float(used.max()) - SHARES["torque"] - EXCESS
-
-    def _distance(self, weight: Weight, payload: Payload, rate_hz: float) -> float:
-        """Return the smallest distance to floor and arm at a sampling rate [m]."""
-        problem = self.problem_with(weight, payload)
-        q, _, _ = self.motion(np.arange(0.0, self.motion.duration, 1.0 / rate_hz))
-        return float(Clearance(problem.plant, ROOM, problem.solids)(q).min())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PayloadDesign:
-    """Result of a design.
-
-    Attributes:
-        scenario: The scenario.
-        mounting: Name of the payload that is replaced.
-        carrying: Robot, limits, the scenario's motion, the joints to identify.
-        before: The scenario's own payload along its own motion.
-        all_torque: Rms torque on each joint in bare and loaded motion with this payload [N m], shape (n,).
-        candidates: The best payload of each shape: best first, infeasible ones last.
-        again: The best one along a motion that was searched for it; None without such a search.
-        shown_below: Largest predicted relative standard deviation of an identifiable gain.
-    """
-
-    scenario: Scenario
-    mounting: str
-    carrying: Carrying
-    before: Mounted
-    all_torque: Array
-    candidates: tuple[Candidate, ...]
-    again: Candidate | None
-    shown_below: float
-
-    @property
-    def joints(self) -> list[int]:
-        """Joints to identify, from 0."""
-        return self.carrying.design.problem.joints.tolist()
-
-    @property
-    def best(self) -> Candidate:
-        """The payload to be manufactured.
-
-        Raises:
-            ScenarioError: If none is feasible.
-        """
-        first = self.candidates[0]
-        if first.refusal:
-            raise ScenarioError(
-                f"{self.scenario.name}: no payload meets the limits: the best {first.weight.shape} {first.refusal}"
+    def effect(self, what: Carried, payload: Payload) -> DesignedPayload:
+        """Return the effect of a payload on the gains."""
+        deviations, torque = self.predict(what), np.sqrt(np.mean((self.rows.Y @ what.chi) ** 2, axis=0))
+        joints = [
+            DesignedJoint(
+                joint=j + 1,
+                wanted=True,
+                payload_torque_rms=float(torque[j]),
+                std=finite(std),
+                payload_std=finite(deviations.payload[j]),
+                shown=bool(std <= self.shown_below),
             )
-        return first
+            for j, std in enumerate(deviations.noise)
+        ]
+        off = None
+        if payload.com is not None:
+            off = float(np.linalg.norm((self.flange.rotation.T @ (payload.com - self.flange.origin))[:2])) / MM
+        return DesignedPayload(payload=payload_to_table(payload), off_axis_mm=off, joints=joints)
 
-    @property
-    def after(self) -> Candidate:
-        """The best one, along the motion for its use."""
-        return self.best if self.again is None else self.again
+    def candidate(self, weight: Weight) -> DesignedWeight:
+        """Return a designed payload with its effect, and why it must not be mounted."""
+        payload = self.payload(weight)
+        return DesignedWeight(
+            **self.effect(drawn(payload), payload).model_dump(),
+            shape=weight.shape,
+            dimensions_mm=weight.named,
+            turned_deg=90 * weight.quarter,
+            density=weight.density,
+            refusal=self.refusal(weight) or None,
+        )
 
-    def shows(self, deviations: Deviations) -> Mask:
-        """Return a mask of joints with an identifiable gain, shape (n,)."""
-        return deviations.noise <= self.shown_below
 
-    def worst(self, deviations: Deviations) -> float:
-        """Return the largest standard deviation of the gains to identify from noise, with a fully known payload."""
-        return float(deviations.noise[self.joints].max())
+def carrying_of(setup: Setup, density: float) -> Carrying:
+    """Return the design problem of a scenario's first payload, of a material's density [kg/m^3].
+
+    Raises:
+        ScenarioError: If the scenario mounts no payload.
+    """
+    stated = design_problem(setup)
+    robot, gains = stated.plant.robot, setup.scenario.table.identification.gains
+    return Carrying(
+        design=Design(replace(stated, joints=np.arange(setup.structure.arm.n))),
+        motion=setup.experiments[0].trajectory,
+        flange=flange_of(robot),
+        known=setup.payloads[mountings(setup.protocol)[0]].known,
+        most=np.inf if robot.rated_load is None else robot.rated_load,
+        density=density,
+        shown_below=gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL),
+    )
 
 
 def design_payload(
@@ -251,40 +267,36 @@ def design_payload(
 ) -> PayloadDesign:
     """Search for the best payload of every shape along a scenario's motion.
 
-    `density` is that of the material [kg/m^3]; `tell` receives the completed number of `STEPS`, and the current shape.
+    Args:
+        setup: The scenario.
+        density: Density of the material [kg/m^3].
+        seed: Seed of the search.
+        tell: Receives the completed number of `STEPS`, and the current shape.
 
     Raises:
-        ScenarioError: If the scenario mounts no payload.
+        ScenarioError: If the scenario mounts no payload; if no payload is feasible.
     """
-    stated = design_problem(setup)
-    design = Design(replace(stated, joints=np.arange(setup.structure.arm.n)))
-    mounting, robot, gains = mountings(setup.protocol)[0], stated.plant.robot, setup.scenario.table.identification.gains
-    believed, chi = setup.payloads[mounting], stated.carried.chi
-    carrying = Carrying(
-        design=design,
-        motion=setup.experiments[0].trajectory,
-        flange=flange_of(robot),
-        known=believed.known,
-        most=np.inf if robot.rated_load is None else robot.rated_load,
-        density=density,
-    )
+    carrying = carrying_of(setup, density)
 
-    def best(number: int, shape: str) -> Candidate:
-        return carrying.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
+    def best(number: int, shape: str) -> tuple[float, DesignedWeight]:
+        weight = carrying.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
+        return objective(carrying.predict(drawn(carrying.payload(weight))).total), carrying.candidate(weight)
 
-    candidates, rows = [best(number, shape) for number, shape in enumerate(SHAPES)], carrying.rows
+    found = [best(number, shape) for number, shape in enumerate(SHAPES)]
+    candidates = [each for _, each in sorted(found, key=lambda pair: (pair[1].refusal is not None, pair[0]))]
+    first = candidates[0]
+    if first.refusal is not None:
+        raise ScenarioError(
+            f"{setup.scenario.name}: no payload meets the limits: the best {first.shape} {first.refusal}"
+        )
+    before = carrying.effect(carrying.design.problem.carried, setup.payloads[mountings(setup.protocol)[0]])
     return PayloadDesign(
-        scenario=setup.scenario,
-        mounting=mounting,
-        carrying=carrying,
-        before=Mounted(payload=believed, deviations=design.deviations(rows), torque=_payload_torque(rows.Y, chi)),
-        all_torque=np.sqrt(np.mean(rows.torques(chi) ** 2, axis=(0, 1))),
-        candidates=tuple(sorted(candidates, key=lambda each: (bool(each.refusal), each.cost))),
-        again=None,
-        shown_below=gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL),
+        scenario=setup.scenario.name,
+        residual=RESIDUAL,
+        rated_load=finite(carrying.most),
+        own_is_better=before.worst <= first.worst,
+        flange=carrying.flange.name or None,
+        before=before,
+        after=DesignedPayload.model_validate(first.model_dump(include=set(DesignedPayload.model_fields))),
+        candidates=candidates,
     )
-
-
-def _payload_torque(Y: Array, chi: Array) -> Array:
-    """Return the rms torque of a payload on each joint [N m], shape (n,); Y has shape (N, n, 10)."""
-    return np.sqrt(np.mean((Y @ chi) ** 2, axis=0))

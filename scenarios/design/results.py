@@ -28,57 +28,6 @@ class NewRobot(ResultModel):
     payload_warning: str | None = Field(description="Why it may be too heavy, null if nothing suggests it")
 
 
-class DesignedJoint(ResultModel):
-    """Effect of a payload on a joint."""
-
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    wanted: bool = Field(description="Whether the payload is designed to identify its gain")
-    payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
-    std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
-    payload_std: float | None = Field(
-        description="Relative standard deviation of the gain from the uncertainty of the payload"
-    )
-    shown: bool = Field(description="Whether the gain is expected to be identifiable")
-
-
-class DesignedPayload(ResultModel):
-    """A payload and its effect on the joints."""
-
-    payload: dict[str, object] = Field(description="The payload, with the keys of a payload file")
-    joints: list[DesignedJoint] = Field(description="One entry per joint, in order")
-
-
-class _Shape(ResultModel):
-    shape: str = Field(description="Name of the shape")
-    dimensions_mm: dict[str, float] = Field(description="Dimensions by name [mm]")
-    turned_deg: int = Field(description="Angle about the flange's axis [degrees]")
-    density: float = Field(description="Density of the material [kg/m^3]")
-    refusal: str | None = Field(description="Why the payload must not be mounted, null if it may be")
-
-
-class DesignedWeight(DesignedPayload, _Shape):
-    """A designed payload and its effect on the joints."""
-
-
-class PayloadDesign(ResultModel):
-    """What `rx90 payload --json` prints."""
-
-    scenario: str = Field(description="Name of the robot or scenario")
-    residual: float = Field(
-        description="Expected standard deviation of the residual, as a share of each joint's rms torque"
-    )
-    rated_load: float | None = Field(description="Rated load of the arm, null if its file does not state one [kg]")
-    own_is_better: bool = Field(description="Whether the scenario's own payload identifies the worst joint better")
-    flange: str | None = Field(
-        description="Frame of the model on which the payload is mounted, null for the axis of the last joint"
-    )
-    before: DesignedPayload = Field(description="The scenario's own payload")
-    after: DesignedPayload = Field(description="The payload to be manufactured")
-    candidates: list[DesignedWeight] = Field(
-        description="The best payload of each shape: the best first, those that must not be mounted last"
-    )
-
-
 class Recorded(ResultModel):
     """What `rx90 record --json` prints; arrays have one number per joint."""
 

@@ -14,10 +14,8 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
-from ident.recordings.copies import share_samples
-from ident.recordings.current_noise import same_noise
 from ident.recordings.motion import Motion
-from ident.recordings.recording import NO_JOINT, Recording
+from ident.recordings.recording import NO_JOINT, Recording, share_samples
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
 LOAD_Z = 4.0
@@ -76,20 +74,6 @@ def check_different(recordings: Sequence[Recording]) -> None:
         if share_samples(first, second):
             raise NotIdentifiable(
                 f"{first.name} and {second.name} contain the same motion, fully or partly; record each motion anew"
-            )
-
-
-def check_copies(unseen: Recording, seen: Sequence[Recording]) -> None:
-    """Refuse a recording that is another one resampled, shifted in time, smoothed or truncated.
-
-    Raises:
-        NotIdentifiable: If so.
-    """
-    for each in seen:
-        if same_noise(unseen, each):
-            raise NotIdentifiable(
-                f"{unseen.name} has the current noise of {each.name}, so it is a resampled, shifted, smoothed or "
-                "truncated copy of it; record each motion anew"
             )
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ident.numerics.splines import spline
 from ident.support.arrays import Array, Indices, readonly
@@ -88,6 +89,32 @@ def _resampled(recording: Recording) -> Recording:
     q = spline(recording.t, recording.q)(t)
     v = np.column_stack([np.interp(t, recording.t, each) for each in recording.v.T])
     return Recording(t, q, v, recording.name)
+
+
+def share_samples(one: Recording, other: Recording) -> bool:
+    """Return whether two recordings have rows in common, as of a motion that is given twice, whole or in part.
+
+    Noise makes each row of positions and currents unique, up to the digits that a file may lack. Rows that repeat, as
+    of an arm at rest, are ignored, and so is 1 % of common rows, as of few joints by chance, or where a log was split.
+    """
+    if one.n != other.n:
+        return False
+    first, second = _unique_rows(one), _unique_rows(other)
+    common = len(np.intersect1d(first, second, assume_unique=True))
+    return common > max(1.0, 0.01 * min(len(first), len(second)))
+
+
+@once_per_object
+def _unique_rows(recording: Recording) -> NDArray[np.uint64]:
+    """Return hashes of the rows that do not repeat, of 12 bits (3.6 digits) of each number."""
+    fraction, power = np.frexp(np.hstack((recording.q, recording.v)))
+    rounded = np.ldexp(np.rint(np.ldexp(fraction, 12)), power - 12) + 0.0  # also for -0.0
+    found = np.zeros(len(rounded), np.uint64)
+    for column in np.ascontiguousarray(rounded.T).view(np.uint64):
+        found = (found ^ column) * np.uint64(0x9E3779B97F4A7C15)
+        found ^= found >> np.uint64(29)
+    value, count = np.unique(found, return_counts=True)
+    return value[count == 1]
 
 
 def _check(recording: Recording) -> None:

@@ -17,14 +17,12 @@ from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload_identification.gains_outcome import PLAIN, UNKNOWN
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for
-from ident.recordings.copies import holds_marks
-from ident.recordings.current_noise import has_noise, unpacked
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
-from scenarios.experiments.files.gains import GainsFile, NoiseEntry, RecordingEntry
+from scenarios.experiments.files.gains import GainsFile, RecordingEntry
 from scenarios.results.gains_file import recording_digest
 from scenarios.support.errors import ScenarioError
 
@@ -125,7 +123,7 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         seen = _seen(file.recordings, recording)
         if seen is not None:
             raise ScenarioError(
-                f"{one_line(recording.name)}: the gains were identified from this recording or a copy or part of it "
+                f"{one_line(recording.name)}: the gains were identified from this recording "
                 f"({seen.name}), so they reproduce the payload that was specified then; use a recording with another "
                 "payload"
             )
@@ -152,18 +150,6 @@ def check_currents(file: GainsFile, recording: Recording) -> None:
 
 
 def _seen(entries: Sequence[RecordingEntry], recording: Recording) -> RecordingEntry | None:
-    """Return the entry of the same recording, or of one with common samples or noise; None if there is none."""
+    """Return the entry with the samples of a recording; None if there is none."""
     digest = recording_digest(recording)
-    return next(
-        (
-            each
-            for each in entries
-            if each.sha256 == digest or holds_marks(recording, each.marks) or _has_noise(recording, each.noise)
-        ),
-        None,
-    )
-
-
-def _has_noise(recording: Recording, noise: NoiseEntry | None) -> bool:
-    """Return whether a current of a recording has the noise of a gains file."""
-    return noise is not None and has_noise(recording, unpacked(noise.rate, noise.joint - 1, noise.samples))
+    return next((each for each in entries if each.sha256 == digest), None)

@@ -14,8 +14,6 @@ from ident.estimation.known_gains import estimated_gains
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.files import payload_to_table
-from ident.recordings.copies import marks
-from ident.recordings.current_noise import current_noise, noisiest
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.options import option_types
@@ -25,7 +23,6 @@ from scenarios.experiments.files.gains import (
     GainEntry,
     GainsFile,
     ModelEntry,
-    NoiseEntry,
     OptionsEntry,
     RecordingEntry,
 )
@@ -68,8 +65,6 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
                     name=Path(each.recording.name).name,
                     sha256=recording_digest(each.recording),
                     payload=number.get(id(each.payload)),
-                    marks=marks(each.recording),
-                    noise=_noise(each.recording),
                     largest=tuple(np.abs(each.recording.v).max(axis=0).tolist()),
                 )
                 for each in origin.motions
@@ -78,12 +73,6 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
             "versions": versions(),
         }
     )
-
-
-def _noise(recording: Recording) -> NoiseEntry | None:
-    """Return the noise of the noisiest current; None for a recording that is too short."""
-    noise = noisiest(current_noise(recording))
-    return NoiseEntry(joint=noise.joints[0] + 1, rate=noise.rate, samples=noise.packed()) if len(noise.x) else None
 
 
 def recording_digest(recording: Recording) -> str:

@@ -23,7 +23,6 @@ from scenarios.support.errors import ScenarioError
 
 TURNING, SLIDING = "N m / drive unit", "N / drive unit"
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-Mark = Annotated[str, Field(pattern="^[0-9a-f]{12}$")]
 Deviation = Annotated[float, Field(ge=0.0)]
 SAME = 1e-6
 """Largest relative difference between a standard deviation and its variance, as due to rounding in the file."""
@@ -61,17 +60,6 @@ class ModelEntry(_Table):
     sha256: Digest = Field(description="SHA-256 of the file")
 
 
-class NoiseEntry(_Table):
-    """Noise of a current, by which a resampled, shifted, smoothed or truncated copy is recognised."""
-
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    rate: float = Field(gt=0.0, description="Sampling rate [Hz]")
-    samples: str = Field(
-        pattern="^[A-Za-z0-9+/]+=*$",
-        description="Second differences of the low-passed current in 1/127 of the largest, signed bytes as base64",
-    )
-
-
 class RecordingEntry(_Table):
     """A recording from which the gains were identified."""
 
@@ -82,10 +70,6 @@ class RecordingEntry(_Table):
     payload: int | None = Field(
         None, ge=1, description="Number of the mounted payload in `payloads`, from 1; omitted for a bare flange"
     )
-    marks: tuple[Mark, ...] = Field(
-        (), description="Hashes of some rows q, v, by which a part of the recording is recognised"
-    )
-    noise: NoiseEntry | None = Field(None, description="Noise of the current of one joint")
     largest: tuple[float, ...] = Field(
         (), description="Largest magnitude of each joint's current [drive units], by which another unit is recognised"
     )

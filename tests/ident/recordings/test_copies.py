@@ -1,12 +1,11 @@
-"""Copies of recordings are told whole, cut, thinned and in fewer digits; second recordings of a motion are none."""
+"""A motion that is given twice is recognised whole, cut, thinned and in fewer digits; repetitions are none."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ident.recordings.copies import MARKS, holds_marks, marks, share_samples
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Recording, share_samples
 
 
 def recorded(seed: int, *, rows: int = 3000, rest: int = 0) -> Recording:
@@ -23,17 +22,17 @@ def rows_of(log: Recording, which: slice) -> Recording:
     return replace(log, t=log.t[which], q=log.q[which], v=log.v[which], name="copy")
 
 
-def single(x: np.ndarray) -> np.ndarray:
-    return x.astype(np.float32).astype(np.float64)
-
-
 COPIES = {
     "whole": lambda log: log,
     "cut": lambda log: rows_of(log, slice(1100, 1700)),
+    "brief": lambda log: rows_of(log, slice(2000, 2020)),
     "thinned": lambda log: rows_of(log, slice(3, None, 7)),
     "from zero": lambda log: replace(rows_of(log, slice(900, None)), t=log.t[900:] - log.t[900]),
-    "single precision": lambda log: replace(log, q=single(log.q), v=single(log.v)),
+    "single precision": lambda log: replace(log, q=log.q.astype(np.float32), v=log.v.astype(np.float32)),
     "six digits": lambda log: replace(log, q=np.round(log.q, 6), v=np.round(log.v, 6)),
+    "joined": lambda log: Recording(
+        np.arange(6000.0), np.vstack((recorded(3).q, log.q)), np.vstack((recorded(3).v, log.v)), "joined"
+    ),
 }
 
 
@@ -42,40 +41,17 @@ def test_a_copy_shares_samples_with_its_recording_and_with_no_other(what):
     log, other = recorded(1), recorded(2)
     copy = COPIES[what](log)
     assert share_samples(log, copy)
-    assert holds_marks(copy, marks(log))
+    assert share_samples(copy, log)
     assert not share_samples(other, copy)
-    assert not holds_marks(copy, marks(other))
-
-
-def test_a_recording_that_a_new_one_was_joined_to_is_told():
-    log, new = recorded(1), recorded(2)
-    joined = replace(new, t=np.arange(6000.0), q=np.vstack((new.q, log.q)), v=np.vstack((new.v, log.v)))
-    assert share_samples(log, joined)
-
-
-def test_a_brief_part_is_told_whichever_of_both_comes_first():
-    log = recorded(1)
-    brief = rows_of(log, slice(2000, 2020))  # with few of the marks of all rows, but of marks of its own
-    assert not holds_marks(brief, marks(log))
-    assert share_samples(log, brief)
-    assert share_samples(brief, log)
+    assert not share_samples(log, replace(log, v=-log.v))
+    assert not share_samples(log, replace(log, q=log.q + 0.1))
 
 
 def test_halves_of_a_recording_share_nothing_but_the_row_where_it_was_cut():
-    log = recorded(1, rows=60)  # all rows are marks
+    log = recorded(1, rows=60)
     assert not share_samples(rows_of(log, slice(0, 31)), rows_of(log, slice(30, None)))
     assert share_samples(rows_of(log, slice(0, 32)), rows_of(log, slice(30, None)))
 
 
 def test_rest_that_two_recordings_have_alike_is_no_copy():
-    one, other = recorded(1, rest=2970), recorded(2, rest=2970)
-    assert not share_samples(one, other)
-
-
-def test_marks_are_those_of_the_recording_in_any_order_of_rows():
-    log = recorded(3)
-    back = replace(log, q=log.q[::-1], v=log.v[::-1])
-    assert marks(back) == marks(log)
-    assert len(set(marks(log))) == MARKS
-    assert marks(replace(log, v=-log.v)) != marks(log)
-    assert marks(replace(log, q=log.q + 0.1)) != marks(log)
+    assert not share_samples(recorded(1, rest=2970), recorded(2, rest=2970))

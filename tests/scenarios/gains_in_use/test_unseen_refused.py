@@ -9,7 +9,6 @@ from bad_files import only_line
 from weighed_cell import MODEL, PLAIN, identified, light, with_other
 
 import ident
-from ident.numerics.signals import low_passed
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 
@@ -41,7 +40,7 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
     assert "--compare-with: no motion is given to predict with both" in only_line(capsys)
 
 
-def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patching, tmp_path, capsys):
+def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, tmp_path, capsys):
     run, part = weighed_cell / "run", tmp_path / "part.parquet"
     heavy = ident.read(run / "heavy.parquet").recording
     kept = slice(1500, 5000, 4)
@@ -49,42 +48,13 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, patchin
     unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
     assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
-    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
-    assert (
-        "part.parquet: the gains were identified from this recording or a copy or part of it (heavy.parquet)"
-        in only_line(capsys)
-    )
-    weighed = [
-        "--model",
-        MODEL,
-        "--unloaded",
-        str(run / "unloaded.parquet"),
-        "--gains",
-        str(weighed_cell / "gains.toml"),
-    ]
-    assert main(["verify", *weighed, "--loaded", str(part), "--payload", unseen[3]]) == 2
-    assert "part.parquet: the gains were identified from this recording or a copy or part of it" in only_line(capsys)
-    weighed[3] = str(part)
-    light = ["--loaded", str(run / "light.parquet"), "--payload", str(run / "payload-light.toml")]
-    assert main(["verify", *weighed, *light]) == 2
-    assert "part.parquet: given as bare, but it was loaded" in only_line(capsys)
-
-
-def test_a_resampled_and_smoothed_copy_of_a_motion_that_a_fit_has_seen_is_refused(
-    weighed_cell, patching, tmp_path, capsys
-):
-    run, copy = weighed_cell / "run", tmp_path / "copy.parquet"
-    heavy = ident.read(run / "heavy.parquet").recording
-    t = np.arange(heavy.t[0] + 0.4, heavy.t[-1] - 0.3, 1 / 310)
-    q, v = (low_passed(each, heavy.period, 25.0) for each in (heavy.q, heavy.v))
-    q, v = (np.column_stack([np.interp(t, heavy.t, x) for x in each.T]) for each in (q, v))
-    write_recording(replace(heavy, t=t + 12.3, q=q, v=v), copy)
-    unseen = ["--unseen", str(copy), "--unseen-payload", str(run / "payload-heavy.toml")]
-    for words in (identified(weighed_cell), ["verify", *identified(weighed_cell)[1:]]):
-        assert main([*words, *PLAIN, *unseen]) == 2
-        assert re.search(r"copy\.parquet has the current noise of .*heavy\.parquet, so", only_line(capsys))
-    assert main(with_other(with_other(patching, "--unseen", unseen[1]), "--unseen-payload", unseen[3])) == 2
-    assert "copy.parquet: the gains were identified from this recording or a copy" in only_line(capsys)
+    whole = [str(run / "unloaded.parquet"), "--gains", str(weighed_cell / "gains.toml")]
+    weighed = ["verify", "--model", MODEL, "--unloaded", *whole, "--payload", unseen[3]]
+    assert main([*weighed, "--loaded", str(run / "heavy.parquet")]) == 2
+    assert "heavy.parquet: the gains were identified from this recording (heavy.parquet)" in only_line(capsys)
+    weighed[4] = str(run / "heavy.parquet")
+    assert main([*weighed, "--loaded", str(run / "light.parquet")]) == 2
+    assert "heavy.parquet: given as bare, but it was loaded" in only_line(capsys)
 
 
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):

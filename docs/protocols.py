@@ -11,8 +11,8 @@ from opening import write_page
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import run
-from sim.effects.temperature import warmed
-from sim.sequence import after_warm_up
+from sim.effects.motors import warmed
+from sim.experiment import after_warm_up
 
 HOME = Path(__file__).parent
 NAMES = tuple(sorted(path.stem for path in (HOME / "protocols").glob("*.toml")))

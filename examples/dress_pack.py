@@ -15,8 +15,8 @@ from sim.effects.effect import Build, Effect
 
 
 @dataclass(frozen=True, kw_only=True)
-class Errors(ModelErrors):
-    """All model errors there are, and one more.
+class DressPack(Effect):
+    """Hoses along the arm.
 
     Attributes:
         dress_pack: Stiffness of the hoses about the first joint [N m/rad].
@@ -24,14 +24,17 @@ class Errors(ModelErrors):
 
     dress_pack: float = 0.0
 
-
-def tie(values: ModelErrors, spec: mujoco.MjSpec, build: Build) -> None:
-    """Put the spring on the first joint."""
-    if isinstance(values, Errors) and values.dress_pack:
-        spec.joints[0].stiffness[0] = values.dress_pack
+    def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
+        """Put the spring on the first joint."""
+        spec.joints[0].stiffness[0] = getattr(self, "dress_pack", 0.0)  # plants without hoses have no such value
 
 
-EFFECTS["dress_pack"] = Effect[ModelErrors](before_compile=tie)
+@dataclass(frozen=True, kw_only=True)
+class Errors(DressPack, ModelErrors):
+    """All model errors there are, and one more."""
+
+
+EFFECTS["dress_pack"] = DressPack
 exp = scenarios.load("nominal")
 
 

@@ -11,20 +11,17 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.capsules import LEAST_RADIUS, stand_in
-from sim.clearance import PLANE, add_payload_shape
 from sim.compile import mount_payload
-from sim.flange import flange_of
 from sim.model_spec import full_spec
 from sim.plant import PayloadBody
 from sim.robot import Robot
+from sim.shapes import CAPSULE, CYLINDER, LEAST_RADIUS, PLANE, add_payload_shape, flange_of, stand_in
 
 LINKS = [0.93, 0.94, 0.95, 1.0], [0.25, 0.5, 0.76, 1.0]
 JOINT, PAYLOAD, BRACKET = [0.2, 0.22, 0.25, 1.0], [0.91, 0.42, 0.1, 1.0], [0.4, 0.42, 0.45, 1.0]
 UNCOLOURED = [0.5, 0.5, 0.5, 1.0]
 """Default colour of MuJoCo."""
 SKY = mujoco.mjtTexture.mjTEXTURE_SKYBOX
-CAPSULE, CYLINDER = mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_CYLINDER
 SAMPLES = np.linspace(-1.0, 1.0, 41)[:, None]
 """Positions of points along a capsule, relative to its half length."""
 

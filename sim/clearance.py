@@ -1,42 +1,22 @@
 """Distances of the moving parts of an arm from the floor and from the other parts of the arm."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.capsules import stand_in
 from sim.compile import mount_payload
 from sim.errors import ModelFileError
-from sim.model_spec import compiler_reason, full_spec
-from sim.plant import PayloadBody, Plant
-from sim.silenced_mujoco import silenced
+from sim.model_spec import compiler_reason, full_spec, silenced
+from sim.plant import Plant
+from sim.shapes import PLANE, Solid, add_payload_shape, add_solid, stand_in
 
-PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 CLEARANCE = 0.03
 """Required distance from the floor and within the arm [m]."""
 POSES = 100
 """Number of random positions; two shapes that are nearer than that at all of them are not compared."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solid:
-    """A box or a cylinder of a payload.
-
-    Attributes:
-        cylinder: Whether the shape is a cylinder about its z axis, otherwise a box.
-        size: Radius and half length of a cylinder, half edges of a box [m].
-        center: From the last joint in the axes of the last link [m], shape (3,).
-        rotation: Rotation matrix from the shape's axes to those of the last link, shape (3, 3).
-    """
-
-    cylinder: bool
-    size: tuple[float, ...]
-    center: Array
-    rotation: Array
 
 
 class Clearance:
@@ -141,23 +121,6 @@ class Clearance:
         bodies = self._model.geom_bodyid[geoms]
         names = [sorted(self._model.body(int(body)).name for body in pair) for pair in bodies]
         return {(one, other) for one, other in names}
-
-
-def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
-    """Set the shape of a mounted payload to the solid cylinder with axis z that has its mass and moments."""
-    ixx, iyy, izz, *_ = payload.inertia
-    radius = np.sqrt(2.0 * izz / payload.mass)
-    length = np.sqrt(max(6.0 * (ixx + iyy) / payload.mass - 3.0 * radius**2, 1e-4))
-    body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], pos=payload.com)
-
-
-def add_solid(body: mujoco.MjsBody, solid: Solid) -> None:
-    """Give a mounted payload a shape."""
-    kind = mujoco.mjtGeom.mjGEOM_CYLINDER if solid.cylinder else mujoco.mjtGeom.mjGEOM_BOX
-    quat = np.empty(4)
-    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(solid.rotation).ravel())
-    size = [*solid.size, 0.0][:3]
-    body.add_geom(type=kind, size=size, pos=solid.center, quat=quat, mass=0.0)
 
 
 def _set_planes_apart(spec: mujoco.MjSpec) -> None:

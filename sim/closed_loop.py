@@ -1,19 +1,50 @@
-"""Closed-loop simulation: from encoder readings to currents in every control period of a batch."""
+"""Closed loops of a batch: from encoder readings to currents in every control period.
+
+`filtered`, in NumPy between the steps of MuJoCo:
+
+    dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
+    s    <- s + Ki T (q_ref - q)                       integral action, if any
+    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all divided by g_assumed
+
+limited by the drive to |v| <= v_max (`sim.compile`). q is the encoder reading, so encoder noise enters v through the
+loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
+motion (`sim.controller`) and called reference.
+
+`native`, in MuJoCo's own actuators, hundreds of control periods in one call:
+
+    v = (Kp (q_ref - q - e) + Kd (dq_ref - dq - F e) + tau_ff) / g_assumed,   |v| <= v_max
+
+as actuators whose force is affine in position and speed, held over a physics step by the integrator `Euler`; the
+reference is their control. dq is the true speed of the joint. e is the noise of the encoders, drawn before the motion,
+and F e the speed that the filtered law would estimate from it: encoder noise acts in the loop. Encoder quantisation
+does not: only the log is rounded.
+"""
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import mujoco
 import numpy as np
 
+from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.control_law import ControlPeriods
 from sim.controller import Controller
+from sim.effects import EFFECTS
 from sim.engine import Engine
-from sim.sensors import SENSOR_EFFECTS, SensorOptions
-from sim.sensors.effect import NoiseStreams, Reader
+from sim.errors import PlantError
+from sim.experiment import Experiment
+from sim.robot import DriveTruth
+from sim.sensors import SENSORS, SensorOptions
+from sim.sensors.encoder import drawn_noise, rounded
+from sim.sensors.sensor import NoiseStreams
 
 CHUNK = 100
 """Number of control periods whose references are gathered and whose logs are stored together; they fit in the cache."""
+NATIVE_CHUNK = 500
+"""Control periods of one call of the native law."""
+OTHERWISE = 'use controller.law = "filtered"'
 Advanced = Callable[[float], None]
 """Callback that receives the simulated time since the last call, summed over all simulations [s]."""
 
@@ -44,7 +75,7 @@ def closed_loop(
     *,
     advanced: Advanced = no_progress,
 ) -> LoopLog:
-    """Run B simulations to the end of their motions.
+    """Run B simulations to the end of their motions with the filtered law.
 
     The first axis of the log is the simulation; arrays of the loop have time first.
 
@@ -57,7 +88,9 @@ def closed_loop(
         advanced: Called after every chunk.
     """
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
-    log, readers = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n))), _readers(sensors, streams, n)
+    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
+    made = [sensor.reader(sensors, streams, n) for sensor in SENSORS.values()]
+    readers = [reader for reader in made if reader is not None]
     periods = ControlPeriods(controllers, min(CHUNK, samples))
     q, current, readings = engine.q, engine.current, list(periods.reading)
     for start in range(0, samples, CHUNK):
@@ -85,7 +118,172 @@ def closed_loop(
     return log
 
 
-def _readers(sensors: Sequence[SensorOptions], streams: Sequence[NoiseStreams], n: int) -> list[Reader]:
-    """Return the functions of the sensors that distort readings."""
-    made = [effect.reader(sensors, streams, n) for effect in SENSOR_EFFECTS.values()]
-    return [reader for reader in made if reader is not None]
+class _Period(NamedTuple):
+    """Views of the memory of one control period, and of its neighbours.
+
+    Attributes:
+        reading: Readings [rad], shape (B, n).
+        before: Readings of the preceding period [rad], shape (B, n).
+        difference: `reading` minus `before` [rad], shape (B, n).
+        known: Readings, speed estimate of the preceding period, reference, difference; shape (4, B, n).
+        after: Reference minus position feedback [drive units], then the speed estimate [rad/s]; shape (2, B, n). The
+            next period writes its readings over the first of these, and takes the second as its preceding estimate.
+        left: The first row of `after`, shape (B, n).
+        dq: The second row of `after`, shape (B, n).
+        v: Current references [drive units], shape (B, n).
+    """
+
+    reading: Array
+    before: Array
+    difference: Array
+    known: Array
+    after: Array
+    left: Array
+    dq: Array
+    v: Array
+
+
+class ControlPeriods:
+    """B controllers in a sequence of control periods, with their readings and commands.
+
+    With few simulations, the number of NumPy calls determines the computing time. Values that undergo the same
+    operation are therefore adjacent in memory, and all views are created once.
+
+    Attributes:
+        reference: Tabulated part of the current, written before the run [drive units], shape (length, B, n).
+        q_ref: Reference positions, written before the run, used only by the integral action [rad], shape (length, B,
+            n); None without integral action.
+        reading: Encoder readings, written right before the period is commanded [rad], shape (length, B, n).
+        v: Current references before saturation [drive units], shape (length, B, n).
+    """
+
+    def __init__(self, controllers: Sequence[Controller], length: int) -> None:
+        """Allocate the memory.
+
+        Args:
+            controllers: One per simulation, of equal period.
+            length: Number of control periods of a run.
+        """
+        kp, self._kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
+        B, n = kp.shape
+        keeps, takes = (
+            np.repeat([[each] for each in shares], n, axis=1)
+            for shares in ([1.0 - c.blend for c in controllers], [c.blend / c.period for c in controllers])
+        )
+        self._coefficients = np.stack((-kp, keeps, np.ones((B, n)), takes))  # whole arrays: broadcasting costs
+        self._ki = ki if ki.any() else None
+        self._memory = np.zeros((length + 2, 4, B, n))  # a period before, then the run, then where its last one ends
+        self.reading, self.reference = self._memory[1:-1, 0], self._memory[1:-1, 2]
+        self.q_ref = None if self._ki is None else np.zeros((length, B, n))
+        self.v = np.zeros((length, B, n))
+        rows = zip(self._memory, self._memory[1:], self._memory[2:], self.v, strict=False)
+        self._periods = [
+            _Period(now[0], before[0], now[3], now, after[:2], after[0], after[1], v) for before, now, after, v in rows
+        ]
+        self._products, self._product = np.empty((4, B, n)), np.empty((B, n))
+        self._first, self._second = self._products[:2], self._products[2:]
+        self._integral = np.zeros((B, n))
+
+    def switch_on(self, reading: Array) -> None:
+        """Put the controllers at rest before the first period, at a reading [rad], shape (B, n)."""
+        self._memory[0, 0] = reading
+        self._memory[1, 1] = self._integral[:] = 0.0
+
+    def go_on(self) -> None:
+        """Continue from the last period."""
+        self._memory[0, 0], self._memory[1, 1] = self._memory[-2, 0], self._memory[-1, 1]
+
+    def command(self, k: int) -> Array:
+        """Compute the currents of period k from its reading and the preceding period: a row of `v`, shape (B, n)."""
+        reading, before, difference, known, after, left, dq, v = self._periods[k]
+        np.subtract(reading, before, difference)
+        np.multiply(self._coefficients, known, self._products)
+        np.add(self._first, self._second, after)
+        np.multiply(self._kd, dq, self._product)
+        np.subtract(left, self._product, v)
+        if self._ki is not None and self.q_ref is not None:
+            self._integral += self._ki * (self.q_ref[k] - reading)
+            np.add(v, self._integral, v)
+        return v
+
+
+def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
+    """Check that only MuJoCo acts within and between control periods.
+
+    Args:
+        experiment: To be run with the native law.
+        steps: Number of physics steps per control period.
+        streams: Noise of its sensors.
+
+    Raises:
+        PlantError: If the controller integrates, the period is not one physics step, or a model error or sensor acts
+            in every control period.
+    """
+    options, stated = experiment.controller, f'{experiment.name}: controller.law = "native"'
+    if options.integral_hz:
+        raise PlantError(
+            f"{stated} does not integrate, but integral_hz = {options.integral_hz:g}; set it to 0, or {OTHERWISE}"
+        )
+    if steps != 1:
+        raise PlantError(
+            f"{stated} needs one physics step per control period, but there are {steps}; "
+            f"set step = {1.0 / options.rate_hz:g}, or {OTHERWISE}"
+        )
+    for error, effect in EFFECTS.items():
+        if effect.varies(experiment.plant.errors):
+            raise PlantError(
+                f"{stated} cannot simulate a model error that acts in every control period, as {error} does; "
+                f"{OTHERWISE}"
+            )
+    for name, sensor in SENSORS.items():
+        if name != "encoder" and sensor.reader([experiment.sensors], [streams], experiment.plant.robot.n) is not None:
+            raise PlantError(
+                f"{stated} reads only the encoders, but {name} changes what the controller reads; {OTHERWISE}"
+            )
+
+
+def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
+    """Return a plant whose actuators close the loop; its controls are `Controller.reference`."""
+    servo = copy(model)
+    servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would treat the speed feedback implicitly
+    servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp
+    servo.actuator_biasprm[:, 2] = -drives.gain * controller.kd
+    largest = np.abs(drives.gain) * drives.current_limit
+    servo.actuator_forcerange[:] = servo.actuator_biasprm[:, :1] + np.outer(largest, (-1.0, 1.0))
+    servo.actuator_forcelimited[:], servo.actuator_ctrllimited[:] = 1, 0
+    return servo
+
+
+def servo_loop(
+    engine: Engine,
+    controllers: Sequence[Controller],
+    limits: Array,
+    sensors: Sequence[SensorOptions],
+    streams: Sequence[NoiseStreams],
+    *,
+    advanced: Advanced = no_progress,
+) -> LoopLog:
+    """As `closed_loop` with the native law, of simulations on models of `servo_model`."""
+    samples, (B, n) = len(controllers[0].reference), engine.q.shape
+    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
+    for q, v, c, options, noise in zip(log.q, log.v, controllers, sensors, streams, strict=True):
+        q[:] = drawn_noise(options, noise, (samples, n))
+        low_pass = np.array([[c.blend / c.period, 0.0, 0.0, 1.0, c.blend - 1.0, 0.0]])
+        speed = filtered(low_pass, np.diff(q, axis=0, prepend=q[:1]))  # initially at rest
+        v[:] = c.reference - c.kp * q - c.kd * speed
+    kp, kd = (np.stack(each)[:, None] for each in ([c.kp for c in controllers], [c.kd for c in controllers]))
+    dq_now = np.zeros((B, 1, n))
+    for start in range(0, samples, NATIVE_CHUNK):
+        rows = slice(start, min(start + NATIVE_CHUNK, samples))
+        q_now = engine.q[:, None].copy()
+        after = engine.roll_out(np.ascontiguousarray(log.v[:, rows]))
+        q, dq = (np.concatenate((x, y[:, :-1]), axis=1) for x, y in ((q_now, after.q), (dq_now, after.dq)))
+        log.v[:, rows] -= kp * q + kd * dq
+        log.q[:, rows] += q
+        dq_now = after.dq[:, -1:]
+        advanced(B * (rows.stop - rows.start) * controllers[0].period)
+    for q, v, limit, options in zip(log.q, log.v, limits, sensors, strict=True):
+        np.clip(v, -limit, limit, out=v)
+        if options.encoder_quantum:
+            rounded(q, np.full_like(q, options.encoder_quantum), q)
+    return log

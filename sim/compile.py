@@ -19,11 +19,9 @@ import numpy as np
 from ident.support.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.effect import Build
-from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import ModelFileError
-from sim.model_spec import compiler_reason, full_spec, lean_spec
+from sim.model_spec import compiler_reason, full_spec, lean_spec, silenced
 from sim.plant import PayloadBody, Plant
-from sim.silenced_mujoco import silenced
 
 FRICTION_SOLREF = (2.0, 1.0)
 """Time constant in steps, the smallest that MuJoCo accepts, and damping ratio."""
@@ -45,7 +43,7 @@ def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) ->
 
     Raises:
         ModelFileError: If the model file cannot be compiled or is of another arm.
-        EffectError: If a model error exceeds what the arm or the step allows.
+        PlantError: If a model error exceeds what the arm or the step allows.
     """
     return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
@@ -136,17 +134,6 @@ def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
     for effect in EFFECTS.values():
         effect.settle(plant.errors, model, state)
     return state
-
-
-def drive_constants(model: mujoco.MjModel, name: str) -> Array:
-    """Constants of the driven joints, then of the coupled motors, shape (n + c,).
-
-    Args:
-        model: The compiled plant.
-        name: `frictionloss` [N m], `damping` [N m s/rad] or `armature` [kg m^2].
-    """
-    joints, tendons = getattr(model, f"dof_{name}"), getattr(model, f"tendon_{name}")
-    return np.concatenate((joints[-model.nu :], tendons[coupling_tendons(model)]))
 
 
 def _give_drives(spec: mujoco.MjSpec) -> None:

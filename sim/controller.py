@@ -1,4 +1,4 @@
-"""A digital joint controller, tuned on its model of the arm; `sim.control_law` has its law.
+"""A digital joint controller, tuned on its model of the arm; `sim.closed_loop` has its laws.
 
     Kp = M w^2,   Kd = 2 zeta w M,   Ki = 2 pi f_i Kp,   w = 2 pi bandwidth
 
@@ -8,28 +8,27 @@ where M is the mean diagonal of the assumed inertia matrix, including rotors, al
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 import mujoco
 import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from ident.support.ranges import refuse_outside
 from sim.compile import bare_arm
-from sim.drives import LARGEST
-from sim.errors import ControllerError
-from sim.model_spec import file_stamp
-from sim.silenced_mujoco import silenced
+from sim.errors import PlantError
+from sim.model_spec import file_stamp, silenced
+from sim.robot import LARGEST
 from sim.trajectory import FourierTrajectory
+from sim.values import Values
 
 Law = Literal["filtered", "native"]
 TABLES_KEPT = 16
 """Number of cached tabulated motions; one of 20 s at 1 kHz takes 2 MB."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ControllerOptions:
+@dataclass(frozen=True, kw_only=True)
+class ControllerOptions(Values):
     """Tuning of the controller.
 
     Attributes:
@@ -44,6 +43,7 @@ class ControllerOptions:
             in the loop.
     """
 
+    table: ClassVar[str] = "controller"
     rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
     bandwidth_hz: Annotated[float, Interval(gt=0.0, le=1e4), Unit("Hz")] = 8.0
     damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.8
@@ -53,14 +53,10 @@ class ControllerOptions:
     law: Law = "filtered"
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ControllerError: If one is not finite or outside its annotated range, or there is no such law.
-        """
-        refuse_outside(self, ControllerError, "controller")
+        """Check the values."""
+        super().__post_init__()
         if self.law not in get_args(Law):
-            raise ControllerError(f"controller: law = {self.law!r}: expected one of {', '.join(get_args(Law))}")
+            raise PlantError(f"controller: law = {self.law!r}: expected one of {', '.join(get_args(Law))}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,22 +76,18 @@ class ControllerBelief:
     flange: str | None = None
 
     def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            ControllerError: If gains and rotor inertias differ in number, a gain is zero, or a number is out of range.
-        """
+        """Refuse gains and rotor inertias that differ in number, a gain of zero, and numbers out of range."""
         if len(self.gain) != len(self.rotor_inertia):
-            raise ControllerError(
+            raise PlantError(
                 f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected "
                 "one per joint"
             )
         if not all(self.gain):
-            raise ControllerError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")
+            raise PlantError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")
         if not all(abs(gain) <= LARGEST for gain in self.gain) or not all(
             0 <= x <= LARGEST for x in self.rotor_inertia
         ):
-            raise ControllerError(
+            raise PlantError(
                 f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite "
                 f"numbers up to {LARGEST:g}, rotors not negative"
             )
@@ -135,7 +127,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
         options: Tuning.
 
     Raises:
-        ControllerError: If the model of the arm cannot be compiled or does not match.
+        PlantError: If the model of the arm cannot be compiled or does not match.
     """
     return _tuned(belief, trajectory, options, file_stamp(belief.mjcf))
 
@@ -147,7 +139,7 @@ def _tuned(
     gain = np.array(belief.gain, dtype=np.float64)
     model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64), belief.flange)
     if trajectory.n != model.nv:
-        raise ControllerError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
+        raise PlantError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz
     samples = round(trajectory.duration * options.rate_hz) + 1
     q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))

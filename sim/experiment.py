@@ -1,9 +1,22 @@
-"""An experiment: one motion of one plant, with its controller and sensors."""
+"""An experiment: one motion of one plant, with its controller and sensors; sequences of motions; faults of a run.
 
-from dataclasses import dataclass
+Motions of drives that do not warm up are independent and may run in parallel; others start with the temperature that
+the earlier motions of the robot left. A warm-up is not simulated completely: drives that warm up within minutes respond
+to the mean of I^2 R. It is computed with the midpoint rule: one motion with cold drives gives the load for the first
+half, and a motion with the drives at the temperature after this half gives the load for the whole warm-up.
+"""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from ident.support.arrays import Array
 from sim.controller import ControllerBelief, ControllerOptions
-from sim.errors import StepError, TooLong
+from sim.effects import Temperature
+from sim.effects.motors import warmed
+from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
 from sim.plant import Plant
 from sim.sensors import SensorOptions
 from sim.trajectory import FourierTrajectory
@@ -12,6 +25,8 @@ MOST_STEPS = 5e7
 """Largest number of physics steps of a motion; they take some minutes."""
 MOST_NUMBERS = 5e7
 """Largest number of samples times joints of a motion; tables, noise and log then take 5 GB."""
+SATURATED_TOO_LONG = 0.1
+"""Largest time at the current limit [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,23 +64,130 @@ def substeps(experiment: Experiment) -> int:
     """Return the number of physics steps per control period, and check the size of the experiment.
 
     Raises:
-        StepError: If the step does not divide the period.
-        TooLong: If the motion has too many steps or samples.
+        PlantError: If the step does not divide the period, or the motion has too many steps or samples.
     """
     rate, step, duration = experiment.controller.rate_hz, experiment.step, experiment.trajectory.duration
+    name, n = experiment.name, experiment.plant.robot.n
     if not step > 0.0:
-        raise StepError(f"step = {step:g} s: expected a positive number")
+        raise PlantError(f"step = {step:g} s: expected a positive number")
     if duration / step > MOST_STEPS:
-        raise TooLong(
-            f"{experiment.name}: {duration:g} s in steps of {step:g} s are {duration / step:.2g} steps; "
-            f"{MOST_STEPS:g} at most; use a larger step or a shorter motion"
+        raise PlantError(
+            f"{name}: {duration:g} s in steps of {step:g} s are {duration / step:.2g} steps; {MOST_STEPS:g} at most; "
+            "use a larger step or a shorter motion"
         )
-    if duration * rate * experiment.plant.robot.n > MOST_NUMBERS:
-        raise TooLong(
-            f"{experiment.name}: {duration:g} s at {rate:g} Hz are {duration * rate:.2g} samples of "
-            f"{experiment.plant.robot.n} joints; {MOST_NUMBERS:g} numbers at most; use a lower rate or a shorter motion"
+    if duration * rate * n > MOST_NUMBERS:
+        raise PlantError(
+            f"{name}: {duration:g} s at {rate:g} Hz are {duration * rate:.2g} samples of {n} joints; {MOST_NUMBERS:g} "
+            "numbers at most; use a lower rate or a shorter motion"
         )
     ratio = 1.0 / (rate * step)
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
-        raise StepError(f"step {step:g} s does not divide the control period {1.0 / rate:g} s")
+        raise PlantError(f"step {step:g} s does not divide the control period {1.0 / rate:g} s")
     return round(ratio)
+
+
+def is_carried(experiment: Experiment) -> bool:
+    """Return whether the robot's drives warm up, so that earlier motions have an effect."""
+    return Temperature.varies(experiment.plant.errors)
+
+
+def starts_warm(experiment: Experiment) -> bool:
+    """Return whether it is a first motion after a warm-up that has an effect."""
+    return is_carried(experiment) and experiment.earlier == 0 and experiment.warm_up > 0.0
+
+
+def warming_motion(experiment: Experiment) -> Experiment:
+    """Return the warm-up motion of an experiment: the same motion with a bare flange, not recorded."""
+    return replace(experiment, name=f"warm-up before {experiment.name}", loaded=False, sensors=SensorOptions())
+
+
+def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
+    """Return the temperature rise of cold drives after a share of a warm-up [K], shape (n,).
+
+    Args:
+        experiment: The motion that is repeated.
+        v: Currents of the motion [drive units], shape (N, n).
+        share: Share of the warm-up time.
+    """
+    load = np.mean((v / experiment.plant.drives.current_limit) ** 2, axis=0)
+    return warmed(experiment.plant.errors, np.zeros(v.shape[1]), load, share * experiment.warm_up)
+
+
+def warmth_before(
+    experiments: Sequence[Experiment], i: int, ended: Mapping[int, Array | SimulationError]
+) -> Array | SimulationError | None:
+    """Return the temperature rise at the start of a motion [K], shape (n,); None if cold or without effect.
+
+    Args:
+        experiments: In order of time for each robot.
+        i: The motion.
+        ended: Final temperature rise of the earlier motions, or their errors.
+
+    Raises:
+        PlantError: If the preceding motion is missing.
+    """
+    experiment = experiments[i]
+    if not is_carried(experiment) or not experiment.earlier:
+        return None
+    if i == 0 or experiments[i - 1].earlier != experiment.earlier - 1 or i - 1 not in ended:
+        raise PlantError(
+            f"{experiment.name}: motion {experiment.earlier + 1}: drives warm up, but the preceding "
+            "motion is missing; pass all motions in order of time"
+        )
+    before = ended[i - 1]
+    if isinstance(before, SimulationError):
+        return before
+    return warmed(experiment.plant.errors, before, np.zeros_like(before), experiment.pause)
+
+
+def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable: bool) -> SimulationError | None:
+    """Return the fault of a run as an error: divergence, a drive at its limit, a joint outside its range; or None.
+
+    Args:
+        e: The experiment.
+        model: Its model.
+        q: Readings [rad], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        unstable: Whether MuJoCo met a bad state.
+    """
+    if unstable or not np.isfinite(q).all():
+        return Diverged(
+            f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant"
+        )
+    rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
+    first = first_at_limit(v, limit, rate)
+    if first is not None:
+        j, since = first
+        return Saturated(
+            f"{e.name}: drive of {model.joint(j).name} at its limit of {limit[j]:g} for more than "
+            f"{SATURATED_TOO_LONG:g} s from t = {since:.3f} s; "
+            + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
+        )
+    lower, upper = model.jnt_range[: q.shape[1]].T  # of the arm; motors come behind; both 0 without a range
+    beyond = ((q < lower) | (q > upper)) & (lower < upper)
+    if not beyond.any():
+        return None
+    k, j = np.argwhere(beyond)[0]
+    unit = "m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE else "rad"
+    return LimitReached(
+        f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} {unit} leaves its range {lower[j]:.3f} to {upper[j]:.3f} "
+        f"{unit} at t = {k / rate:.3f} s; use another motion or a stiffer controller"
+    )
+
+
+def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
+    """Return the first drive that needs its largest current, or more, for at least `SATURATED_TOO_LONG`.
+
+    Args:
+        v: Currents [drive units], shape (N, n).
+        limit: Largest ones [drive units], shape (n,).
+        rate_hz: Samples a second [Hz].
+
+    Returns:
+        Joint, from 0, and start time [s]; None if there is none.
+    """
+    run = max(1, round(SATURATED_TOO_LONG * rate_hz))
+    held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one
+    np.cumsum(np.abs(v) >= limit, axis=0, out=held[1:])
+    found = np.argwhere((held[run:] - held[:-run]) == run)
+    return (int(found[0, 1]), float(found[0, 0] / rate_hz)) if len(found) else None

@@ -1,33 +1,42 @@
 """The currents that keep a plant exactly on its reference motion, as logged with perfect control.
 
-There is no time stepping. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and
-springs, including all effects that change the model. Effects that act in every control period are evaluated with the
-same `term` as in the closed loop. Joints without a drive (links behind elastic transmissions) move such that their
-torque balance is zero. The temperature of the drives follows from their currents. These currents also show whether the
-drives can follow a motion.
+    tau = inverse dynamics + friction - other torque,       v = v0 + (tau + Fcoff) / g
 
-    tau = inverse dynamics + friction - other torque, v = v0 + (tau + Fcoff) / g
+There is no time stepping. MuJoCo's inverse dynamics of the compiled model without friction gives the torque of links,
+rotors and springs, including all effects that change the model; it is evaluated at a few samples and interpolated by
+splines. A joint without a drive (a link behind its transmission) moves such that its torque balance is zero: starting
+from the motor's position, it is repeatedly displaced by its torque over its stiffness. Effects that act in every
+control period are evaluated with the same `term` as in the closed loop, and the temperature of the drives follows from
+their currents. These currents also show whether the drives can follow a motion.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
+import mujoco
 import numpy as np
 
+from ident.numerics.splines import periodic_spline
 from ident.support.arrays import Array
 from sim.compile import bare_arm, lean_model
-from sim.effects import EFFECTS, ModelErrors
+from sim.controller import inverse_dynamics
+from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
-from sim.effects.temperature import varies as warmth_acts
-from sim.effects.temperature import warming
-from sim.errors import NoCurrent, Saturated, SimulationError
-from sim.experiment import Experiment
-from sim.faults import SATURATED_TOO_LONG, first_at_limit
-from sim.model_spec import file_stamp
+from sim.effects.motors import warming
+from sim.effects.transmissions import coupling_tendons
+from sim.errors import PlantError, Saturated, SimulationError
+from sim.experiment import (
+    SATURATED_TOO_LONG,
+    Experiment,
+    after_warm_up,
+    first_at_limit,
+    starts_warm,
+    warming_motion,
+    warmth_before,
+)
+from sim.model_spec import file_stamp, silenced
 from sim.plant import PayloadBody, Plant
-from sim.rigid import Frictionless, frictionless, inertias, torque_along
-from sim.sequence import after_warm_up, starts_warm, warming_motion, warmth_before
 from sim.trajectory import FourierTrajectory
 from sim.varying import Varied, acting
 
@@ -35,16 +44,18 @@ FEEDBACK_ITERATIONS = 100
 """Largest number of iterations for friction that depends on the current."""
 SETTLED = 1e-10
 """Change in an iteration, relative to the largest current, at which the iteration ends."""
-MOTIONS_KEPT = 4
-"""Number of cached sampled motions; one of 20 s at 1 kHz takes 4 MB."""
-PLANTS_KEPT = 128
-"""Number of cached compiled plants, 50 kB each: a search uses the same plants for thousands of motions."""
+MOTIONS_KEPT, PLANTS_KEPT, TABLES_KEPT = 4, 128, 64
+"""Cached motions (20 s at 1 kHz take 4 MB), plants (50 kB; a search uses few for many motions) and tables (0.25 MB)."""
 NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """Placeholder for a payload that is not mounted: plants that differ only in it are equal."""
-TABLES_KEPT = 64
-"""Number of cached tables of torques, and of currents; one of 20 s at 250 Hz takes 0.25 MB."""
 RATE = 100.0
-"""Sampling rate [Hz]; ten samples are the largest time at a limit."""
+"""Sampling rate [Hz] of a check of limits; ten samples are the largest time at a limit."""
+SAMPLES_PER_HARMONIC, INERTIAS_PER_HARMONIC = 20, 10
+"""Samples of torque (splines between) and of inertia (lines between) per period of a motion's highest harmonic."""
+YIELD_ITERATIONS = 4
+"""Number of iterations; each multiplies the error by the ratio of the load's stiffness to the transmission's."""
+PROBE = 1e-6
+"""Step [rad] of the finite difference for a stiffness."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,20 +75,28 @@ class States:
     ddq: Array
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Feedforward:
-    """Currents of a motion [drive units], shape (N, n), and final temperature rise of the drives [K], shape (n,)."""
+@dataclass(frozen=True, slots=True)
+class _Frictionless:
+    """A compiled model without drives and friction; two are equal if their bytes are."""
 
-    v: Array
-    warmth: Array
+    saved: bytes
+    model: mujoco.MjModel = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Rubbing:
     """A compiled plant: its model without friction, and its friction."""
 
-    rigid: Frictionless
+    rigid: _Frictionless
     acts: Varied
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Feedforward:
+    """Currents of a motion [drive units], shape (N, n), and final temperature rise of the drives [K], shape (n,)."""
+
+    v: Array
+    warmth: Array
 
 
 def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
@@ -91,61 +110,46 @@ def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> l
         Currents of each experiment [drive units], shape (N, n), at the times of `states_of`.
 
     Raises:
-        PlantError: If a plant cannot be compiled, or a motion passes through backlash.
-        NoCurrent: If friction equals or exceeds the drive torque.
-        SequenceError: If drives warm up and the preceding motion is missing.
+        PlantError: If a plant cannot be compiled, a motion passes through backlash, friction is not below the torque of
+            a drive, or drives warm up and the preceding motion is missing.
     """
     found, ended = list[Array](), dict[int, Array | SimulationError]()
     for i, experiment in enumerate(experiments):
-        before = _warmed_up(experiment, rate_hz) if starts_warm(experiment) else warmth_before(experiments, i, ended)
-        assert not isinstance(before, SimulationError), "none is kept"
-        result = _feedforward(experiment, rate_hz, np.zeros(experiment.plant.robot.n) if before is None else before)
+        before = np.zeros(experiment.plant.robot.n)
+        if starts_warm(experiment):
+            motion = warming_motion(experiment)
+            for share in (0.5, 1.0):
+                before = after_warm_up(motion, _feedforward(motion, rate_hz, before).v, share)
+        elif (carried := warmth_before(experiments, i, ended)) is not None:
+            assert not isinstance(carried, SimulationError), "none is kept"
+            before = carried
+        result = _feedforward(experiment, rate_hz, before)
         ended[i] = result.warmth
         found.append(result.v)
     return found
 
 
-def _warmed_up(experiment: Experiment, rate_hz: float) -> Array:
-    """Temperature rise after a warm-up [K], shape (n,), by the midpoint rule of `sim.sequence`."""
-    motion, warmth = warming_motion(experiment), np.zeros(experiment.plant.robot.n)
-    for share in (0.5, 1.0):
-        warmth = after_warm_up(motion, _feedforward(motion, rate_hz, warmth).v, share)
-    return warmth
+def check_torque_limits(experiments: Sequence[Experiment]) -> None:
+    """Check that no drive of an arm without model errors is at its current limit for too long.
 
-
-def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feedforward:
-    found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
-    if found is None:
-        raise NoCurrent(
-            f"{experiment.name}: no current moves the arm: load-dependent friction equals or exceeds the drive torque"
+    Raises:
+        Saturated: If a drive is.
+        PlantError: If a plant cannot be compiled.
+    """
+    sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
+    for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
+        drives, robot = e.plant.drives, e.plant.robot
+        over = first_at_limit(v, drives.current_limit, RATE)
+        if over is None:
+            continue
+        joint, since = over
+        name = bare_arm(robot.model, drives.rotor_inertia, robot.flange).joint(joint).name
+        most, limit = float(abs(v[:, joint]).max()), drives.current_limit[joint]
+        raise Saturated(
+            f"{e.name}: drive of {name} would need up to {most:.4g} where its limit is {limit:g}, for more than "
+            f"{SATURATED_TOO_LONG:g} s from t = {since:.2f} s; "
+            + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion")
         )
-    return found
-
-
-@lru_cache(maxsize=TABLES_KEPT)
-def _settled(
-    rubbing: _Rubbing, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
-) -> _Feedforward | None:
-    """Currents of a plant along a motion, None if friction prevents any motion; equal plants share them."""
-    errors, drives = rubbing.acts.errors, rubbing.acts.build.drives
-    states = states_of(motion, rate_hz)
-    rigid = _rigid(rubbing.rigid, motion, rate_hz)
-    v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
-    steady = not any(effect.varies(errors) for effect in EFFECTS.values())  # nothing then depends on the current
-
-    def warmed(v: Array) -> Array:
-        load = (v / drives.current_limit) ** 2 if warmth_acts(errors) else np.zeros_like(v)
-        return warming(errors, cold, load, 1.0 / rate_hz)
-
-    for _ in range(FEEDBACK_ITERATIONS):
-        warm = warmed(v)[:-1] if warmth_acts(errors) else np.zeros_like(v)
-        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
-        v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
-        if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
-            v.flags.writeable = False
-            return _Feedforward(v, warmed(v)[-1])
-        before = v
-    return None
 
 
 @lru_cache(maxsize=MOTIONS_KEPT)
@@ -155,9 +159,79 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
     return States(t, *motion(t))
 
 
+@silenced()
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
-    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
-    return inertias(_rubbing_of(experiment).rigid, experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
+    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times.
+
+    Links behind a transmission are separate from their motors.
+    """
+    model, motion = _rubbing_of(experiment).rigid.model, experiment.trajectory
+    n, count = motion.n, INERTIAS_PER_HARMONIC * motion.sine.shape[1]
+    coarse = motion.duration / count * np.arange(count + 1)
+    data, M, found = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.empty((count + 1, n, n))
+    for k, q in enumerate(motion(coarse)[0]):
+        data.qpos[:n], data.qpos[-n:] = q, q
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fullM(model, data, M)
+        found[k] = M[-n:, -n:] if model.nv == n else M[-n:, -n:] + M[:n, :n]
+    places = np.interp(states_of(motion, rate_hz).t, coarse, np.arange(count + 1.0))
+    below = np.minimum(places.astype(np.intp), count - 1)
+    share = (places - below)[:, None, None]
+    return (1.0 - share) * found[below] + share * found[below + 1]
+
+
+def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feedforward:
+    found = _settled(_rubbing_of(experiment), experiment.trajectory, rate_hz, tuple(warmth.tolist()))
+    if found is None:
+        raise PlantError(
+            f"{experiment.name}: no current moves the arm: load-dependent friction equals or exceeds the drive torque"
+        )
+    return found
+
+
+def _rubbing_of(experiment: Experiment) -> _Rubbing:
+    """Return the compiled plant of an experiment; a payload that is not mounted has no effect."""
+    plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
+    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier, file_stamp(plant.robot.model))
+
+
+@lru_cache(maxsize=PLANTS_KEPT)
+def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> _Rubbing:
+    model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
+    acts = acting(plant, model, step=step, earlier=earlier)
+    driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
+    model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0
+    model.dof_damping[driven] = model.tendon_damping[coupled] = 0.0
+    model.actuator_gainprm[:] = model.actuator_biasprm[:] = 0.0
+    saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, saved)
+    return _Rubbing(_Frictionless(saved.tobytes(), model), acts)
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _settled(
+    rubbing: _Rubbing, motion: FourierTrajectory, rate_hz: float, warmth: tuple[float, ...]
+) -> _Feedforward | None:
+    """Currents of a plant along a motion, None if friction prevents any motion; equal plants share them."""
+    errors, drives = rubbing.acts.errors, rubbing.acts.build.drives
+    states = states_of(motion, rate_hz)
+    rigid = _torque_along(rubbing.rigid, motion, rate_hz)
+    v, before, cold = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.array(warmth)
+    steady = not any(effect.varies(errors) for effect in EFFECTS.values())  # nothing then depends on the current
+    warms = Temperature.varies(errors)
+
+    def warmed(v: Array) -> Array:
+        return warming(errors, cold, (v / drives.current_limit) ** 2 if warms else np.zeros_like(v), 1.0 / rate_hz)
+
+    for _ in range(FEEDBACK_ITERATIONS):
+        warm = warmed(v)[:-1] if warms else np.zeros_like(v)
+        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
+        v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
+        if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
+            v.flags.writeable = False
+            return _Feedforward(v, warmed(v)[-1])
+        before = v
+    return None
 
 
 def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
@@ -188,62 +262,69 @@ def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array)
         warmth=warmth.copy(),
     )
     active = [effect for effect in EFFECTS.values() if effect.varies(acts.errors)]
-    at_once = all(effect.instant or effect.along for effect in active)
+    along = [None if effect.instant else effect.along(acts.errors, acts.build) for effect in active]
+    at_once = all(effect.instant or whole for effect, whole in zip(active, along, strict=True))
     terms = [
-        effect.along(acts.errors, acts.build) if at_once and effect.along else effect.term([acts.errors], [acts.build])
-        for effect in active
+        whole if at_once and whole else effect.term([acts.errors], [acts.build])
+        for effect, whole in zip(active, along, strict=True)
     ]
-    moments = [step] if at_once else _moments(step, states.t)
-    for moment in moments:
+    for moment in [step] if at_once else _moments(step, states.t):
         for add in terms:
             add(moment)
     return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
 
 
 def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
-    """Yield the samples of a motion one by one, as views, for effects with memory."""
+    """Return the samples of a motion one by one, as views, for effects with memory."""
     fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque", "transmitted", "warmth")
     rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
     return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
 
 
-def _rubbing_of(experiment: Experiment) -> _Rubbing:
-    """Return the compiled plant of an experiment; a payload that is not mounted has no effect."""
-    plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
-    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier, file_stamp(plant.robot.model))
-
-
-@lru_cache(maxsize=PLANTS_KEPT)
-def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> _Rubbing:
-    model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
-    acts = acting(plant, model, step=step, earlier=earlier)
-    return _Rubbing(frictionless(model), acts)
-
-
 @lru_cache(maxsize=TABLES_KEPT)
-def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
+def _torque_along(rigid: _Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
     """Return the torque without friction [N m], shape (N, n); plants that differ only in friction share it."""
-    return torque_along(model, motion, states_of(motion, rate_hz).t)
+    model, t, n = rigid.model, states_of(motion, rate_hz).t, motion.n
+    count = min(SAMPLES_PER_HARMONIC * motion.sine.shape[1], len(t) - 1)
+    coarse = motion.duration / count * np.arange(count + 1)
+    driven = [x[:-1] for x in motion(coarse)]
+    free = model.nv - n
+    torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
+    closed = np.vstack((torque, torque[:1]))[:, free:]
+    return periodic_spline(coarse, closed)(t % coarse[-1])
 
 
-def check_torque_limits(experiments: Sequence[Experiment]) -> None:
-    """Check that no drive of an arm without model errors is at its current limit for too long.
+def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:
+    """Return the torque on all joints if joints without a drive are in equilibrium, shape (samples, nv)."""
+    free = model.nv - driven[0].shape[1]
+    stiffness = _own_stiffness(model, free)
+    q = driven[0][:, :free].copy()  # a link begins where its motor is
+    torque, rate = np.zeros((len(q), model.nv)), 2j * np.pi / duration * np.arange(len(q) // 2 + 1)[:, None]
+    for _ in range(YIELD_ITERATIONS):
+        spectrum = np.fft.rfft(q, axis=0)
+        rates = (np.fft.irfft(rate**k * spectrum, len(q), axis=0) for k in (1, 2))
+        states = [np.hstack(pair) for pair in zip((q, *rates), driven, strict=True)]
+        torque = inverse_dynamics(model, *states)
+        q = q - torque[:, :free] / stiffness
+    return torque
 
-    Raises:
-        Saturated: If a drive is.
-        PlantError: If a plant cannot be compiled.
-    """
-    sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
-    for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
-        drives, robot = e.plant.drives, e.plant.robot
-        over = first_at_limit(v, drives.current_limit, RATE)
-        if over is None:
-            continue
-        joint, since = over
-        name = bare_arm(robot.model, drives.rotor_inertia, robot.flange).joint(joint).name
-        most, limit = float(abs(v[:, joint]).max()), drives.current_limit[joint]
-        raise Saturated(
-            f"{e.name}: drive of {name} would need up to {most:.4g} where its limit is {limit:g}, for more than "
-            f"{SATURATED_TOO_LONG:g} s from t = {since:.2f} s; "
-            + ("use a lighter payload or a slower motion" if e.loaded else "use a slower motion")
+
+@silenced()
+def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
+    """Return the stiffness of each free joint from its own springs [N m/rad], shape (free,)."""
+    data, stiffness = mujoco.MjData(model), np.empty(free)
+    for k in range(free):
+        forces = []
+        for angle in (0.0, PROBE):
+            data.qpos[:] = 0.0
+            data.qpos[k] = angle
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            forces.append(float(data.qfrc_passive[k]))
+        stiffness[k] = (forces[0] - forces[1]) / PROBE
+    if not stiffness.all():
+        raise PlantError(
+            f"joint {int(np.argmin(np.abs(stiffness))) + 1} is inside its backlash gap, so no current "
+            "holds its position; simulate the motion instead"
         )
+    return stiffness

@@ -1,21 +1,49 @@
-"""The arm of a model file, read once per process.
+"""The arm of a model file: joints from the world to the flange move, all others are locked or removed.
 
-A simulation needs no shapes, and compiles and steps faster without them. Shapes are removed unless inertias are
-computed from them. The result is cached, because the removal takes longer than compiling a trial.
+The links with their inertias, the joints with their places and ranges, and gravity are used. Drives, friction and rotor
+inertias come from the robot file; sensors, keyframes, contacts, solver settings and fluids are ignored. Springs and
+constraints between moving joints are refused, because the identification model lacks them.
+
+A mesh is only visual if its link states an inertia, and is omitted if it is missing or not a solid; it is required if
+the inertia is computed from it. A simulation needs no shapes, and compiles and steps faster without them: `lean_spec`
+removes them unless inertias are computed from them. Arms are cached, because this takes longer than compiling a trial.
 """
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from sim.errors import ModelFileError
-from sim.frozen_joints import bodies_to, hold_all_but_arm
-from sim.meshes import drop_unusable_meshes
 
 INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
 """Attributes of a model that are the same with and without shapes, if no inertia is computed from them."""
+DROPPED = ("sensors", "keys", "pairs", "excludes", "actuators", "equalities", "tendons", "flexes", "skins")
+"""Elements of a file that are removed; equalities and tendons are checked first."""
+GRIPPER = "remove it; if it belongs to a gripper, name the arm's last body as flange"
+"""Advice for a constraint between joints."""
+FREE = mujoco.mjtJoint.mjJNT_FREE
+ONE_AXIS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+PACKAGE, FILE = "package://", "file://"
+
+
+@contextmanager
+def silenced() -> Generator[None]:
+    """Suppress MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`, from all threads; also a decorator.
+
+    Its messages become errors of this package.
+    """
+    before, config = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
+    config.logto_console = config.logto_file = False
+    config.set()
+    try:
+        yield
+    finally:
+        before.set()
 
 
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
@@ -29,56 +57,12 @@ def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
         ValueError: If MuJoCo cannot read it.
         ModelFileError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
     """
-    spec, _ = _drawn(path, flange, file_stamp(path))
-    return spec.copy()
+    return _drawn(path, flange, file_stamp(path))[0].copy()
 
 
 def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
     """Return the files of meshes that are missing or not solids; arguments and errors as `full_spec`."""
     return _drawn(path, flange, file_stamp(path))[1]
-
-
-def file_stamp(path: Path) -> int:
-    """Time of the last change of a file, 0 if there is none: part of the key of whatever is cached of a model."""
-    return path.stat().st_mtime_ns if path.is_file() else 0
-
-
-@lru_cache(maxsize=8)
-def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
-    """The arm with all shapes that can be compiled, and the files of others."""
-    spec, missing = _read(path, flange)
-    solid = spec.copy()
-    for geom in solid.geoms:
-        geom.contype = geom.conaffinity = 1  # as for distances: a visual mesh may have no convex hull
-    try:
-        solid.compile()
-    except ValueError:
-        missing += _drop_meshes(spec, path, flange, compiled=True)
-    return spec, missing
-
-
-def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
-    """The arm with shapes that have their files, and the files that are missing."""
-    spec = mujoco.MjSpec.from_file(str(path))
-    if path.suffix.lower() == ".urdf":  # inertias are stated; a collision shape is not a link
-        spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    try:
-        hold_all_but_arm(spec, flange)
-    except ModelFileError as error:
-        raise ModelFileError(f"robot model {path}: {error}") from error
-    missing = _drop_meshes(spec, path, flange)
-    spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
-    # Without islands the solver is faster with the same result: an arm is a single island.
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
-    return spec, missing
-
-
-def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compiled: bool = False) -> tuple[str, ...]:
-    arm = None if flange is None else bodies_to(spec, flange)
-    try:
-        return drop_unusable_meshes(spec, path, arm, compiled=compiled)
-    except ModelFileError as error:
-        raise ModelFileError(f"robot model {path}: {error}") from error
 
 
 def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
@@ -95,6 +79,11 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
     return _lean(path, flange, stamp).copy()
 
 
+def file_stamp(path: Path) -> int:
+    """Time of the last change of a file, 0 if there is none: part of the key of whatever is cached of a model."""
+    return path.stat().st_mtime_ns if path.is_file() else 0
+
+
 def compiler_reason(error: ValueError) -> str:
     """Return the message of MuJoCo's compiler in one line that names the element."""
     what, *details = str(error).removeprefix("Error: ").splitlines()
@@ -104,6 +93,20 @@ def compiler_reason(error: ValueError) -> str:
     if "mass and inertia of moving bodies" in what:
         return f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
     return f"{what} (element {element!r})" if element else what
+
+
+@lru_cache(maxsize=8)
+def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+    """The arm with all shapes that can be compiled, and the files of others."""
+    spec, missing = _read(path, flange)
+    solid = spec.copy()
+    for geom in solid.geoms:
+        geom.contype = geom.conaffinity = 1  # as for distances: a visual mesh may have no convex hull
+    try:
+        solid.compile()
+    except ValueError:
+        missing += _drop_meshes(spec, path, flange, compiled=True)
+    return spec, missing
 
 
 @lru_cache(maxsize=8)
@@ -122,3 +125,168 @@ def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
     whole = full_spec(path, flange).compile()
     same = all(np.array_equal(getattr(stripped, name), getattr(whole, name)) for name in INERTIAL)
     return lean if same else full_spec(path, flange)
+
+
+def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+    """The arm with shapes that have their files, and the files that are missing."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    if path.suffix.lower() == ".urdf":  # inertias are stated; a collision shape is not a link
+        spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    try:
+        hold_all_but_arm(spec, flange)
+    except ModelFileError as error:
+        raise ModelFileError(f"robot model {path}: {error}") from error
+    missing = _drop_meshes(spec, path, flange)
+    spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
+    # Without islands the solver is faster with the same result: an arm is a single island.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
+    return spec, missing
+
+
+def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
+    """Reduce a model to the joints of an arm, each with a name, without drives and constraints.
+
+    Args:
+        spec: The model of the file, changed in place.
+        flange: Last body of the arm; joints outside the chain to it are locked. None if all joints belong to the arm.
+
+    Raises:
+        ModelFileError: If there is no such body, a joint has more than one axis, or springs or constraints act on the
+            arm.
+    """
+    if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
+        for tie in spec.equalities:
+            if tie.active:
+                raise ModelFileError(f"equality {tie.name or tie.name1!r} couples joints; {GRIPPER}")
+        for tendon in spec.tendons:
+            if any(tendon.stiffness) or any(tendon.damping) or tendon.frictionloss:
+                raise ModelFileError(f"tendon {tendon.name!r} acts on joints; {GRIPPER}")
+    for kind in DROPPED:
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    body = spec.worldbody.first_body()
+    while body is not None:  # free-floating bodies that do not carry the flange
+        following = spec.worldbody.next_body(body)
+        joints = body.find_all(mujoco.mjtObj.mjOBJ_JOINT)
+        names = [body.name, *(each.name for each in body.find_all(mujoco.mjtObj.mjOBJ_BODY))]
+        if joints and all(joint.type == FREE for joint in joints) and (flange is None or flange not in names):
+            spec.delete(body)
+        body = following
+    if flange is not None:
+        arm = _bodies_to(spec, flange)
+        for joint in list(spec.joints):
+            if not any(joint.parent is each for each in arm):
+                spec.delete(joint)
+        for body in spec.bodies:
+            if body.explicitinertial and not any(body is each for each in arm):
+                _give_possible_inertia(body)
+    for number, body in enumerate(spec.bodies):
+        body.name = body.name or f"body {number}"
+        body.gravcomp = 0.0
+    for number, joint in enumerate(spec.joints, 1):
+        joint.name = joint.name or f"joint{number}"
+        joint.actfrclimited = 0  # drive torques are stated in the robot file
+        if joint.type not in ONE_AXIS:
+            raise ModelFileError(
+                f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base"
+            )
+        if any(joint.stiffness):
+            raise ModelFileError(
+                f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, which "
+                "identification does not model; remove it"
+            )
+    plain = mujoco.MjSpec().option  # flags may disable friction, and a fluid would damp the arm
+    for name in (name for name in dir(plain) if not name.startswith("_") and name != "gravity"):
+        setattr(spec.option, name, getattr(plain, name))
+
+
+def _bodies_to(spec: mujoco.MjSpec, flange: str) -> list[mujoco.MjsBody]:
+    """The bodies from a flange to the world, both included."""
+    body = spec.body(flange)
+    if body is None:
+        raise ModelFileError(f"flange {flange!r}: no body has that name")
+    found = [body]
+    while (body := body.parent) is not None:
+        found.append(body)
+    return found
+
+
+def _give_possible_inertia(body: mujoco.MjsBody) -> None:
+    """Replace impossible moments, which MuJoCo would refuse, by those of a sphere, and negative masses by zero."""
+    full = body.fullinertia
+    xx, yy, zz, xy, xz, yz = (*body.inertia, 0.0, 0.0, 0.0) if np.isnan(full[0]) else full
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if body.mass < 0.0 or moments[0] < 0.0 or moments[0] + moments[1] < moments[2]:
+        body.mass, body.fullinertia = max(body.mass, 0.0), np.full(6, np.nan)
+        body.inertia = np.full(3, np.abs(moments).mean())
+
+
+def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compiled: bool = False) -> tuple[str, ...]:
+    """Remove meshes without a file or that MuJoCo cannot compile to a solid, and their shapes.
+
+    Args:
+        spec: Changed in place; meshes in packages get the paths at which they were found.
+        path: The model file; paths of meshes are relative to it.
+        flange: Last body of the arm.
+        compiled: Whether meshes are test-compiled, which takes time.
+
+    Returns:
+        Files of these meshes, as named in the model.
+    """
+    arm = None if flange is None else _bodies_to(spec, flange)
+    folder = path.parent / (spec.compiler.meshdir or "")
+    unusable: dict[str, str] = {}
+    for mesh in spec.meshes:
+        stated, name = mesh.file, mesh.name or Path(mesh.file).stem
+        if stated.startswith((PACKAGE, FILE)):
+            mesh.file = str(_in_package(stated, path))
+        if stated and not ((folder / mesh.file).is_file() and (not compiled or _is_solid(mesh, folder / mesh.file))):
+            unusable[name] = stated
+    from_shapes = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    for shape in [geom for geom in spec.geoms if geom.meshname in unusable]:
+        link, weighs = shape.parent, shape.mass != 0.0 and shape.density != 0.0  # NaN where no mass is stated
+        counts = from_shapes and weighs and not link.explicitinertial and _moves(link)
+        if counts and (arm is None or any(link is each for each in arm)):
+            fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
+            raise ModelFileError(
+                f"robot model {path}: link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, "
+                f"{fault} the file, or state an inertial"
+            )
+        spec.delete(shape)
+    for mesh in [mesh for mesh in spec.meshes if (mesh.name or Path(mesh.file).stem) in unusable]:
+        spec.delete(mesh)
+    return tuple(unusable.values())
+
+
+def _in_package(stated: str, path: Path) -> Path:
+    """Return the file of a URI; packages are found above the model by folder name or by `package.xml`."""
+    if stated.startswith(FILE):
+        return Path(stated.removeprefix(FILE))
+    package, _, inside = stated.removeprefix(PACKAGE).partition("/")
+    for folder in path.resolve().parents:
+        try:
+            name = ElementTree.parse(folder / "package.xml").findtext("name", "").strip()
+        except (OSError, ElementTree.ParseError):
+            name = ""
+        beside = folder if package in (folder.name, name) else folder / package
+        if (beside / inside).is_file():
+            return beside / inside
+    return path.parent / package / inside
+
+
+def _is_solid(mesh: mujoco.MjsMesh, file: Path) -> bool:
+    """Return whether MuJoCo can compile a mesh."""
+    alone = mujoco.MjSpec()
+    alone.add_mesh(name="mesh", file=str(file), scale=mesh.scale, inertia=mesh.inertia)
+    alone.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    try:
+        alone.compile()
+    except ValueError:
+        return False
+    return True
+
+
+def _moves(body: mujoco.MjsBody) -> bool:
+    while body is not None and not body.joints:
+        body = body.parent
+    return body is not None

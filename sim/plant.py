@@ -3,10 +3,9 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from sim.drives import DriveTruth
 from sim.effects import EFFECTS, ModelErrors
-from sim.errors import DriveError, PayloadBodyError
-from sim.robot import Robot
+from sim.errors import PlantError
+from sim.robot import DriveTruth, Robot
 
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
 """Largest mass [kg], distance of its centre [m] and moment of inertia [kg m^2] of a payload."""
@@ -24,7 +23,7 @@ class PayloadBody:
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
 
     Raises:
-        PayloadBodyError: If a number is not finite or out of range.
+        PlantError: If a number is not finite or out of range.
     """
 
     mass: float
@@ -34,11 +33,11 @@ class PayloadBody:
     def __post_init__(self) -> None:
         """Check the numbers; MuJoCo's compiler checks whether they are physically possible."""
         if not 0.0 < self.mass <= HEAVIEST:
-            raise PayloadBodyError(f"payload: mass = {self.mass:g} kg: expected more than 0 to {HEAVIEST:g}")
+            raise PlantError(f"payload: mass = {self.mass:g} kg: expected more than 0 to {HEAVIEST:g}")
         for name, unit, most in (("com", "m", FARTHEST), ("inertia", "kg m^2", BULKIEST)):
             for value in getattr(self, name):
                 if not abs(value) <= most:  # NaN is not
-                    raise PayloadBodyError(f"payload: {name} {value:g} {unit}: expected {most:g} at most")
+                    raise PlantError(f"payload: {name} {value:g} {unit}: expected {most:g} at most")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +51,7 @@ class Plant:
         errors: Effects that the identification model lacks.
 
     Raises:
-        DriveError: If the drives do not match the arm.
-        EffectError: If a model error does not apply to robot or drives.
+        PlantError: If the drives do not match the arm, or a model error does not apply to robot or drives.
     """
 
     robot: Robot
@@ -64,7 +62,7 @@ class Plant:
     def __post_init__(self) -> None:
         """Check that drives and errors fit the robot."""
         if len(self.drives.gain) != self.robot.n:
-            raise DriveError(
+            raise PlantError(
                 f"drives: {len(self.drives.gain)} gains for {self.robot.name}, which has {self.robot.n} joints"
             )
         for effect in EFFECTS.values():

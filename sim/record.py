@@ -10,19 +10,25 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, LoopLog, closed_loop, no_progress
+from sim.closed_loop import Advanced, LoopLog, check_native, closed_loop, no_progress, servo_loop, servo_model
 from sim.compile import lean_model, resting
 from sim.controller import Controller, Law, tuned
 from sim.engine import Engine, Simulation
 from sim.errors import PlantError, SimulationError
-from sim.experiment import Experiment, substeps
-from sim.faults import fault
+from sim.experiment import (
+    Experiment,
+    after_warm_up,
+    fault,
+    is_carried,
+    starts_warm,
+    substeps,
+    warming_motion,
+    warmth_before,
+)
+from sim.model_spec import silenced
 from sim.plant import Layout, layout
 from sim.sensors import check_rate, logged, noise_streams
-from sim.sensors.effect import NoiseStreams
-from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before, waves
-from sim.servo import check_native, servo_loop, servo_model
-from sim.silenced_mujoco import silenced
+from sim.sensors.sensor import NoiseStreams
 from sim.varying import varied
 
 
@@ -70,7 +76,10 @@ def each_record(
     """
     models: _Models = {}
     ended: dict[int, Array | SimulationError] = {}
-    for wave in waves(experiments):
+    waves: dict[int, list[int]] = defaultdict(list)
+    for i, experiment in enumerate(experiments):
+        waves[experiment.earlier if is_carried(experiment) else 0].append(i)
+    for _, wave in sorted(waves.items()):
         ready: list[tuple[int, _Run]] = []
         warm = _warm([(i, experiments[i]) for i in wave if starts_warm(experiments[i])], models, threads)
         for i in wave:
@@ -93,7 +102,7 @@ _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
 def _warm(
     experiments: Sequence[tuple[int, Experiment]], models: _Models, threads: int
 ) -> dict[int, Array | SimulationError]:
-    """Return the temperature rise of drives after a warm-up [K], by the midpoint rule (`sim.sequence`)."""
+    """Return the temperature rise of drives after a warm-up [K], by the midpoint rule (`sim.experiment`)."""
     found: dict[int, Array | SimulationError] = {i: np.zeros(each.plant.robot.n) for i, each in experiments}
     for share in (0.5, 1.0) if experiments else ():
         ready: list[tuple[int, _Run]] = []

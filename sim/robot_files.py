@@ -9,9 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFlo
 
 from ident.support.arrays import Array
 from ident.support.toml_files import read_toml
-from sim.drives import DriveTruth
-from sim.errors import DriveError, RobotError
-from sim.robot import Coupling, GravitySpring, Robot
+from sim.errors import PlantError, RobotError
+from sim.robot import Coupling, DriveTruth, GravitySpring, Robot
 
 Origin = Literal["published", "measured", "assumed"]
 Source = Annotated[str, Field(min_length=1)]
@@ -77,7 +76,7 @@ class SpeedsTable(JointsTable):
 
 
 class DrivesTable(_Table):
-    """Nominal drives: `sim.drives.DriveTruth`, and rated speeds and accelerations.
+    """Nominal drives: `sim.robot.DriveTruth`, and rated speeds and accelerations.
 
     Attributes:
         gain: Joint torque per current [N m / drive unit], force for a prismatic joint; negative if the drive is wired
@@ -180,7 +179,7 @@ def read_robot(path: Path) -> Robot:
         raise RobotError(f"robot file {error}") from error
     try:
         robot = _robot(table, path.parent)
-    except (DriveError, RobotError) as error:
+    except PlantError as error:
         raise RobotError(f"robot file {path}: {error}") from error
     if not robot.model.is_file():
         raise RobotError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")

@@ -11,10 +11,9 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.compile import drive_constants
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep, each_drive
-from sim.effects.wrist_coupling import coupling_tendons
+from sim.effects.transmissions import coupling_tendons
 from sim.plant import Plant
 
 
@@ -60,7 +59,11 @@ def varied(
 
 def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
     """Return the effects in a control period, constant friction if nothing varies; arguments as `varied`."""
-    constant, n = drive_constants(model, "frictionloss"), plant.robot.n
+    coupled, n = coupling_tendons(model), plant.robot.n
+    constant, damping, inertia = (
+        np.concatenate((getattr(model, f"dof_{name}")[-model.nu :], getattr(model, f"tendon_{name}")[coupled]))
+        for name in ("frictionloss", "damping", "armature")
+    )
     turns = np.eye(len(constant), n)
     for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
         row[[coupling.motor, coupling.turns_with]] = 1.0
@@ -68,8 +71,8 @@ def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, wa
         errors=plant.errors,
         build=Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step),
         constant=constant,
-        damping=drive_constants(model, "damping"),
-        inertia=drive_constants(model, "armature"),
+        damping=damping,
+        inertia=inertia,
         turns=turns,
         warmth=np.zeros(n) if warmth is None else warmth,
     )

@@ -17,7 +17,7 @@ from ident.support.arrays import Array, Indices
 from sim.appearance import drawn_arm, furnish, planes
 from sim.errors import ADVICE, ModelFileError, NoPicture
 from sim.experiment import Experiment
-from sim.silenced_mujoco import silenced
+from sim.model_spec import silenced
 
 ELEVATION = -15.0
 """Direction in which the camera looks, above the horizon [deg]."""

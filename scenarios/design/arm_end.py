@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 
 from sim.errors import RobotError
-from sim.silenced_mujoco import silenced
+from sim.model_spec import silenced
 
 GRIPPING = re.compile(r"grip|jaw|finger|claw|pincer|carriage|knuckle", re.IGNORECASE)
 """Names of a gripper's joints and of the bodies that they move."""

@@ -25,11 +25,12 @@ from scenarios.prediction.deviations import (
     prediction_of,
 )
 from scenarios.support.errors import ScenarioError
-from sim.clearance import CLEARANCE, Clearance, Solid
+from sim.clearance import CLEARANCE, Clearance
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
 from sim.plant import Plant
+from sim.shapes import Solid
 from sim.trajectory import FourierTrajectory
 
 EXCESS = 0.03

@@ -16,8 +16,7 @@ from ident.payload.payload import INERTIA_KEYS
 from ident.support.errors import RobotModelError
 from ident.support.naming import shown
 from sim.errors import ModelFileError
-from sim.model_spec import full_spec, unusable_meshes
-from sim.silenced_mujoco import silenced
+from sim.model_spec import full_spec, silenced, unusable_meshes
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """Transmission types of actuators; both are equivalent for a joint with one axis."""

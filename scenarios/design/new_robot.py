@@ -26,10 +26,9 @@ from scenarios.experiments.payload_frames import check_same_payload
 from scenarios.experiments.robot_models import read_arm
 from scenarios.prediction.deviations import drawn, prediction_of
 from sim.clearance import CLEARANCE, Clearance
-from sim.drives import DriveTruth
 from sim.errors import NoPositionError, RobotError, TrajectoryError
 from sim.plant import Plant
-from sim.robot import Robot
+from sim.robot import DriveTruth, Robot
 from sim.trajectory import FourierTrajectory
 
 HARMONICS, DURATION = 6, 20.0

@@ -26,7 +26,7 @@ from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, Motio
 from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import ResultModel
 from sim.clearance import CLEARANCE, Clearance
-from sim.flange import Flange, flange_of
+from sim.shapes import Flange, flange_of
 from sim.trajectory import FourierTrajectory
 
 NEAR_HZ, TORQUE_HZ = 10.0, 50.0

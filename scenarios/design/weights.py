@@ -11,8 +11,7 @@ import numpy as np
 
 from ident.payload.payload import Payload
 from ident.support.arrays import Array
-from sim.clearance import Solid
-from sim.flange import Flange
+from sim.shapes import Flange, Solid
 
 FACE = 31.5
 """Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms for 3 to 15 kg; assumed for all robots."""

@@ -15,9 +15,9 @@ from scenarios.experiments.robots import motion_of, robot_of
 from scenarios.experiments.robots import structure as believed_structure
 from scenarios.support.errors import ScenarioError
 from sim.controller import ControllerBelief
-from sim.drives import DriveTruth
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
+from sim.robot import DriveTruth
 
 CHECK = "check-weight"
 """Name of the motion that is not used for identification; no mounting can have a name with a hyphen."""

@@ -11,8 +11,7 @@ from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.naming import one_line
 from sim.errors import ModelFileError
-from sim.model_spec import compiler_reason, lean_spec
-from sim.silenced_mujoco import silenced
+from sim.model_spec import compiler_reason, lean_spec, silenced
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """Placeholder of every link in a model that `ident.model.files` reduced to its kinematics."""

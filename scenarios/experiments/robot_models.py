@@ -18,7 +18,7 @@ from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 from ident.support.naming import one_line
 from sim.errors import ModelFileError
-from sim.frozen_joints import hold_all_but_arm
+from sim.model_spec import hold_all_but_arm
 
 STATES = 4
 """Number of random positions of all joints for the comparison; a single one could miss a difference by coincidence."""

@@ -23,12 +23,12 @@ from scenarios.experiments.files.settings import Value
 from scenarios.experiments.judge import CostVerdict, Verdict, judge
 from scenarios.support.progress import SILENT, Progress
 from sim.closed_loop import Advanced, no_progress
-from sim.drives import DriveTruth
 from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
+from sim.robot import DriveTruth
 from sim.sensors import noise_streams
-from sim.sensors.effect import NoiseStreams
+from sim.sensors.sensor import NoiseStreams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

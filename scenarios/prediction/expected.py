@@ -13,8 +13,8 @@ from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents, states_of
-from sim.sensors import SensorOptions, logged_without_noise, noises, without_spectrum
-from sim.sensors.effect import Log, Noise
+from sim.sensors import SensorOptions, logged, noises, without_spectrum
+from sim.sensors.sensor import Log, Noise
 
 NOISE_SEED = 0
 """Seed of the noise of an expected recording."""
@@ -95,7 +95,7 @@ def _same(one: Noise, other: Noise | None) -> bool:
 
 def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> Expected:
     q = states_of(experiment.trajectory, rate_hz).q
-    return _drawn(logged_without_noise(q, v, rate_hz, experiment.sensors), experiment.sensors, every)
+    return _drawn(logged(q, v, rate_hz, experiment.sensors, None), experiment.sensors, every)
 
 
 def _drawn(log: Log, sensors: SensorOptions, every: int) -> Expected:

@@ -28,7 +28,7 @@ from scenarios.prediction.expected import Expected, expected_preparation
 from scenarios.support.errors import StudyError
 from sim.experiment import Experiment
 from sim.feedforward_currents import inertia_along
-from sim.sensors.effect import Noise
+from sim.sensors.sensor import Noise
 
 NOT_LINEAR = ("ols", "tls-2014")
 """Methods with noise of the currents in the regressor: their errors are of second order."""

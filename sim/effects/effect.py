@@ -1,37 +1,21 @@
-"""Definition of a model error: values with ranges, and functions that change a model or a control step.
+"""Definition of a model error: values, and functions that change a model or a control step.
 
-Each file of this package defines one. Its values are a dataclass whose fields are keys of a scenario's
-`[plant.errors]`; its `EFFECT` has the functions that act, and an omitted function does nothing. An effect with zero
-values changes nothing. `sim.effects` lists all effects.
+An effect is a dataclass. Its fields are keys of a scenario's `[plant.errors]`, zero for no effect; its methods act on
+the plant, and an inherited method does nothing. `sim.effects` lists all effects. The values of all effects are one
+object there, `ModelErrors`, and each method is called on it as that of its own class (`Stribeck.varies(errors)`). A
+method may read any value, but calls functions and not methods.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import ClassVar
 
 import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from ident.support.ranges import refuse_outside
-from sim.drives import DriveTruth
-from sim.errors import EffectError
-from sim.robot import Robot
-
-V = TypeVar("V", contravariant=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Values:
-    """Base of the values of every effect.
-
-    Raises:
-        EffectError: If a number is not finite or outside its annotated range.
-    """
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        refuse_outside(self, EffectError, "errors")
+from sim.robot import DriveTruth, Robot
+from sim.values import Values
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,59 +75,48 @@ Term = Callable[[ControlStep], None]
 """Function of an effect in a control period."""
 
 
-def _nothing(*_: object) -> None:
-    """Function of an effect that does nothing at this point."""
-
-
-def _never(*_: object) -> bool:
-    """Function of an effect that never varies."""
-    return False
-
-
-def _no_term(*_: object) -> Term:
-    return _nothing
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Effect(Generic[V]):
-    """Functions of one model error; V is the type of its values.
+@dataclass(frozen=True, kw_only=True)
+class Effect(Values):
+    """Base of the effects.
 
     Attributes:
-        fits: Raises an `EffectError` for values that do not apply to a robot or its drives.
-        resizes: Whether the values change the sizes of a model, so that it runs in a batch of its own.
-        before_compile: Changes the model specification of arm, payload and drives in place.
-        after_compile: Changes the compiled model, which has its drives and friction.
-        settle: Moves the joints that are not driven to equilibrium, with the driven ones at their start.
-        varies: Whether the values act in every control period.
-        term: Returns the function that acts in a control period on B simulations with these values and builds.
         instant: Whether the term depends only on the current `ControlStep`, so that all steps of a motion can be
             evaluated together, as separate simulations. A term with memory is evaluated in order.
-        along: For a term with memory: the term of one simulation that receives all its steps together, in order; None
-            if not implemented.
     """
 
-    fits: Callable[[V, Robot, DriveTruth], None] = _nothing
-    resizes: Callable[[V], bool] = _never
-    before_compile: Callable[[V, mujoco.MjSpec, Build], None] = _nothing
-    after_compile: Callable[[V, mujoco.MjModel, Build], None] = _nothing
-    settle: Callable[[V, mujoco.MjModel, Array], None] = _nothing
-    varies: Callable[[V], bool] = _never
-    term: Callable[[Sequence[V], Sequence[Build]], Term] = _no_term
-    instant: bool = False
-    along: Callable[[V, Build], Term] | None = None
+    table: ClassVar[str] = "errors"
+    instant: ClassVar[bool] = True
 
+    def fits(self, robot: Robot, drives: DriveTruth) -> None:
+        """Raise a `PlantError` for values that do not apply to a robot or its drives."""
 
-def each_value(values: Sequence[object], *names: str) -> list[Array]:
-    """Return values of B simulations by name, each of shape (B, 1)."""
-    return [np.array([[getattr(each, name)] for each in values]) for name in names]
+    def resizes(self) -> bool:
+        """Return whether the values change the sizes of a model, so that it runs in a batch of its own."""
+        return False
+
+    def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
+        """Change the model specification of arm, payload and drives in place."""
+
+    def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
+        """Change the compiled model, which has its drives and friction."""
+
+    def settle(self, model: mujoco.MjModel, state: Array) -> None:
+        """Move the joints that are not driven to equilibrium, with the driven ones at their start."""
+
+    def varies(self) -> bool:
+        """Return whether the values act in every control period."""
+        return False
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Return the function that acts in a control period on B simulations with these values and builds."""
+        raise NotImplementedError("an effect that varies has a term")
+
+    def along(self, build: Build) -> Term | None:
+        """Return the term of one simulation that receives all its steps together, in order; None if there is none."""
+        return None
 
 
 def each_drive(builds: Sequence[Build], *names: str) -> list[Array]:
     """Return parameters of the drives of B simulations by name, each of shape (B, n)."""
     return [np.stack([np.asarray(getattr(each.drives, name), dtype=np.float64) for each in builds]) for name in names]
-
-
-def tendons_ending(model: mujoco.MjModel, ending: str) -> slice:
-    """Return the slice of tendons of a compiled model whose names have this ending; empty if there are none."""
-    found = [k for k in range(model.ntendon) if model.tendon(k).name.endswith(ending)]
-    return slice(found[0], found[-1] + 1) if found else slice(0)

@@ -1,22 +1,30 @@
-"""Noise of the logged current, white and coloured, in proportion to each joint's rms current."""
+"""The logged current: noise, errors of gain and offset, delay.
+
+Noise is white and coloured, in proportion to each joint's rms current; coloured noise represents residuals of real
+robots. Gain and offset errors differ between motions, `(1 + e) v + o`: e and o are drawn for each motion and joint.
+Causes are amplifiers that are zeroed at power-on, and warming shunts.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.numerics.filters import butterworth, filtered
 from ident.support.arrays import Array
-from sim.errors import SensorError
-from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
+from sim.errors import PlantError
+from sim.sensors.sensor import Log, Noise, NoiseStreams, Sensor
+
+LOWEST_SHARE = 1e-5
+"""Lowest cut-off of coloured noise, as a share of the rate: below it the filter does not settle within the run."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class CurrentNoise(Values):
-    """White and coloured noise; coloured noise represents residuals of real robots.
+class CurrentNoise(Sensor):
+    """White and coloured noise.
 
     Attributes:
         current_white: White noise of the logged current, as a share of the joint's rms current.
@@ -24,40 +32,45 @@ class CurrentNoise(Values):
         coloured_cutoff_hz: Cut-off of the coloured noise [Hz].
     """
 
+    streams: ClassVar[tuple[str, ...]] = ("white", "coloured")
     current_white: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
     current_coloured: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
     coloured_cutoff_hz: Annotated[float, Interval(ge=0.0, le=1e6), Unit("Hz")] = 20.0
 
+    def fits(self, rate_hz: float) -> None:
+        """Refuse a cut-off that the rate does not allow."""
+        low, high = LOWEST_SHARE * rate_hz, 0.5 * rate_hz
+        if self.current_coloured and not low <= self.coloured_cutoff_hz < high:
+            raise PlantError(
+                f"sensors: coloured_cutoff_hz = {self.coloured_cutoff_hz:g} at {rate_hz:g} Hz: expected {low:g} Hz or "
+                f"more, and less than {high:g} Hz"
+            )
 
-LOWEST_SHARE = 1e-5
-"""Lowest cut-off of coloured noise, as a share of the rate: below it the filter does not settle within the run."""
+    def logs(self, log: Log, streams: NoiseStreams) -> Log:
+        """Add noise; white noise is drawn before coloured noise if they are the same generator."""
+        v = log.v
+        noise = streams["white"].standard_normal(v.shape)  # in place from here on: allocation costs more than the sums
+        noise *= self.current_white
+        if self.current_coloured:
+            coloured = coloured_noise(v.shape, log.rate_hz, self.coloured_cutoff_hz, streams["coloured"])
+            coloured *= self.current_coloured
+            noise += coloured
+        noise *= np.sqrt(np.mean(v**2, axis=0))
+        noise += v
+        return replace(log, v=noise)
+
+    def noise(self, log: Log) -> Sequence[Noise]:
+        """White and filtered numbers."""
+        rms, none, found = np.sqrt(np.mean(log.v**2, axis=0)), np.zeros(1), list[Noise]()
+        if self.current_white:
+            found.append(Noise(stream="white", q=none, v=self.current_white * rms))
+        if self.current_coloured:
+            sos, _, scale = _shaping(log.rate_hz, self.coloured_cutoff_hz)
+            found.append(Noise(stream="coloured", q=none, v=self.current_coloured / scale * rms, sos=sos))
+        return found
 
 
-def logged_current(v: Array, rate_hz: float, values: CurrentNoise, streams: NoiseStreams) -> Array:
-    """Return the current reference as logged.
-
-    Args:
-        v: Current references [drive units], shape (N, n).
-        rate_hz: Their rate [Hz].
-        values: Noise levels.
-        streams: Sources of the noise; white noise is drawn before coloured noise if they are the same generator.
-
-    Returns:
-        v with white and coloured noise, both in proportion to each joint's rms current, shape (N, n).
-    """
-    rms = np.sqrt(np.mean(v**2, axis=0))
-    noise = streams["white"].standard_normal(v.shape)  # in place from here on: allocation costs more than the sums
-    noise *= values.current_white
-    if values.current_coloured:
-        coloured = coloured_noise(v.shape, rate_hz, values.coloured_cutoff_hz, streams["coloured"])
-        coloured *= values.current_coloured
-        noise += coloured
-    noise *= rms
-    noise += v
-    return noise
-
-
-def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng: np.random.Generator) -> Array:
+def coloured_noise(shape: tuple[int, ...], rate_hz: float, cutoff_hz: float, rng: np.random.Generator) -> Array:
     """Return stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n)."""
     sos, warm_up, scale = _shaping(rate_hz, cutoff_hz)
     white = rng.standard_normal((warm_up + shape[0], shape[1]))
@@ -75,28 +88,46 @@ def _shaping(rate_hz: float, cutoff_hz: float) -> tuple[Array, int, float]:
     return sos, warm_up, float(np.linalg.norm(impulse))
 
 
-def _fits(values: CurrentNoise, rate_hz: float) -> None:
-    low, high = LOWEST_SHARE * rate_hz, 0.5 * rate_hz
-    if values.current_coloured and not low <= values.coloured_cutoff_hz < high:
-        raise SensorError(
-            f"sensors: coloured_cutoff_hz = {values.coloured_cutoff_hz:g} at {rate_hz:g} Hz: expected {low:g} Hz or "
-            f"more, and less than {high:g} Hz"
-        )
+@dataclass(frozen=True, kw_only=True)
+class CurrentSensor(Sensor):
+    """Errors of the logged current that are constant during a motion.
+
+    Attributes:
+        current_gain_error: Standard deviation of the relative error e of a motion's current.
+        current_offset: Standard deviation of its offset o, as a share of the joint's rms current.
+    """
+
+    streams: ClassVar[tuple[str, ...]] = ("current_sensor",)
+    current_gain_error: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    current_offset: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
+
+    def logs(self, log: Log, streams: NoiseStreams) -> Log:
+        """Scale and shift."""
+        if not (self.current_gain_error or self.current_offset):
+            return log
+        gain, offset = streams["current_sensor"].standard_normal((2, log.v.shape[1]))
+        rms = np.sqrt(np.mean(log.v**2, axis=0))
+        return replace(log, v=(1.0 + self.current_gain_error * gain) * log.v + self.current_offset * offset * rms)
+
+    def noise(self, log: Log) -> Sequence[Noise]:
+        """One number a motion and joint for each."""
+        sizes = (self.current_gain_error * log.v, self.current_offset * np.sqrt(np.mean(log.v**2, axis=0)))
+        return [Noise(stream="current_sensor", q=np.zeros(1), v=size, lasting=True) for size in sizes if size.any()]
 
 
-def _noisy(values: CurrentNoise, log: Log, streams: NoiseStreams) -> Log:
-    return replace(log, v=logged_current(log.v, log.rate_hz, values, streams))
+@dataclass(frozen=True, kw_only=True)
+class Delay(Sensor):
+    """Delay between logged currents and positions.
 
+    Attributes:
+        current_delay: Delay of the logged current relative to the logged position [s]; negative: the current leads.
+    """
 
-def _noise(values: CurrentNoise, log: Log) -> Sequence[Noise]:
-    rms, none = np.sqrt(np.mean(log.v**2, axis=0)), np.zeros(1)
-    found = list[Noise]()
-    if values.current_white:
-        found.append(Noise(stream="white", q=none, v=values.current_white * rms))
-    if values.current_coloured:
-        sos, _, scale = _shaping(log.rate_hz, values.coloured_cutoff_hz)
-        found.append(Noise(stream="coloured", q=none, v=values.current_coloured / scale * rms, sos=sos))
-    return found
+    current_delay: Annotated[float, Interval(ge=-10.0, le=10.0), Unit("s")] = 0.0
 
-
-EFFECT = SensorEffect[CurrentNoise](streams=("white", "coloured"), fits=_fits, logs=_noisy, noise=_noise)
+    def logs(self, log: Log, streams: NoiseStreams) -> Log:
+        """Interpolate linearly, and hold the ends."""
+        if not self.current_delay:
+            return log
+        t = np.arange(len(log.v)) / log.rate_hz
+        return replace(log, v=np.stack([np.interp(t - self.current_delay, t, v) for v in log.v.T], axis=1))

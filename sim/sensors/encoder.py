@@ -2,20 +2,21 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.sensors.effect import Log, Noise, NoiseStreams, Reader, SensorEffect, Values
+from sim.sensors.sensor import Log, Noise, NoiseStreams, Reader, Sensor
+from sim.values import each_value
 
 CHUNK = 100
 """Number of control periods whose noise is drawn together."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Encoder(Values):
+class Encoder(Sensor):
     """One encoder a joint, on the joint side.
 
     Attributes:
@@ -23,28 +24,35 @@ class Encoder(Values):
         encoder_noise: Standard deviation of a reading before quantisation [rad].
     """
 
+    streams: ClassVar[tuple[str, ...]] = ("encoder",)
     encoder_quantum: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
     encoder_noise: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
 
+    @staticmethod
+    def reader(values: Sequence[object], streams: Sequence[NoiseStreams], n: int) -> Reader | None:
+        """Encoders of B simulations, as full arrays, because broadcasting is slow in the loop."""
+        std, quantum = (np.repeat(each, n, axis=1) for each in each_value(values, "encoder_noise", "encoder_quantum"))
+        if not (std.any() or quantum.any()):
+            return None
+        noise = _drawn(std, streams)
+        quantised = quantum > 0.0
+        quantum, scratch = np.where(quantised, quantum, 1.0), np.empty_like(quantum)
+        some, every = bool(quantised.any()), bool(quantised.all())
 
-class _Encoders:
-    """The encoders of B simulations, as full arrays, because broadcasting is slow in the loop."""
+        def read(reading: Array) -> None:
+            np.add(reading, next(noise), reading)
+            if every:
+                rounded(reading, quantum, reading)
+            elif some:
+                rounded(reading, quantum, scratch)
+                np.copyto(reading, scratch, where=quantised)
 
-    def __init__(self, values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> None:
-        self._noise = _drawn(values, streams, n)
-        quantum = np.repeat(np.array([[each.encoder_quantum] for each in values]), n, axis=1)
-        self._quantised = quantum > 0.0
-        self._quantum = np.where(self._quantised, quantum, 1.0)
-        self._rounded = np.empty_like(quantum)
-        self._rounds, self._all_round = bool(self._quantised.any()), bool(self._quantised.all())
+        return read
 
-    def __call__(self, reading: Array) -> None:
-        np.add(reading, next(self._noise), reading)
-        if self._all_round:
-            rounded(reading, self._quantum, reading)
-        elif self._rounds:
-            rounded(reading, self._quantum, self._rounded)
-            np.copyto(reading, self._rounded, where=self._quantised)
+    def noise(self, log: Log) -> Sequence[Noise]:
+        """Noise of the readings only: the motion that it causes through the currents is in the log."""
+        size = np.hypot(self.encoder_noise, self.encoder_quantum / np.sqrt(12.0))
+        return [Noise(stream="encoder", q=np.full(1, size), v=np.zeros(1))] if size else []
 
 
 def rounded(reading: Array, quantum: Array, out: Array) -> None:
@@ -59,28 +67,13 @@ def drawn_noise(values: Encoder, streams: NoiseStreams, shape: tuple[int, int]) 
     return values.encoder_noise * streams["encoder"].standard_normal(shape)
 
 
-def _drawn(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Iterator[Array]:
-    """Yield the noise of successive control periods [rad], shape (B, n)."""
-    std = np.array([[[each.encoder_noise]] for each in values])
-    drawn, noise = np.empty((len(values), CHUNK, n)), np.empty((CHUNK, len(values), n))
+def _drawn(std: Array, streams: Sequence[NoiseStreams]) -> Iterator[Array]:
+    """Yield the noise of successive control periods [rad], shape (B, n), with these deviations (B, n)."""
+    B, n = std.shape
+    drawn, noise = np.empty((B, CHUNK, n)), np.empty((CHUNK, B, n))
     periods = list(noise)
     while True:
         for each, rows in zip(streams, drawn, strict=True):
             each["encoder"].standard_normal(out=rows)
-        np.multiply(drawn, std, out=noise.transpose(1, 0, 2))
+        np.multiply(drawn, std[:, None], out=noise.transpose(1, 0, 2))
         yield from periods
-
-
-def _reader(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Reader | None:
-    if any(each.encoder_noise or each.encoder_quantum for each in values):
-        return _Encoders(values, streams, n)
-    return None
-
-
-def _noise(values: Encoder, log: Log) -> Sequence[Noise]:
-    """Return the noise of the readings only: the motion that it causes through the currents is in the log."""
-    size = np.hypot(values.encoder_noise, values.encoder_quantum / np.sqrt(12.0))
-    return [Noise(stream="encoder", q=np.full(1, size), v=np.zeros(1))] if size else []
-
-
-EFFECT = SensorEffect[Encoder](streams=("encoder",), reader=_reader, noise=_noise)

@@ -15,7 +15,7 @@ from sim.plant import PayloadBody, Plant
 from sim.record import each_record
 from sim.robot_files import read_robot
 from sim.sensors import SensorOptions, noise_streams
-from sim.sensors.effect import NoiseStreams
+from sim.sensors.sensor import NoiseStreams
 from sim.trajectory import FourierTrajectory, at_rest
 
 CYLINDER = PayloadBody(mass=7.025, com=(0.0, 0.0, 0.142776), inertia=(0.012146, 0.012146, 0.008659, 0.0, 0.0, 0.0))

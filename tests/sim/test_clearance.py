@@ -2,10 +2,10 @@ import numpy as np
 from plants import nominal_plant
 from robot_folders import robot_folder
 
-from sim.clearance import Clearance, Solid
-from sim.flange import flange_of
+from sim.clearance import Clearance
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
+from sim.shapes import Solid, flange_of
 
 MARGIN = 0.2
 

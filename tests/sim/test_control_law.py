@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
-from sim.control_law import ControlPeriods
+from sim.closed_loop import ControlPeriods
 from sim.controller import Controller, ControllerOptions, tuned
-from sim.errors import ControllerError
+from sim.errors import PlantError
 from sim.record import record
 
 TUNING = ControllerOptions(
@@ -177,5 +177,5 @@ def test_gains_wired_backwards_are_driven_by_a_controller_that_knows_it():
     ],
 )
 def test_impossible_tunings_are_refused(values, message):
-    with pytest.raises(ControllerError, match=message):
+    with pytest.raises(PlantError, match=message):
         ControllerOptions(**values)

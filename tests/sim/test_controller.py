@@ -7,7 +7,7 @@ from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, stream
 
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions, tuned
-from sim.errors import ControllerError, PlantError
+from sim.errors import PlantError
 from sim.record import record
 from sim.trajectory import at_rest
 
@@ -63,5 +63,5 @@ def test_a_belief_in_another_arm_is_refused():
 
 def test_a_motion_of_another_arm_is_refused():
     motion = at_rest(np.zeros(5), np.zeros((5, 2)), np.full((5, 2), 0.1), 2.0)
-    with pytest.raises(ControllerError, match="the motion moves 5 joints of an arm with 6"):
+    with pytest.raises(PlantError, match="the motion moves 5 joints of an arm with 6"):
         tuned(BELIEF, motion, ControllerOptions())

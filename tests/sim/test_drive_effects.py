@@ -7,7 +7,7 @@ from plants import nominal_plant
 
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep
-from sim.effects.temperature import warmed, warming
+from sim.effects.motors import warmed, warming
 
 
 def step(**changes) -> ControlStep:

@@ -13,7 +13,7 @@ from plants import experiment, nominal_plant, streams, try_record
 
 from sim.compile import plant_model, resting
 from sim.effects import ModelErrors
-from sim.effects.joint_elasticity import FASTEST_MODE
+from sim.effects.transmissions import FASTEST_MODE
 from sim.engine import Engine, Simulation
 from sim.errors import PlantError
 from sim.plant import Plant

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import mujoco
 import numpy as np
@@ -17,16 +17,15 @@ import sim.sensors
 import sim.varying
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep, Effect, Term
-from sim.effects.effect import Values as ErrorValues
-from sim.errors import EffectError
+from sim.errors import PlantError
 from sim.record import record
-from sim.sensors import SENSOR_EFFECTS, SensorOptions, noise_streams
-from sim.sensors.effect import Log, NoiseStreams, SensorEffect
-from sim.sensors.effect import Values as SensorValues
+from sim.sensors import SENSORS, SensorOptions, noise_streams
+from sim.sensors.sensor import Log, NoiseStreams, Sensor
+from sim.values import each_value
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ripple(ErrorValues):
+class Ripple(Effect):
     """Torque ripple.
 
     Attributes:
@@ -35,18 +34,21 @@ class Ripple(ErrorValues):
 
     ripple: Annotated[float, Interval(ge=0.0, le=50.0), Unit("N m")] = 0.0
 
+    def varies(self) -> bool:
+        return self.ripple > 0.0
 
-def ripple_term(values: Sequence[Ripple], builds: Sequence[Build]) -> Term:
-    size = np.array([[v.ripple] for v in values])
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        (size,) = each_value(values, "ripple")
 
-    def add(step: ControlStep) -> None:
-        step.torque[:] += size * np.sin(3.0 * step.q + 0.7 * step.t)
+        def add(step: ControlStep) -> None:
+            step.torque[:] += size * np.sin(3.0 * step.q + 0.7 * step.t)
 
-    return add
+        return add
 
 
 @dataclass(frozen=True, kw_only=True)
-class LooseAxis(ErrorValues):
+class LooseAxis(Effect):
     """Viscous friction that is gone on joint 1.
 
     Attributes:
@@ -55,13 +57,12 @@ class LooseAxis(ErrorValues):
 
     loose: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
 
-
-def loosen(values: LooseAxis, model, build: Build) -> None:
-    model.dof_damping[model.nv - model.nu] *= 1.0 - values.loose
+    def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
+        model.dof_damping[model.nv - model.nu] *= 1.0 - self.loose
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drift(SensorValues):
+class Drift(Sensor):
     """A position log that drifts.
 
     Attributes:
@@ -69,13 +70,13 @@ class Drift(SensorValues):
         drift_noise: [rad].
     """
 
+    streams: ClassVar[tuple[str, ...]] = ("drift",)
     drift: Annotated[float, Interval(ge=-1.0, le=1.0), Unit("rad/s")] = 0.0
     drift_noise: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
 
-
-def drifted(values: Drift, log: Log, streams: NoiseStreams) -> Log:
-    noise = values.drift_noise * streams["drift"].standard_normal(log.q.shape)
-    return replace(log, q=log.q + values.drift * log.t[:, None] + noise)
+    def logs(self, log: Log, streams: NoiseStreams) -> Log:
+        noise = self.drift_noise * streams["drift"].standard_normal(log.q.shape)
+        return replace(log, q=log.q + self.drift * log.t[:, None] + noise)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,12 +96,10 @@ SHAPES = ("stribeck_speed", "coloured_cutoff_hz", "warming_time", "motor_waves",
 
 @pytest.fixture
 def extended(monkeypatch):
-    more = {**EFFECTS, "loose": Effect[LooseAxis](after_compile=loosen)}
-    more["ripple"] = Effect[Ripple](varies=lambda values: values.ripple > 0.0, term=ripple_term)
+    more = {**EFFECTS, "loose": LooseAxis, "ripple": Ripple}
     for module in (sim.plant, sim.compile, sim.varying):
         monkeypatch.setattr(module, "EFFECTS", more)
-    sensors = {**SENSOR_EFFECTS, "drift": SensorEffect[Drift](streams=("drift",), logs=drifted)}
-    monkeypatch.setattr(sim.sensors, "SENSOR_EFFECTS", sensors)
+    monkeypatch.setattr(sim.sensors, "SENSORS", {**SENSORS, "drift": Drift})
 
 
 def test_keys_of_an_effect_and_of_a_sensor_appear_by_themselves_with_their_ranges():
@@ -108,7 +107,7 @@ def test_keys_of_an_effect_and_of_a_sensor_appear_by_themselves_with_their_range
         schema = TypeAdapter(kind).json_schema()["properties"]
         assert schema[key]["maximum"] == most
         assert key in {field.name for field in fields(kind)}
-    with pytest.raises(EffectError, match=r"errors: ripple = 60: expected 0 to 50 N m"):
+    with pytest.raises(PlantError, match=r"errors: ripple = 60: expected 0 to 50 N m"):
         MoreErrors(ripple=60.0)
 
 
@@ -124,16 +123,18 @@ def test_a_varying_effect_pushes_the_joints_with_the_torque_that_it_states(exten
     # What is added to a drive's torque is what the same current would have added: g times it.
     calls = []
 
-    def seen(values: Sequence[Ripple], builds: Sequence[Build]) -> Term:
-        inner = ripple_term(values, builds)
+    class Seen(Ripple):
+        @staticmethod
+        def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+            inner = Ripple.term(values, builds)
 
-        def add(step: ControlStep) -> None:
-            inner(step)
-            calls.append((step.t, step.q.copy(), step.torque.copy()))
+            def add(step: ControlStep) -> None:
+                inner(step)
+                calls.append((step.t, step.q.copy(), step.torque.copy()))
 
-        return add
+            return add
 
-    sim.varying.EFFECTS["ripple"] = replace(sim.varying.EFFECTS["ripple"], term=seen)
+    sim.varying.EFFECTS["ripple"] = Seen
     rippled = experiment(plant=nominal_plant(errors=MoreErrors(ripple=11.0, **beside)), sensors=MoreSensors())
     plain = replace(rippled, plant=nominal_plant(errors=MoreErrors(**beside)))
     with_ripple, without = record([rippled, plain], streams(0, 0), threads=1)
@@ -184,9 +185,9 @@ def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
     assert with_it == without
 
 
-@pytest.mark.parametrize("name", SENSOR_EFFECTS)
+@pytest.mark.parametrize("name", SENSORS)
 def test_a_sensor_whose_values_are_zero_reads_and_logs_the_truth(name):
-    effect, perfect, noise = SENSOR_EFFECTS[name], SensorOptions(), noise_streams(np.random.default_rng(4))
+    effect, perfect, noise = SENSORS[name], SensorOptions(), noise_streams(np.random.default_rng(4))
     assert effect.reader([perfect], [noise], 2) is None
     t = np.arange(40) / 250.0
     log = Log(t=t, q=np.sin(3.0 * t)[:, None] * [0.4, -1.3], v=np.cos(5.0 * t)[:, None] * [7.0, 2.5], rate_hz=250.0)
@@ -196,5 +197,5 @@ def test_a_sensor_whose_values_are_zero_reads_and_logs_the_truth(name):
 
 
 def test_no_two_sensors_share_a_stream():
-    names = [name for effect in SENSOR_EFFECTS.values() for name in effect.streams]
+    names = [name for effect in SENSORS.values() for name in effect.streams]
     assert len(set(names)) == len(names)

@@ -8,7 +8,7 @@ from plants import experiment, nominal_plant
 
 from sim.compile import lean_model
 from sim.errors import LimitReached, Saturated
-from sim.faults import SATURATED_TOO_LONG, fault
+from sim.experiment import SATURATED_TOO_LONG, fault
 
 STILL = [0.2, 0.3, 1.0, 0.1, 0.4, -0.2]
 RUN = 100

@@ -6,8 +6,8 @@ from plants import RX90
 from robot_folders import arm_xml, robot_folder
 
 from sim.errors import ModelFileError
-from sim.flange import flange_of
 from sim.robot_files import read_robot
+from sim.shapes import flange_of
 
 
 def robot(tmp_path, change=lambda text: text):

@@ -7,11 +7,10 @@ from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, str
 from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
-from sim.errors import EffectError, LimitReached, Saturated, SensorError, StepError
+from sim.errors import LimitReached, PlantError, Saturated
 from sim.record import record
 from sim.sensors import SensorOptions, logged, noise_streams
-from sim.sensors.current import coloured_noise, logged_current
-from sim.sensors.delay import delayed
+from sim.sensors.current import coloured_noise
 
 SILENT = SensorOptions()
 
@@ -83,7 +82,7 @@ def test_encoder_noise_travels_round_the_loop_into_the_commanded_current():
 
 def test_current_noise_has_the_stated_size_and_colour(rng):
     v = np.ones((200_000, 2)) * [1.0, -20.0]
-    white = logged_current(v, 1000.0, replace(SILENT, current_white=0.05), noise_streams(rng)) - v
+    white = logged(v, v, 1000.0, replace(SILENT, current_white=0.05), noise_streams(rng)).v - v
     # 200 000 samples: the standard deviation is known to 0.16 %; four of them.
     np.testing.assert_allclose(white.std(axis=0), [0.05, 1.0], rtol=0.0064)
     coloured = coloured_noise((200_000, 2), 1000.0, 20.0, rng)
@@ -120,7 +119,7 @@ def test_one_failure_in_a_batch_leaves_the_others_their_recordings():
 
 
 def test_a_step_that_does_not_fit_is_refused():
-    with pytest.raises(StepError, match=r"step 0\.0007 s does not divide the control period 0\.001 s"):
+    with pytest.raises(PlantError, match=r"step 0\.0007 s does not divide the control period 0\.001 s"):
         record([experiment(step=7e-4)], streams(0), threads=1)
 
 
@@ -151,7 +150,7 @@ def test_a_plant_that_cannot_be_built_is_the_outcome_of_its_own_experiment():
     noisy = replace(NOISY, coloured_cutoff_hz=600.0)
     several = [experiment(plant=stiff), experiment(sensors=noisy), experiment(step=7e-4), experiment()]
     outcomes = try_record(several, streams(0, 1, 2, 3), threads=1)
-    assert [type(outcome) for outcome in outcomes] == [EffectError, SensorError, StepError, Recording]
+    assert [type(outcome) for outcome in outcomes] == [PlantError, PlantError, PlantError, Recording]
     assert same(outcomes[3], record([experiment()], streams(3), threads=1)[0])
 
 
@@ -167,13 +166,6 @@ def test_the_logged_current_comes_later_than_the_logged_position(shift):
     np.testing.assert_allclose(late.v, silent.v[source], rtol=0, atol=1e-9)
 
 
-def test_a_delay_of_half_a_period_is_the_mean_of_two_samples(rng):
-    v = rng.normal(size=(100, 2))
-    # Rounding of times up to 0.1 s against a period of 1 ms.
-    np.testing.assert_allclose(delayed(v, 1000.0, 5e-4)[1:], 0.5 * (v[1:] + v[:-1]), rtol=0, atol=1e-12)
-    np.testing.assert_array_equal(delayed(v, 1000.0, 5e-4)[0], v[0])
-
-
 def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     options = replace(NOISY, clock_jitter=2.5e-4)
     exact, jittered = (record([experiment(sensors=s)], streams(5), threads=1)[0] for s in (NOISY, options))
@@ -185,7 +177,7 @@ def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     # The variance of 1e5 even deviates is known to 0.28 % (kurtosis 1.8), the deviation to half of it; four of them.
     np.testing.assert_allclose(error.std(), 2.5e-4, rtol=0.006)
     assert np.abs(error).max() <= np.sqrt(3.0) * 2.5e-4 * (1 + 1e-9)
-    with pytest.raises(SensorError, match=r"clock_jitter = 0\.0003 s at 1000 Hz: expected a quarter .* 0\.00025 s"):
+    with pytest.raises(PlantError, match=r"clock_jitter = 0\.0003 s at 1000 Hz: expected a quarter .* 0\.00025 s"):
         record([experiment(sensors=replace(SILENT, clock_jitter=3e-4))], streams(0), threads=1)
 
 

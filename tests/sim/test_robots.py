@@ -9,12 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from sim.compile import plant_model
 from sim.controller import ControllerBelief
-from sim.drives import DriveTruth
 from sim.effects import ModelErrors
-from sim.errors import DriveError, EffectError, PlantError, RobotError
+from sim.errors import PlantError, RobotError
 from sim.plant import PayloadBody, Plant
 from sim.record import record
-from sim.robot import Coupling, GravitySpring, Robot
+from sim.robot import Coupling, DriveTruth, GravitySpring, Robot
 from sim.robot_files import read_robot
 from sim.trajectory import at_rest
 
@@ -86,7 +85,7 @@ def test_effects_that_every_arm_can_have_need_nothing_of_the_rx_90(tmp_path, joi
 )
 def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path, errors, message):
     robot = read_robot(robot_folder(tmp_path, 7))
-    with pytest.raises(EffectError, match=message):
+    with pytest.raises(PlantError, match=message):
         plant_model(plant_of(robot, **errors), loaded=False, step=1e-3)
 
 
@@ -99,20 +98,18 @@ def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_pat
     drawn = np.array([0.02, 0.0, 0.221])  # 0.31 m / 1.4
     # 4 digits are drawn.
     np.testing.assert_allclose(model.body("part3").pos, drawn * (1 + 0.01 / np.linalg.norm(drawn)), rtol=0, atol=1e-12)
-    with pytest.raises(EffectError, match="invented has no frame r4"):
+    with pytest.raises(PlantError, match="invented has no frame r4"):
         plant_model(plant_of(robot, r4_error=0.01), loaded=False, step=1e-3)
 
 
 def test_a_frame_without_a_body_and_a_spring_without_a_link_are_refused(tmp_path):
     missing = read_robot(robot_folder(tmp_path / "missing", 4, extra='[frames]\nr4 = "part9"\n'))
-    with pytest.raises(EffectError, match=r"errors: r4_error = 0\.003 m: .*arm\.xml has no body 'part9'"):
+    with pytest.raises(PlantError, match=r"errors: r4_error = 0\.003 m: .*arm\.xml has no body 'part9'"):
         plant_model(plant_of(missing, r4_error=0.003), loaded=False, step=1e-3)
     path = robot_folder(tmp_path / "short", 4, extra=SPRING)
     model = path.parent / "arm.xml"
     model.write_text(model.read_text().replace('name="part3" pos="0.02 0 0.221"', 'name="part3" pos="0 0 0"'))
-    with pytest.raises(
-        EffectError, match="errors: gravity_spring: part2 has zero length, so no spring can be attached"
-    ):
+    with pytest.raises(PlantError, match="errors: gravity_spring: part2 has zero length, so no spring can be attached"):
         plant_model(plant_of(read_robot(path), gravity_spring=900.0), loaded=False, step=1e-3)
 
 
@@ -232,7 +229,7 @@ def test_a_missing_robot_file_is_refused(tmp_path):
 
 def test_drives_of_another_arm_are_refused(tmp_path):
     robot = read_robot(robot_folder(tmp_path, 3))
-    with pytest.raises(DriveError, match="6 gains for invented, which has 3 joints"):
+    with pytest.raises(PlantError, match="6 gains for invented, which has 3 joints"):
         Plant(robot=robot, drives=RX90.drives, payload=BRICK)
 
 

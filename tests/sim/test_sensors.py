@@ -5,28 +5,26 @@ import pytest
 from plants import experiment, short_motion, streams
 from scipy import signal
 
-from sim.errors import SensorError
+from sim.errors import PlantError
 from sim.record import record
 from sim.sensors import (
-    SENSOR_EFFECTS,
+    SENSORS,
     STREAMS,
     SensorOptions,
     check_rate,
     logged,
-    logged_without_noise,
     noise_streams,
     noises,
     without_spectrum,
 )
-from sim.sensors import encoder as encoder_file
 from sim.sensors.current import coloured_noise
-from sim.sensors.effect import Log, NoiseStreams
+from sim.sensors.sensor import Log, NoiseStreams
 
 
 def encoders(readings: np.ndarray, *options: SensorOptions, seed: int = 0) -> np.ndarray:
     """What encoders read, periods first."""
     noise = [noise_streams(np.random.default_rng(seed + i)) for i in range(len(options))]
-    read = encoder_file.EFFECT.reader(options, noise, readings.shape[-1])
+    read = SENSORS["encoder"].reader(options, noise, readings.shape[-1])
     assert read is not None
     out = readings.copy()
     for row in out:
@@ -54,7 +52,7 @@ def test_noise_comes_before_the_quantum_and_simulations_have_their_own_of_both()
 
 def test_encoders_without_noise_and_quantum_are_left_out_of_the_loop():
     noise = noise_streams(np.random.default_rng(0))
-    assert encoder_file.EFFECT.reader([SensorOptions()], [noise], 6) is None
+    assert SENSORS["encoder"].reader([SensorOptions()], [noise], 6) is None
 
 
 def test_coloured_noise_is_as_strong_in_its_first_samples_as_later():
@@ -105,14 +103,14 @@ def test_a_replaced_stream_leaves_the_others():
     ],
 )
 def test_impossible_sensors_are_refused(values, message):
-    with pytest.raises(SensorError, match=message):
+    with pytest.raises(PlantError, match=message):
         SensorOptions(**values)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, 0.0099, 500.0, 600.0])
 def test_a_cut_off_that_does_not_fit_the_rate_is_refused(cutoff):
     sensors = SensorOptions(current_coloured=0.1, coloured_cutoff_hz=cutoff)
-    with pytest.raises(SensorError, match=r"coloured_cutoff_hz = .* at 1000 Hz: expected 0\.01 Hz or more, .* 500 Hz"):
+    with pytest.raises(PlantError, match=r"coloured_cutoff_hz = .* at 1000 Hz: expected 0\.01 Hz or more, .* 500 Hz"):
         record([experiment(sensors=sensors)], streams(0), threads=1)
 
 
@@ -153,22 +151,20 @@ def drawn(name: str, shape: tuple[int, ...], distribution: str, seed: int = 6) -
 
 def test_a_current_sensor_has_an_error_of_gain_and_of_zero_in_each_motion_and_joint():
     log, (noise,) = log_of(), streams(6)
-    seen = SENSOR_EFFECTS["current_sensor"].logs(
-        SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise
-    )
+    seen = SENSORS["current_sensor"].logs(SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise)
     gain, offset = drawn("current_sensor", (2, 3), "standard_normal")
     rms = np.sqrt(np.mean(log.v**2, axis=0))
     np.testing.assert_allclose(seen.v, log.v * (1.0 + 0.02 * gain) + 0.05 * offset * rms, rtol=0, atol=1e-14)
     assert seen.q is log.q
     assert seen.t is log.t
-    alone = SENSOR_EFFECTS["current_sensor"].logs(SensorOptions(current_offset=0.05), log, streams(6)[0])
+    alone = SENSORS["current_sensor"].logs(SensorOptions(current_offset=0.05), log, streams(6)[0])
     np.testing.assert_allclose(alone.v, log.v + 0.05 * offset * rms, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize(("offset", "rate"), [(0.003, 0.0), (0.0, 0.004), (0.003, 0.004)])
 def test_drives_sample_by_clocks_of_their_own(offset, rate):
     log, (noise,) = log_of(), streams(6)
-    seen = SENSOR_EFFECTS["drive_clocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
+    seen = SENSORS["drive_clocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
     by_rate, by_offset = drawn("drive_clocks", (2, 3), "standard_normal")
     taken = np.clip(np.outer(log.t, 1.0 + rate * by_rate) + offset * by_offset, log.t[0], log.t[-1])
     np.testing.assert_array_equal(seen.t, log.t)
@@ -180,7 +176,7 @@ def test_drives_sample_by_clocks_of_their_own(offset, rate):
 
 def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
     log, (noise,) = log_of(), streams(6)
-    seen = SENSOR_EFFECTS["samples"].logs(SensorOptions(samples_lost=0.2, samples_repeated=0.4), log, noise)
+    seen = SENSORS["samples"].logs(SensorOptions(samples_lost=0.2, samples_repeated=0.4), log, noise)
     lost, repeated = drawn("samples", (2, 400), "random") < [[0.2], [0.4]]
     expected: list[tuple[float, ...]] = []
     last = 0
@@ -196,7 +192,7 @@ def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
 @pytest.mark.parametrize("name", ["samples_lost", "samples_repeated"])
 def test_samples_are_lost_or_repeated_by_themselves_too(name):
     log, (noise,) = log_of(), streams(6)
-    seen = SENSOR_EFFECTS["samples"].logs(SensorOptions(**{name: 0.3}), log, noise)
+    seen = SENSORS["samples"].logs(SensorOptions(**{name: 0.3}), log, noise)
     assert (len(seen.t) < 400) == (name == "samples_lost")
     again = np.all(seen.q[1:] == seen.q[:-1], axis=1)
     assert again.any() == (name == "samples_repeated")
@@ -254,7 +250,7 @@ def test_every_value_that_draws_from_a_stream_has_noise_in_the_log_or_is_named_a
 
 def test_a_log_without_noise_keeps_its_delay():
     q, v = np.zeros((50, 2)), np.outer(np.arange(50.0), (1.0, -2.0))
-    log = logged_without_noise(q, v, 100.0, SensorOptions(current_delay=0.02, current_white=0.3, clock_jitter=1e-3))
+    log = logged(q, v, 100.0, SensorOptions(current_delay=0.02, current_white=0.3, clock_jitter=1e-3), None)
     np.testing.assert_allclose(log.v[2:], v[:-2], rtol=1e-12)
     np.testing.assert_allclose(log.t, np.arange(50) / 100.0, rtol=1e-12)
 
@@ -285,5 +281,5 @@ def test_a_slow_log_keeps_one_sample_in_so_many_as_they_were_and_draws_noise_for
 )
 def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log(options, message):
     check_rate(SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=10.0), 500.0)
-    with pytest.raises(SensorError, match=message):
+    with pytest.raises(PlantError, match=message):
         check_rate(options, 500.0)

@@ -7,10 +7,10 @@ import pytest
 from plants import experiment, nominal_plant, short_motion, streams, try_record
 
 from sim.effects import ModelErrors
-from sim.errors import Saturated, SequenceError
+from sim.errors import PlantError, Saturated
+from sim.experiment import after_warm_up
 from sim.record import record
 from sim.sensors import SensorOptions
-from sim.sequence import after_warm_up, waves
 
 WARM = {"motor_warming": 60.0, "warming_time": 5.0, "gain_by_temperature": -0.004, "viscous_by_temperature": -0.02}
 SHORT = experiment(
@@ -95,16 +95,11 @@ def test_warmth_after_a_warm_up_has_a_closed_form():
     np.testing.assert_allclose(found, 60.0 * load * (1.0 - np.exp(-2.0 / 5.0)), rtol=1e-14)  # some roundings
 
 
-def test_robots_whose_drives_do_not_warm_up_run_all_motions_side_by_side():
-    cold = [replace(each, plant=nominal_plant()) for each in sequence(False, True, False)]
-    assert waves([*cold, *sequence(False, True), SHORT]) == [[0, 1, 2, 3, 5], [4]]
-
-
 def test_a_motion_without_the_one_before_it_is_refused():
     first, second, third = sequence(False, True, False)
     for wrong in ([second], [first, third], [second, first], [first, replace(second, plant=nominal_plant()), third]):
         outcomes = try_record(wrong, streams(*range(len(wrong))), threads=1)
-        with pytest.raises(SequenceError, match=r"motion \d: drives warm up, but the preceding"):
+        with pytest.raises(PlantError, match=r"motion \d: drives warm up, but the preceding"):
             raise next(o for o in outcomes if isinstance(o, Exception))
 
 

@@ -18,7 +18,7 @@ from scenarios.experiments.files.mountings import LOADED, by_mounting, mountings
 from scenarios.experiments.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
 from scenarios.experiments.robots import robot_of
 from scenarios.support.errors import ScenarioError, UnknownName
-from sim.drives import DriveTruth
+from sim.robot import DriveTruth
 
 NOTHING = (0.0, 0.0, 0.0)
 

@@ -20,8 +20,7 @@ from scenarios.experiments.files.toml_text import toml_value
 from scenarios.prediction.deviations import drawn
 from scenarios.reports.payload import payload_report
 from scenarios.support.errors import ScenarioError
-from sim.clearance import add_solid
-from sim.flange import Flange
+from sim.shapes import Flange, add_solid
 
 STEEL = 7850.0
 FOUND = Weight(shape="bar", dimensions=(53.0, 212.0, 116.0), quarter=0, density=STEEL)

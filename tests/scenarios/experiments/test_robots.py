@@ -21,7 +21,7 @@ from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import study_identity
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
-from sim.errors import EffectError, RobotError
+from sim.errors import PlantError, RobotError
 from sim.trajectory import at_rest
 
 N = 3
@@ -99,7 +99,7 @@ def test_arrays_of_another_robot_are_refused(tmp_path):
 @pytest.mark.parametrize("error", ["d3_error = 0.001", "gravity_spring = 100.0", "wrist_coupling = 0.1"])
 def test_errors_that_are_one_robot_s_alone_are_refused_on_another(tmp_path, error):
     path = own_scenario(tmp_path, more=f"[plant.errors]\n{error}\n")
-    with pytest.raises(EffectError, match=f"errors: {error.split()[0]} = .*invented has no"):
+    with pytest.raises(PlantError, match=f"errors: {error.split()[0]} = .*invented has no"):
         setup_of(load_scenario(str(path)))
 
 

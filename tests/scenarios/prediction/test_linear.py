@@ -18,7 +18,7 @@ from scenarios.experiments.run import Trial, motion_streams, ready_trial, simula
 from scenarios.prediction.expected import expected_logs
 from scenarios.prediction.linear import _by_position, _variance, linearised
 from sim.sensors import logged
-from sim.sensors.effect import Noise
+from sim.sensors.sensor import Noise
 from sim.trajectory import at_rest
 
 COMPLIANCE = [1.3e-5, 1.4e-5, 3.5e-5, 5.2e-5, 7.8e-5, 1.6e-4]

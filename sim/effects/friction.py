@@ -1,0 +1,250 @@
+"""Friction that differs from `Fc sign(dq) + Fv dq`.
+
+    by direction    Fc (1 + coulomb_by_direction sign(dq) / 2), Fv in the same way
+    Stribeck        Fc (1 + stribeck exp(-(dq / stribeck_speed)^2))
+    viscous curve   Fv ((1 - s) dq + s w |dq / w|^p sign(dq))
+    load            load_friction |g (v - v0)| + transmitted_friction |tau_link| + gear_friction |tau_link + f|
+    presliding      ds/dt = (1 - s sign(dq)) dq / presliding,      tau = -F s
+    drift           from each motion to the next
+
+Speeds of a coupled motor are those of the motor.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import mujoco
+import numpy as np
+from annotated_types import Interval, Unit
+
+from ident.support.arrays import Array
+from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive
+from sim.effects.transmissions import coupling_tendons
+from sim.errors import PlantError
+from sim.robot import DriveTruth, Robot
+from sim.values import each_value
+
+STIFFEST = 400.0
+"""Largest natural frequency of a rotor on its presliding stiffness [rad/s]: 0.4 rad in a period of 1 ms."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionDrift(Effect):
+    """Relative change of friction from each motion to the next; -1 removes friction.
+
+    Attributes:
+        coulomb_drift: Relative change of dry friction from each motion to the next.
+        viscous_drift: Relative change of viscous friction from each motion to the next.
+    """
+
+    coulomb_drift: Annotated[float, Interval(ge=-1.0, le=100.0)] = 0.0
+    viscous_drift: Annotated[float, Interval(ge=-1.0, le=100.0)] = 0.0
+
+    def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
+        """Change friction of joints and coupled motors; damping of a transmission is not friction."""
+        dry, viscous = ((1.0 + drift) ** build.earlier for drift in (self.coulomb_drift, self.viscous_drift))
+        model.dof_frictionloss *= dry
+        model.tendon_frictionloss *= dry
+        model.dof_damping *= viscous
+        model.tendon_damping[coupling_tendons(model)] *= viscous
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stribeck(Effect):
+    """Additional dry friction near standstill.
+
+    Attributes:
+        stribeck: Additional dry friction near standstill, as a share of Coulomb friction.
+        stribeck_speed: Speed at which the additional friction is 37 % of its largest value [rad/s]; assumed.
+    """
+
+    stribeck: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
+    stribeck_speed: Annotated[float, Interval(ge=1e-6, le=100.0), Unit("rad/s")] = 0.1
+
+    def varies(self) -> bool:
+        """It depends on speed."""
+        return self.stribeck > 0.0
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Scale dry friction."""
+        share, fall = each_value(values, "stribeck", "stribeck_speed")
+
+        def add(step: ControlStep) -> None:
+            step.friction[:] *= 1.0 + share * np.exp(-((step.speed / fall) ** 2))
+
+        return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionByDirection(Effect):
+    """Difference of friction between the two directions.
+
+    Attributes:
+        coulomb_by_direction: Dry friction at positive minus that at negative speed, as a share of their mean.
+        viscous_by_direction: Viscous friction at positive minus that at negative speed, as a share of their mean.
+    """
+
+    coulomb_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
+    viscous_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
+
+    def varies(self) -> bool:
+        """It depends on the direction."""
+        return bool(self.coulomb_by_direction or self.viscous_by_direction)
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Scale both kinds of friction."""
+        dry, viscous = (0.5 * each for each in each_value(values, "coulomb_by_direction", "viscous_by_direction"))
+
+        def add(step: ControlStep) -> None:
+            direction = np.sign(step.speed)
+            step.friction[:] *= 1.0 + dry * direction
+            step.damping[:] *= 1.0 + viscous * direction
+
+        return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViscousCurve(Effect):
+    """The share s of viscous friction that is proportional to a power p of speed, and unchanged at the speed w.
+
+    A power below 1 flattens the curve (shear-thinning lubricant), a power above 1 steepens it (churning losses).
+
+    Attributes:
+        viscous_curve: Share of viscous friction that follows the power of speed.
+        viscous_power: The power of speed; the default is the cube root.
+        viscous_speed: The speed at which this friction equals the proportional one [rad/s].
+    """
+
+    viscous_curve: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    viscous_power: Annotated[float, Interval(gt=0.0, le=4.0)] = 1.0 / 3.0
+    viscous_speed: Annotated[float, Interval(ge=1e-3, le=100.0), Unit("rad/s")] = 1.0
+
+    def varies(self) -> bool:
+        """It depends on speed."""
+        return self.viscous_curve > 0.0
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Add it as dry friction, whose direction the constraint solver finds: a root is steep at zero speed."""
+        share, power, speed = each_value(values, "viscous_curve", "viscous_power", "viscous_speed")
+
+        def add(step: ControlStep) -> None:
+            step.friction[:] += share * step.damping * speed * np.abs(step.speed / speed) ** power
+            step.damping[:] *= 1.0 - share
+
+        return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFriction(Effect):
+    """Load-dependent dry friction of the drive's own joint.
+
+    g (v - v0) is the motor torque; tau_link is the torque transmitted to the links, smaller by the rotor's inertial
+    torque and all friction; f is the other friction of the drive, which the gear also transmits. The first law is
+    explicit. The others have friction on both sides and use tau_link of the preceding control period.
+
+    Attributes:
+        load_friction: Dry friction per unit of drive torque |g (v - v0)|.
+        transmitted_friction: Dry friction per unit of torque that is transmitted to the links.
+        gear_friction: Dry friction per unit of torque in the gear: that of the links plus that of other friction.
+    """
+
+    load_friction: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.0
+    transmitted_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
+    gear_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
+
+    def varies(self) -> bool:
+        """It depends on torque."""
+        return max(self.load_friction, self.transmitted_friction, self.gear_friction) > 0.0
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Add dry friction."""
+        gain, offset = each_drive(builds, "gain", "amplifier_offset")
+        share, per_torque, per_gear = each_value(values, "load_friction", "transmitted_friction", "gear_friction")
+        per_current = share * np.abs(gain)  # (B, n)
+
+        def add(step: ControlStep) -> None:
+            own = slice(offset.shape[1])
+            speed = step.speed[:, own]
+            carried = step.transmitted + step.friction[:, own] * np.sign(speed) + step.damping[:, own] * speed
+            load = per_current * np.abs(step.v - offset) + per_torque * np.abs(step.transmitted)
+            step.friction[:, own] += load + per_gear * np.abs(carried)
+
+        return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class Presliding(Effect):
+    """Dry friction that develops over a distance (Dahl 1968; LuGre without its damping).
+
+    F is the total dry friction of the joint or the coupled motor, and s, between -1 and 1, its relative deflection, 0
+    at the start of a motion. At constant speed the law has an exact solution over a control period, which is stable for
+    any distance. The torque is held over the period, which limits the stiffness F / presliding for a given rotor and
+    period.
+
+    Attributes:
+        presliding: Distance after which dry friction has reached 63 % [rad]; 0 for immediate friction.
+    """
+
+    instant: ClassVar[bool] = False
+    presliding: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+
+    def fits(self, robot: Robot, drives: DriveTruth) -> None:
+        """Refuse a distance that is too stiff for a rotor."""
+        if not self.presliding:
+            return
+        friction, inertia = (np.asarray(x, dtype=np.float64) for x in (drives.coulomb_friction, drives.rotor_inertia))
+        least = np.divide(friction, inertia * STIFFEST**2, out=np.full(robot.n, np.inf), where=inertia > 0.0)
+        j = int(np.argmax(least))
+        if self.presliding < least[j]:
+            raise PlantError(
+                f"errors: presliding = {self.presliding:g} rad is too stiff for joint {j + 1}, whose dry friction is "
+                f"{friction[j]:g} N m on a rotor of {inertia[j]:g} kg m^2; expected {least[j]:.3g} rad or more"
+            )
+
+    def varies(self) -> bool:
+        """It depends on the way since the last reversal."""
+        return self.presliding > 0.0
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Replace dry friction by the torque of its deflection."""
+        (distance,) = each_value(values, "presliding")
+        builds_up = distance > 0.0
+        distance = np.where(builds_up, distance, 1.0)
+        deflection: list[Array] = []  # (B, n + c), from the first period on
+
+        def add(step: ControlStep) -> None:
+            if not deflection:
+                deflection.append(np.zeros_like(step.speed))
+            s = deflection[0]
+            force = np.where(builds_up, s * step.friction, 0.0)
+            step.torque[:] -= (step.turns.transpose(0, 2, 1) @ force[:, :, None])[:, :, 0]
+            step.friction[:] = np.where(builds_up, 0.0, step.friction)
+            side = np.sign(step.speed)
+            s[:] = side + (s - side) * np.exp(-np.abs(step.speed) * step.period / distance)
+
+        return add
+
+    def along(self, build: Build) -> Term:
+        """Between two reversals s - sign(dq) decays with the distance since the first of them."""
+        distance = self.presliding
+
+        def add(step: ControlStep) -> None:
+            side, moved = np.sign(step.speed), np.abs(step.speed) * step.period  # (N, n + c)
+            s = np.zeros_like(moved)
+            for k in range(moved.shape[1]):
+                turns = np.flatnonzero(np.diff(side[:, k])) + 1
+                before = 0.0
+                for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
+                    travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
+                    course = side[begin, k] + (before - side[begin, k]) * np.exp(-travelled / distance)
+                    s[begin:end, k], before = course[:-1], course[-1]
+            step.torque[:] -= (s * step.friction) @ step.turns[0]
+            step.friction[:] = 0.0
+
+        return add

@@ -1,0 +1,147 @@
+"""Effects of the motors: torque that is periodic over their position, and temperature.
+
+    cogging, ripple    tau = (1 + torque_ripple sin(k q + 1)) g (v - v0) - cogging |g| v_max sin(k q),  k = motor_waves
+    temperature        T dx/dt = W (v / v_max)^2 - x          W motor_warming, T warming_time, x the rise above cold
+                       tau = g (1 + gain_by_temperature x) (v - v0)
+                       Fc exp(coulomb_by_temperature x),  Fv exp(viscous_by_temperature x)
+
+q is the position of the driven joint, which is that of the motor on the joint side. The phases of cogging and ripple
+differ by 1 rad, so that they do not cancel. W v^2 / v_max^2 is the equilibrium of I^2 R heating and cooling. The
+solution is exact over a period with constant current. The temperature rise continues between the motions of an
+experiment (`sim.sequence`), with v = 0 during the rests.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from ident.numerics.filters import filtered
+from ident.support.arrays import Array
+from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive
+from sim.errors import PlantError
+from sim.robot import DriveTruth, Robot
+from sim.values import each_value
+
+PHASE = 1.0
+"""Phase of ripple relative to cogging [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cogging(Effect):
+    """Periodic torque over the position of every motor.
+
+    Attributes:
+        cogging: Amplitude of cogging, as a share of the drive's largest torque.
+        torque_ripple: Amplitude of ripple, as a share of the drive's torque.
+        motor_waves: Periods per turn of the joint: periods per turn of the motor times the gear ratio; assumed.
+    """
+
+    cogging: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    torque_ripple: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0
+
+    def varies(self) -> bool:
+        """It depends on position."""
+        return self.cogging > 0.0 or self.torque_ripple > 0.0
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Add torque."""
+        gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
+        waves, ripple, cogging = each_value(values, "motor_waves", "torque_ripple", "cogging")
+        ripple, cogging = ripple * gain, cogging * np.abs(gain) * limit  # (B, n)
+
+        def add(step: ControlStep) -> None:
+            angle = waves * step.q
+            step.torque[:] += ripple * np.sin(angle + PHASE) * (step.v - offset) - cogging * np.sin(angle)
+
+        return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class Temperature(Effect):
+    """Warming of the drives and its effects.
+
+    Attributes:
+        motor_warming: Steady-state temperature rise of a drive at its largest current [K].
+        warming_time: Time constant of warming and cooling [s]; assumed.
+        gain_by_temperature: Relative change of the gain per temperature rise [1/K]; negative, as magnets weaken.
+        coulomb_by_temperature: Relative change of dry friction per temperature rise [1/K].
+        viscous_by_temperature: Relative change of viscous friction per temperature rise [1/K].
+    """
+
+    motor_warming: Annotated[float, Interval(ge=0.0, le=1e4), Unit("K")] = 0.0
+    warming_time: Annotated[float, Interval(ge=1.0, le=1e6), Unit("s")] = 1800.0
+    gain_by_temperature: Annotated[float, Interval(ge=-0.01, le=0.01), Unit("1/K")] = 0.0
+    coulomb_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
+    viscous_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
+
+    def fits(self, robot: Robot, drives: DriveTruth) -> None:
+        """Refuse a drive without a current limit, to which warming refers."""
+        limit = np.asarray(drives.current_limit)
+        if self.motor_warming and not limit.all():
+            raise PlantError(
+                "errors: motor_warming refers to the current limit, but current_limit of joint "
+                f"{int(np.argmin(limit)) + 1} is 0; state one above 0"
+            )
+
+    def varies(self) -> bool:
+        """Return whether drives warm up and a parameter depends on it."""
+        return self.motor_warming > 0.0 and bool(
+            self.gain_by_temperature or self.coulomb_by_temperature or self.viscous_by_temperature
+        )
+
+    @staticmethod
+    def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
+        """Change gains and friction, then the temperatures."""
+        gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
+        warming, time = each_value(values, "motor_warming", "warming_time")
+        by_gain, by_coulomb, by_viscous = each_value(
+            values, "gain_by_temperature", "coulomb_by_temperature", "viscous_by_temperature"
+        )
+        heat = warming / np.where(limit > 0.0, limit, np.inf) ** 2  # (B, n) K per squared current
+        rubbing = np.stack([[*range(b.robot.n), *(c.motor for c in b.robot.couplings)] for b in builds])  # (B, n + c)
+
+        def add(step: ControlStep) -> None:
+            step.torque[:] += by_gain * step.warmth * gain * (step.v - offset)
+            rise = np.take_along_axis(step.warmth, rubbing[:, : step.friction.shape[1]], axis=1)
+            step.friction[:] *= np.exp(by_coulomb * rise)
+            step.damping[:] *= np.exp(by_viscous * rise)
+            settled = heat * step.v**2
+            step.warmth[:] = settled + (step.warmth - settled) * np.exp(-step.period / time)
+
+        return add
+
+
+def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:
+    """Return the temperature rise after some time at constant load.
+
+    Args:
+        values: Warming of the drives.
+        warmth: Initial temperature rise [K], shape (n,).
+        load: Mean square of the current relative to its limit, shape (n,); 0 for a rest.
+        seconds: Duration [s].
+    """
+    settled = values.motor_warming * load
+    return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
+
+
+def warming(values: Temperature, warmth: Array, load: Array, period: float) -> Array:
+    """Temperature rise along a motion.
+
+    Args:
+        values: Warming of the drives.
+        warmth: Temperature rise at its start [K], shape (n,).
+        load: Square of the current relative to its limit in each period, shape (N, n).
+        period: Control period [s].
+
+    Returns:
+        Temperature rise at the start of each period and at the end of the last [K], shape (N + 1, n).
+    """
+    kept = np.exp(-period / values.warming_time)
+    settled = values.motor_warming * load
+    lag = np.array([[1.0 - kept, 0.0, 0.0, 1.0, -kept, 0.0]])
+    return np.concatenate((warmth[None], warmth + filtered(lag, settled - warmth)))

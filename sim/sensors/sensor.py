@@ -1,0 +1,104 @@
+"""Definition of a sensor: values, and functions that change readings or the log.
+
+A sensor is a dataclass. Its fields are keys of a scenario's `[experiment.sensors]`, zero for an ideal one; its methods
+act, and an inherited method does nothing. `sim.sensors` lists all of them. As for `sim.effects`, each method is called
+on the values of all sensors as that of its own class (`Clock.logs(options, log, streams)`).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ident.support.arrays import Array
+from sim.values import Values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NoiseStreams:
+    """Random numbers of one motion, with a generator for each kind of noise.
+
+    Attributes:
+        generators: Generators by the name of the kind.
+    """
+
+    generators: Mapping[str, np.random.Generator]
+
+    def __getitem__(self, name: str) -> np.random.Generator:
+        """Return the generator of one kind."""
+        return self.generators[name]
+
+    def replaced(self, others: Mapping[str, np.random.Generator]) -> "NoiseStreams":
+        """Return a copy with other generators for some kinds."""
+        return NoiseStreams({**self.generators, **others})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Log:
+    """The log of one motion: N samples of n joints.
+
+    Attributes:
+        t: Time stamps [s], shape (N,).
+        q: Positions as read by the controller [rad], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        rate_hz: Sampling rate [Hz].
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    rate_hz: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Noise:
+    """First-order model of one kind of noise: factors of independent numbers of unit variance.
+
+    Attributes:
+        stream: Name of the random numbers.
+        q: Factor for positions [rad], broadcasts to (N, n).
+        v: Factor for currents [drive units], broadcasts to (N, n).
+        shared: Whether all joints have the same number in a sample.
+        lasting: Whether all samples of a motion have the same number.
+        sos: Second-order sections that filter the numbers; None for white noise.
+    """
+
+    stream: str
+    q: Array
+    v: Array
+    shared: bool = False
+    lasting: bool = False
+    sos: Array | None = None
+
+
+Reader = Callable[[Array], None]
+"""Changes the readings of one control period in place, shape (B, n); called once a period, in order."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor(Values):
+    """Base of the sensors.
+
+    Attributes:
+        streams: Names of its random numbers, from one generator unless a run replaces some.
+    """
+
+    table: ClassVar[str] = "sensors"
+    streams: ClassVar[tuple[str, ...]] = ()
+
+    def fits(self, rate_hz: float) -> None:
+        """Raise a `PlantError` for values that do not fit a rate [Hz]."""
+
+    @staticmethod
+    def reader(values: Sequence[object], streams: Sequence[NoiseStreams], n: int) -> Reader | None:
+        """Return the function that distorts readings of B simulations in the loop; None if all are exact."""
+        return None
+
+    def logs(self, log: Log, streams: NoiseStreams) -> Log:
+        """Change the log, outside the loop; the same object if nothing changes."""
+        return log
+
+    def noise(self, log: Log) -> Sequence[Noise]:
+        """First-order model of the noise that is added to a noise-free log; none without a known spectrum."""
+        return ()

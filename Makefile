@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
+.PHONY: demo test test-slow latest lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -31,9 +31,6 @@ latest:  # the suite against the newest dependencies, without pins, in an enviro
 	out/latest/bin/pip install --quiet --upgrade pip
 	out/latest/bin/pip install --quiet --upgrade --editable '.[all]' --group dev
 	out/latest/bin/python bench/latest.py $(TESTS)
-
-mutants: .venv/ready  # about half an hour
-	$(BIN)/python -m bench.mutants
 
 lint: .venv/ready
 	$(BIN)/ruff check .

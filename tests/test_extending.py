@@ -28,7 +28,6 @@ from recipes import (
 from scipy.io import savemat
 
 import rx90_mjcf
-from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
@@ -257,21 +256,19 @@ def test_an_estimator_weighs_rows_as_if_they_were_there_more_than_once(followed,
 
 def test_an_uncertainty_decides_about_deviations_from_command_line_and_scenario(followed, plain, arm):
     gains = json.loads(followed.said("uncertainty"))["gains"]
-    # White's sum of squares is Newey and West's without lags, but for the share of the unknowns.
-    rows = plain.estimate.solution.rows
-    sizes = np.array([np.sum(rows.joint == j) for j in range(6)])
-    correction = np.sqrt(sizes / (sizes - np.array([rows.unknowns[j] for j in range(6)])))
-    options = GainOptions(uncertainty="serial", serial_s=0.0)
-    serial = identify(arm, as_identified(plain.setup, plain.recordings), gains=options).estimate
-    compared = 0
-    for gain, joint, factor in zip(gains, serial.joints, correction, strict=True):
-        if gain["std"] is not None:
-            # All joints together: a gain feels the residuals of its neighbours too, whose share is a little another.
-            np.testing.assert_allclose(gain["residual_std"], joint.residual_std * factor, rtol=3e-3)
-            compared += 1
-    assert compared > 2
+    solution = identify(arm, as_identified(plain.setup, plain.recordings)).estimate.solution
+    rows, size = solution.rows, solution.rows.residual.copy()
+    for j, unknowns in rows.unknowns.items():
+        size[rows.joint == j] /= np.sqrt(1.0 - unknowns / np.sum(rows.joint == j))
+    deviation = dict(
+        zip(solution.joints + 1, np.linalg.norm(solution.influence * size, axis=1) / solution.inverse**2, strict=True)
+    )
+    known = [gain for gain in gains if gain["std"] is not None]
+    assert len(known) > 2
+    for gain in known:
+        np.testing.assert_allclose(gain["residual_std"], deviation[gain["joint"]], rtol=1e-9)
     assert [g["std"] for g in json.loads(followed.said("taken", 0))["gains"]] == [g["std"] for g in gains]
-    assert "larger, classical, serial, white" in " ".join(followed.said("help").split())
+    assert "classical, jackknife, cautious, white" in " ".join(followed.said("help").split())
 
 
 def test_a_log_format_gives_the_same_gains_to_the_last_digit(followed, plain):

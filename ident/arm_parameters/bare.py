@@ -149,7 +149,7 @@ def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGa
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
     """Return the covariance of log |g| relative to the given gain, shape (n, n)."""
     fit = selected.final.fit
-    own = UNCERTAINTIES[problem.options.uncertainty](fit.rows, fit.log_influence, problem.options.serial_s)
+    own = UNCERTAINTIES[problem.options.uncertainty](fit.rows, fit.log_influence)
     model = np.hstack((fit.log_belief, selected.model))
     return own + model @ model.T
 

@@ -80,7 +80,7 @@ def _covariance(
     """
     options = problem.options
     model = np.hstack((belief if gains is None else own_beliefs(belief, gains), rivals))
-    C = UNCERTAINTIES[options.uncertainty](rows, influence, options.serial_s) + model @ model.T
+    C = UNCERTAINTIES[options.uncertainty](rows, influence) + model @ model.T
     if gains is not None:
         C = C + gain_covariance(belief, gains)
     return C

@@ -29,7 +29,7 @@ from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import max_of_classical_and_jackknife
 from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
@@ -208,7 +208,7 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
         ]
     )
-    C = max_of_classical_and_jackknife(found.rows, found.log_influence, 0.0)
+    C = max_of_classical_and_jackknife(found.rows, found.log_influence)
     std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
     surest = int(np.argmin(np.median(std, axis=1)))
     log_gain = found.log_influence @ currents

@@ -15,7 +15,7 @@ from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.larger import max_of_classical_and_hac
+from ident.estimation.uncertainty import max_of_classical_and_jackknife
 from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9
@@ -45,9 +45,9 @@ def friction_z(problem: Problem, joint: int) -> float | None:
     fitted = Rows(
         V=rows.V, residual=residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
         row_period=problem.row_period, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)),
-        explained=np.zeros((len(rows.V), 0)),
+        explained=linalg.orth(unit, rcond=RANK_TOL),
     )  # fmt: skip
-    std = np.sqrt(np.diag(max_of_classical_and_hac(fitted, influence, problem.options.serial_s)))
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
     z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
     return float(z[np.argmax(np.abs(z))])
 

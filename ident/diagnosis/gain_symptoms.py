@@ -12,8 +12,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.classical import classical
-from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import classical, max_of_classical_and_jackknife
 
 FAR = 100.0
 """Factor from the median of the other gains beyond which a unit is suspected; joints of one arm differ by up to 30."""
@@ -114,10 +113,10 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     known = [j for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
     if not known:
         return None
-    plain = np.diag(classical(solution.rows, solution.influence, options.serial_s))
+    plain = np.diag(classical(solution.rows, solution.influence))
     claimed = np.diag(estimate.covariance)
     if options.uncertainty == UNAWARE:
-        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence, options.serial_s))
+        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence))
     ratio = np.sqrt(np.divide(claimed, plain, out=np.ones(len(plain)), where=plain > 0.0))
     worst = max(known, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from annotated_types import Interval, Unit
+from annotated_types import Interval
 
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.errors import OptionError
@@ -19,14 +19,12 @@ class GainOptions:
         max_rel_std: Largest predicted relative standard deviation of a gain that is not refused.
         noise_floor: Residual that any real drive has, as a share of the joint's rms current. A prediction never
             assumes less, so that a simulation without noise does not make a joint look identifiable.
-        serial_s: Time lag beyond which residuals are taken as uncorrelated [s].
         rank_tol: Smallest relative singular value of the scaled observation matrix.
         uncertainty: Method that estimates the covariance.
     """
 
     max_rel_std: Annotated[float, Interval(gt=0.0, le=1e6)] = 0.1
     noise_floor: Annotated[float, Interval(ge=0.0, le=1e3)] = 0.05
-    serial_s: Annotated[float, Interval(ge=0.0, le=1e3), Unit("s")] = 1.0
     rank_tol: Annotated[float, Interval(gt=0.0, lt=1.0)] = 1e-7
     uncertainty: str = field(default="cautious", metadata={NAMES: UNCERTAINTIES})
 

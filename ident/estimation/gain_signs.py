@@ -30,7 +30,7 @@ def joint_signs(estimate: GainEstimate) -> JointSigns:
     """Return the significance of each solved gain's sign, by load and by friction."""
     solution, options = estimate.solution, estimate.options
     flat = solution.friction_influence.reshape(solution.friction.size, len(solution.rows.V))
-    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat, options.serial_s)
+    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat)
     least = solution.rows.least_std(flat, options.noise_floor)  # without noise everything would be significant
     std = np.maximum(np.sqrt(np.diag(covariance)), least).reshape(solution.friction.shape)
     z = np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)

@@ -28,7 +28,7 @@ def judge_identifiability(
         payload: Payload parameters that it estimated with the gains.
     """
     options, rows = problem.options, solution.rows
-    covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence, options.serial_s)
+    covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence)
     predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
     shares = (predicted, solution.payload_rel_std, solution.model_rel_std)
     predicted = np.linalg.norm(shares, axis=0)  # refusals use the total standard deviation

@@ -64,7 +64,7 @@ class ArmInUse:
             own = zip(final.own[j].names, fit.phi_influence[j], strict=True)
             for name, row in reversed(list(own)):  # values of the first motion are kept
                 influence[names.index(f"{name}{j + 1}")] = gain * row
-        return UNCERTAINTIES[options.uncertainty](fit.rows, influence, options.serial_s)
+        return UNCERTAINTIES[options.uncertainty](fit.rows, influence)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

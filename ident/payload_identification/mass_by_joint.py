@@ -67,7 +67,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
     if solved is None:
         return NoMass("the torque of the mass on this joint cannot be separated from that of the arm")
     options = problem.options
-    variance = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None], options.serial_s)
+    variance = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None])
     shares = [solved.belief]
     for each in found.selected.rivals:
         one, other = (_solved(found.ready, fitted, j, gain, known) for fitted in (each.final, each.other))

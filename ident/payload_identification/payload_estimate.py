@@ -114,7 +114,7 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
         value=final.fit.found.theta[at],
-        residual=uncertainty(rows, final.fit.theta_influence[at], problem.options.serial_s),
+        residual=uncertainty(rows, final.fit.theta_influence[at]),
         gains=gain_covariance(belief, gains),
         model=model @ model.T,
         refused=refused,

@@ -33,8 +33,7 @@ from ident.estimation.all_joints.terms import (
     torque_terms,
 )
 from ident.estimation.all_joints.transmitted import by_currents
-from ident.estimation.uncertainty.jackknife import left_out
-from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import left_out, max_of_classical_and_jackknife
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import joint_list
 
@@ -179,7 +178,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
 def _of_negative_compliance(fit: AllJointsFit, count: int) -> Mask:
     """Mask of the compliances, the last shared parameters of a fit, that are significantly negative, shape (count,)."""
     own = slice(len(fit.found.theta) - count, None)
-    covariance = max_of_classical_and_jackknife(fit.rows, fit.theta_influence[own], 0.0)
+    covariance = max_of_classical_and_jackknife(fit.rows, fit.theta_influence[own])
     return fit.found.theta[own] < -BETTER * np.sqrt(np.diag(covariance))
 
 
@@ -355,7 +354,7 @@ def _belief(free: Fitted, form: str) -> Belief:
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.own_influence(j, np.eye(1, len(free.own[j].names), k))[0] for j, k in at])
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
-    noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence, 0.0))), held)
+    noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence))), held)
     shown = np.abs(seen) < STRONGEST
     if not shown.any():
         return ANY_DRIVE

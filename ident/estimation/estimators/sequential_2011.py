@@ -123,7 +123,7 @@ def _parameters(problem: Problem, moments: FirstMoments, solution: GainSolution)
     """The identifiable moments, with standard deviations from residuals and mass."""
     options, rows = problem.options, solution.rows
     through = _on_all_rows(moments, solution)
-    std = np.sqrt(np.diag(UNCERTAINTIES[options.uncertainty](rows, through, options.serial_s)))
+    std = np.sqrt(np.diag(UNCERTAINTIES[options.uncertainty](rows, through)))
     weighed = np.abs(moments.value) * problem.payloads[0].mass_std / moments.mass
     return tuple(
         FoundParameter(name=name, value=float(moments.value[k]), std=float(np.hypot(std[k], weighed[k])))

@@ -11,7 +11,7 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.gain_symptoms import MUCH, autocorrelation, lag_one
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.classical import classical
+from ident.estimation.uncertainty import classical
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def test_residuals_that_last_are_told_with_the_ratio_of_deviations(lasting):
     estimate = all_joints(lasting)
     found = autocorrelation(estimate)
     assert (found.severity, found.joints) == (Severity.WEAK, (1,))
-    white = np.sqrt(np.diag(classical(estimate.solution.rows, estimate.solution.influence, 1.0)))
+    white = np.sqrt(np.diag(classical(estimate.solution.rows, estimate.solution.influence)))
     ratio = float(np.sqrt(estimate.covariance[1, 1])) / white[1]  # of 1/g, as the influence is
     np.testing.assert_allclose(found.value, ratio, rtol=1e-9)  # rounding of sums of 700 rows
     assert f"accounts for it is {ratio:.2g} times that of white residuals" in found.sentence

@@ -18,7 +18,7 @@ from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import max_of_classical_and_jackknife
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
@@ -118,7 +118,7 @@ def test_no_joint_has_a_negative_compliance(axes, compliance, said):
 
 def test_a_compliance_is_negative_beyond_two_of_its_standard_deviations(loaded):
     fit, count = loaded.fit, 3
-    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fit.rows, fit.theta_influence[-count:], 0.0)))
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fit.rows, fit.theta_influence[-count:])))
     theta = np.concatenate((-9.0 * np.ones(len(fit.found.theta) - count), std * (-1.9, -2.1, 2.3)))
     told = SimpleNamespace(rows=fit.rows, theta_influence=fit.theta_influence, found=SimpleNamespace(theta=theta))
     assert selection._of_negative_compliance(told, count).tolist() == [False, True, False]

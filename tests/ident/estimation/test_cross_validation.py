@@ -9,7 +9,7 @@ from exact import GAIN, TRUSTING, exact_problem, lopsided, values
 from ident.estimation.cross_validation import cross_validated
 from ident.estimation.estimators import ls_2011
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.uncertainty.jackknife import left_out
+from ident.estimation.uncertainty import left_out
 
 
 @pytest.fixture

@@ -219,7 +219,7 @@ def test_deviations_follow_from_influence_and_residual_by_the_uncertainty_that_i
     for name, uncertainty in UNCERTAINTIES.items():
         estimate = estimated(method, *noisy, heavy, replace(LOOSE, uncertainty=name))
         solution = estimate.solution
-        covariance = uncertainty(solution.rows, solution.influence, LOOSE.serial_s)
+        covariance = uncertainty(solution.rows, solution.influence)
         np.testing.assert_allclose(estimate.covariance, covariance, rtol=1e-12)
         np.testing.assert_allclose(stds(estimate), np.sqrt(np.diag(covariance)) * values(estimate) ** 2, rtol=1e-12)
 

@@ -86,7 +86,7 @@ def test_standard_deviations_are_those_of_white_noise(structure, payload):
     heavy, z = lopsided(payload), []
     for seed in range(80):
         pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
-        estimate = drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0, uncertainty="larger"))
+        estimate = drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0, uncertainty="classical"))
         z.append([(joint.value - true) / joint.residual_std for joint, true in zip(estimate.joints, GAIN, strict=True)])
     assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 0.08
 

@@ -11,7 +11,7 @@ from ident.estimation.estimate import RefusedGain
 from ident.estimation.estimators import ols, tls_2014
 from ident.estimation.homogeneous import WEIGHTS, HomogeneousOptions, homogeneous_system
 from ident.estimation.problem import Problem, pair
-from ident.estimation.uncertainty.jackknife import left_out
+from ident.estimation.uncertainty import left_out
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
 from ident.support.errors import NotIdentifiable, OptionError, TooFewRows

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.classical import classical
-from ident.estimation.uncertainty.jackknife import jackknife, left_out
-from ident.estimation.uncertainty.larger import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import classical, jackknife, left_out, max_of_classical_and_jackknife
 
 UNKNOWNS = 7
 
@@ -99,7 +97,7 @@ def test_what_is_left_out_is_predicted_as_by_a_fit_without_it(linear):
 
 
 def test_its_covariance_is_that_of_fits_without_each_stretch(linear):
-    found = jackknife(linear.rows, linear.influence, 0.0)
+    found = jackknife(linear.rows, linear.influence)
     fits = np.array([linear.without(block) for block in linear.blocks()])
     apart = fits - fits.mean(axis=0)
     np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-11 * np.abs(found).max())
@@ -112,7 +110,7 @@ def test_an_unknown_that_one_stretch_alone_shows_moves_no_other(linear):
     more = replace(
         linear, W=np.column_stack((linear.W, own)), prior=np.column_stack((linear.prior, np.zeros(len(linear.prior))))
     )
-    found = jackknife(more.rows, more.influence, 0.0)[:UNKNOWNS, :UNKNOWNS]
+    found = jackknife(more.rows, more.influence)[:UNKNOWNS, :UNKNOWNS]
     fits = np.array([more.without(each)[:UNKNOWNS] for each in more.blocks()])  # least norm: what is not shown is zero
     apart = fits - fits.mean(axis=0)
     np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-9 * np.abs(found).max())
@@ -121,7 +119,7 @@ def test_an_unknown_that_one_stretch_alone_shows_moves_no_other(linear):
 def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
     rows, influence = linear.rows, linear.influence
     rows = replace(rows, residual=rows.residual * np.where(rows.joint == 0, 1.0 + np.sin(rows.position), 1.0))
-    one, two, both = (kind(rows, influence, 0.0) for kind in (classical, jackknife, max_of_classical_and_jackknife))
+    one, two, both = (kind(rows, influence) for kind in (classical, jackknife, max_of_classical_and_jackknife))
     assert (np.diag(one) > np.diag(two)).any()
     assert (np.diag(one) < np.diag(two)).any()
     np.testing.assert_allclose(np.diag(both), np.maximum(np.diag(one), np.diag(two)), rtol=1e-13)
@@ -157,7 +155,7 @@ def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
             explained=Q,
         )
         for kind in squares:
-            squares[kind] += float(kind(found, influence, 0.0)[0, 0]) / draws
+            squares[kind] += float(kind(found, influence)[0, 0]) / draws
     white, blocks = (np.sqrt(squares[kind]) / spread for kind in (classical, jackknife))
     assert white < 0.4
     assert 0.85 < blocks < 1.25
@@ -173,4 +171,4 @@ def test_of_no_gain_there_is_no_covariance():
     none = np.zeros(0, dtype=int)
     rows = Rows(V=none, residual=none, joint=none, motion=none, position=none, row_period=0.05, unknowns={},
         weight=none, explained=np.zeros((0, 0)))  # fmt: skip
-    assert jackknife(rows, np.zeros((0, 0)), 1.0).shape == (0, 0)
+    assert jackknife(rows, np.zeros((0, 0))).shape == (0, 0)

@@ -44,7 +44,7 @@ def test_deviations_carry_the_errors_of_the_steps_before(structure, payload):
     light = Payload(mass=heavy.mass, known="mass")
     for seed in range(60):
         motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.003, rows=120)
-        options = GainOptions(max_rel_std=10.0, uncertainty="larger")
+        options = GainOptions(max_rel_std=10.0, uncertainty="classical")
         estimate, known = sequential_gains(*motions, light, options), drive_gains(*motions, heavy, options)
         for j in (3, 4, 5):
             error = estimate.joints[j].value - GAIN[j]

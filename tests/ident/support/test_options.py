@@ -78,7 +78,6 @@ def test_a_wrong_word_is_named(words, message):
     [
         (GainOptions, "max_rel_std", (1e-12, 1e6), (0.0, -0.1, 1.01e6, np.inf, np.nan)),
         (GainOptions, "noise_floor", (0.0, 1e3), (-1e-9, 1001.0, np.inf, np.nan)),
-        (GainOptions, "serial_s", (0.0, 1e3), (-1e-9, 1001.0, 1e300, np.inf, np.nan)),
         (GainOptions, "rank_tol", (1e-300, 0.999), (0.0, 1.0, -1e-7, np.nan)),
         (ObserveOptions, "cutoff_hz", (1e-3, 1e5), (0.0, 9e-4, 1.01e5, 1e300, np.nan)),
         (ObserveOptions, "decimation_cutoff_hz", (7.0, 1e5), (0.0, 9e-4, 1.01e5, np.inf)),
@@ -116,6 +115,6 @@ def test_a_range_says_what_it_wants():
 
 
 def test_an_uncertainty_that_does_not_exist_is_named_with_those_that_do():
-    expected = "uncertainty = 'bootstrap': expected one of larger, classical, serial, jackknife, cautious"
+    expected = "uncertainty = 'bootstrap': expected one of classical, jackknife, cautious"
     with pytest.raises(OptionError, match=expected):
         GainOptions(uncertainty="bootstrap")

@@ -82,7 +82,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
     path = tmp_path / "alone.toml"
     path.write_text(
         'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
-        "[identification.gains]\nuncertainty = 'larger'\n[identification.observe]\nreversal_speed = 0.2\n"
+        "[identification.gains]\nuncertainty = 'classical'\n[identification.observe]\nreversal_speed = 0.2\n"
     )
     scenario = setup(str(path))
     design = Design(design_problem(setup_without_motion(scenario.scenario)))

@@ -24,7 +24,7 @@ from scenarios.results.problem_folder import PROBLEM, is_problem, read_problem, 
 from scenarios.support.errors import ForeignProblem
 
 OBSERVING = ObserveOptions(reversal_speed=0.13, cutoff_hz=14.0)
-GAINS = GainOptions(max_rel_std=0.21, uncertainty="serial")
+GAINS = GainOptions(max_rel_std=0.21, uncertainty="jackknife")
 DIFFERENT = """
 [belief]
 couplings = [[5, 6]]

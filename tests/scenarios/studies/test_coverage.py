@@ -252,7 +252,7 @@ def folder(path, rows: pd.DataFrame, asked: int, seed: int = 40):
     rows = rows.assign(joint=rows["joint"] - 3).sort_values(["trial", "joint"])
     rows.to_parquet(path / "trials" / f"00000000-{last:08d}.parquet", index=False)
     tolerance = {"gain": [0.1, 0.2], "identifiable": [True, False], "pass_rate": 0.8}
-    identification = {"method": "ls-2011", "gains": {"uncertainty": "serial"}}
+    identification = {"method": "ls-2011", "gains": {"uncertainty": "jackknife"}}
     table = {"tolerance": tolerance, "identification": identification}
     record = {"study": "monte-carlo", "scenario": {"name": "fleet", "table": table}, "trials": asked, "seed": seed}
     record |= {"command": "rx90 monte-carlo fleet -n 9", "versions": {"numpy": "7.8.9", "code": "0123abcd"}}
@@ -269,7 +269,7 @@ def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write
     assert "| 1 | 4 | 0 | 1 | +0.000 ± 2.646 | 5.292 |" in text
     assert "| 50.0 (6.8..93.2) | 75.0 (19.4..99.4) | below, not significantly | 0.38 |" in text
     assert "| 2 | 0 | 4 | 1 | - | - | - | - | - | - | - | - |" in text
-    assert "| fleet | ls-2011, serial | 5 | 4 | 0 | 1 | 0 | 0 |" in text
+    assert "| fleet | ls-2011, jackknife | 5 | 4 | 0 | 1 | 0 | 0 |" in text
     assert "1 of 5 trials failed: Saturated." in text
     assert "    rx90 monte-carlo fleet -n 9" in text
     assert "Versions behind fleet: numpy 7.8.9, code 0123abcd." in text

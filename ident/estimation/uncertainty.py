@@ -1,5 +1,10 @@
-"""Covariance from the changes if one time block is left out (delete-a-block jackknife)."""
+"""Covariance estimators by name: functions `(rows, influence) -> covariance`.
 
+`rows` have residuals; `influence` is the derivative of k quantities by the current of each row, shape (k, r). The
+covariance has shape (k, k).
+"""
+
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -12,14 +17,14 @@ BLOCKS = 20
 """Number of time blocks of each motion."""
 
 
-def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
+def jackknife(rows: Rows, influence: Array) -> Array:
     """Return the covariance from estimates without one time block of a motion, of all joints together.
 
     The fit absorbs part of slow errors, which makes residuals look white; an estimate without a block is independent of
     that block. To first order it differs by the influence of the block's rows times their residuals in a fit without
     them, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
 
-    Arguments as for all covariance estimators; `serial_s` is ignored. Shape (k, k).
+    Arguments and shape as for all covariance estimators.
     """
     if not len(influence):  # of no joint; there may be no row either
         return np.zeros((0, 0))
@@ -63,3 +68,28 @@ def _solved(A: Array, b: Array) -> Array:
     """Solve A x = b for a positive definite A, or for one that is singular up to rounding."""
     _, x, failed = lapack.dposv(A, b, lower=True)  # half the work of np.linalg.solve
     return np.asarray(np.linalg.solve(A, b) if failed else x, np.float64)
+
+
+def classical(rows: Rows, influence: Array) -> Array:
+    """Return the covariance for white residuals with one standard deviation per joint (eq. 20), shape (k, k)."""
+    sigma = np.empty(len(rows.V))
+    for joint in rows.unknowns:
+        sigma[rows.of(joint)] = rows.sigma(joint)
+    spread = influence * sigma
+    return spread @ spread.T  # eq. 20: influence @ influence.T is (W^T W)^-1
+
+
+def max_of_classical_and_jackknife(rows: Rows, influence: Array) -> Array:
+    """Return the covariance with the larger of both standard deviations and the classical correlations."""
+    covariance, other = classical(rows, influence), jackknife(rows, influence)
+    own = np.diag(covariance)
+    factor = np.sqrt(np.maximum(own, np.diag(other)) / np.where(own > 0.0, own, 1.0))
+    return covariance * np.outer(factor, factor)
+
+
+UNCERTAINTIES: dict[str, Callable[[Rows, Array], Array]] = {
+    "classical": classical,
+    "jackknife": jackknife,
+    "cautious": max_of_classical_and_jackknife,
+}
+"""`classical`: eq. 20, white residuals; `jackknife`: delete-a-block; `cautious`: maximum of both."""

@@ -5,7 +5,7 @@ import numpy as np
 from ident import identify, structure_of
 from scenarios.results.problem_folder import GivenProblem
 
-METHODS = ("ls-2011", "iv", "ols")
+METHODS = ("ls-2011", "iv", "nls")
 
 
 def gains(problem: GivenProblem) -> list[dict[str, object]]:

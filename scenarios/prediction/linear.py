@@ -25,13 +25,9 @@ from ident.support.arrays import Array
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from scenarios.prediction.expected import Expected, expected_preparation
-from scenarios.support.errors import StudyError
 from sim.experiment import Experiment
 from sim.feedforward_currents import inertia_along
 from sim.sensors.sensor import Noise
-
-NOT_LINEAR = ("ols", "tls-2014")
-"""Methods with noise of the currents in the regressor: their errors are of second order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,16 +98,10 @@ def linearised(setup: Setup, every: int) -> Linearised:
     """Estimate the gains of a prepared scenario from its expected logs.
 
     Raises:
-        StudyError: If there is no first-order model of the scenario's method.
         IdentificationError: If there is no gain to identify.
         PlantError: If a plant cannot be built.
     """
     chosen = setup.scenario.table.identification
-    if chosen.method in NOT_LINEAR:
-        raise StudyError(
-            f"{setup.scenario.name}: method {chosen.method}: its second-order bias from noise is not "
-            "predicted; simulate it with rx90 sensitivity, or choose another --method"
-        )
     expected = expected_preparation(setup, every)
     places = grouped(setup.protocol)
     in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.estimators import iv, ls_2011, nls, ols, sequential_2011, tls_2014
+from ident.estimation.estimators import iv, ls_2011, nls, sequential_2011
 from ident.estimation.problem import Problem
 from ident.support.errors import OptionError
 from ident.support.naming import nearest
@@ -41,14 +41,12 @@ ESTIMATORS: dict[str, Estimator] = {
     iv.NAME: plug_in(iv.instrumental_gains, iv.InstrumentOptions),
     ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
-    ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
-    tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.HomogeneousOptions),
 }
 """Summary of each:
 
 `ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B); `nls`:
-all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, for comparison.
+all joints at once; `iv`: joint by joint with instruments.
 """
 
 DEFAULT = nls.NAME

@@ -23,7 +23,6 @@ from ident.support.errors import OptionError
 pytestmark = pytest.mark.parametrize("method", ESTIMATORS)
 # A search ends where its last step does; the deviations follow from a factorisation at that point.
 SETTLED = {"nls": 1e-7}
-TOGETHER = ("nls", "ols", "tls-2014")
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
 
 
@@ -181,7 +180,7 @@ def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method,
     own = np.array([(120 * 2 - rows.unknowns[j]) / (120 * 4 - rows.unknowns[j]) for j in range(6)])
     expected = before.covariance[0, 0] * own[0]
     # All joints together: each gain feels all joints' deviations, whose factors differ by up to 0.4 %.
-    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol=5e-3 if method in TOGETHER else 1e-8)
+    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol=5e-3 if method == "nls" else 1e-8)
 
 
 def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy, found):
@@ -280,7 +279,7 @@ def test_sigma_counts_the_unknowns_of_every_joint(method, found):
     estimate = found(method)
     rows = estimate.solution.rows
     unknowns = sum(rows.unknowns.values())
-    assert unknowns > (63 if method in TOGETHER else 70)  # 58 parameters of the arm and 6 gains; joint by joint, more
+    assert unknowns > (63 if method == "nls" else 70)  # 58 parameters of the arm and 6 gains; joint by joint, more
     np.testing.assert_allclose(estimate.sigma, np.linalg.norm(rows.residual) / np.sqrt(len(rows.V) - unknowns))
     np.testing.assert_allclose(estimate.rel_error_norm, np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
@@ -150,41 +149,21 @@ def test_packages_that_a_method_imports_are_recorded_with_their_versions():
     assert function.packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
 
 
-@pytest.fixture
-def writer(monkeypatch) -> dict[str, Any]:
-    """What writes the page, which imports its neighbours as a script does."""
-    docs = ROOT / "docs"
-    monkeypatch.syspath_prepend(docs)
-    return runpy.run_path(str(docs / "methods.py"))
-
-
-def compared(folder: Path, name: str, key: str) -> Path:
-    place = folder / name
-    place.mkdir()
-    (place / "report.json").write_text(json.dumps({"about": {key: f"it is {name}"}}))
-    (place / "report.md").write_text(f"# {name} compared\n\n{key}: it is {name}.\n")
-    return place
-
-
-def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_path, writer):
-    KEY, document = writer["KEY"], writer["document"]
-    theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
-    (theirs / "check-m.md").write_text("# Method m\n")
-    text = document([theirs, ours], "")
+def test_the_page_has_the_scores_of_all_comparisons_and_external_methods_last(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    folders = []
+    for name, key in (("first", "External methods"), ("second", "Command")):
+        folders.append(tmp_path / name)
+        folders[-1].mkdir()
+        (folders[-1] / "report.json").write_text(json.dumps({"about": {key: "it"}}))
+        tables = "## a\n\n| Method | Score [%] |\n\n| Method | Joint | Gains |"
+        (folders[-1] / "report.md").write_text(f"# {name} compared\n\n{tables}\n\n{key}: it.\n")
+    text = runpy.run_path(str(ROOT / "docs" / "methods.py"))["document"](folders)
     headings = [line for line in text.splitlines() if line.startswith("#")]
-    parts = ["## second compared", "## External methods", "### first compared", "### Method m"]
-    assert headings == ["# Methods side by side", *parts]
-    assert "External methods" not in document([ours], "")
-
-
-def test_what_the_document_says_of_comparisons_that_are_not_given_stays(tmp_path, writer):
-    KEY, document = writer["KEY"], writer["document"]
-    theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
-    text = document([theirs, ours], "")
-    assert document([theirs], text) == document([ours], text) == text
-    third, fourth = compared(tmp_path, "third", KEY), compared(tmp_path, "fourth", "Command")
-    assert document([third], text) == document([ours, third], "")
-    assert document([fourth], text) == document([fourth, theirs], "")
+    own = ["## second compared", "### a", "## External methods", "## first compared", "### a"]
+    assert headings == ["# Methods side by side", *own]
+    assert text.count("Score [%]") == 2
+    assert "Joint" not in text
 
 
 # With the libraries

@@ -14,7 +14,7 @@ from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.schema import Scenario, SourceTable
-from scenarios.experiments.files.settings import with_method, with_settings
+from scenarios.experiments.files.settings import with_settings
 from scenarios.experiments.run import simulate
 from scenarios.prediction.budget import OTHER, PredictedBudget
 from scenarios.prediction.budget import predicted_budget as budget_and_horizon
@@ -169,11 +169,9 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     ]
 
 
-def test_scenarios_without_sources_or_first_order_are_refused(quick):
+def test_scenarios_without_sources_are_refused(quick):
     with pytest.raises(StudyError, match="declares no error sources"):
         predicted_budget(sourced(quick))
-    with pytest.raises(StudyError, match="method tls-2014: its second-order bias from noise is not predicted"):
-        predicted_budget(with_method(quick, "tls-2014", []))
 
 
 def test_what_motions_will_exclude_is_what_their_logs_exclude():

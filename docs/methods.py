@@ -14,9 +14,10 @@ HEAD = """# Methods side by side
 Written by `make methods` from the folders of `rx90 compare`.
 
 Total least squares of the homogeneous equations of all joints (Gautier, Vandanjon et al. 2014) are not among the
-methods: in five comparisons (`nominal`, `paper-noise`, `mass-only`, `field`, `coarse-encoder`, 20 trials each) they gave
-2 % of the gains at most and refused the others. They assume equal noise on all columns, and only the currents are noisy.
-Ordinary least squares of the same equations gave gains that the noise of the currents makes too small, by up to 14 %.
+methods: in five comparisons (`nominal`, `paper-noise`, `mass-only`, `field`, `coarse-encoder`, 20 trials each) they
+gave 2 % of the gains at most and refused the others. They assume equal noise on all columns, and only the currents are
+noisy. Ordinary least squares of the same equations gave gains that the noise of the currents makes too small, by up to
+14 %.
 """
 ELSEWHERE = """## External methods
 
@@ -47,7 +48,8 @@ def document(folders: list[Path]) -> str:
     """All sections, comparisons with external methods last."""
     external = [EXTERNAL in json.loads((each / "report.json").read_text(encoding="utf-8"))["about"] for each in folders]
     ours, theirs = (
-        [section(f) for f, other in zip(folders, external, strict=True) if other == x] for x in (False, True)
+        [section(folder) for folder, other in zip(folders, external, strict=True) if other == wanted]
+        for wanted in (False, True)
     )
     return "\n".join([HEAD, *ours, *([ELSEWHERE, *theirs] if theirs else [])])
 

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
+.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -31,6 +31,15 @@ latest:  # the suite against the newest dependencies, without pins, in an enviro
 	out/latest/bin/pip install --quiet --upgrade pip
 	out/latest/bin/pip install --quiet --upgrade --editable '.[all]' --group dev
 	out/latest/bin/python bench/latest.py $(TESTS)
+
+FILES ?= ident/numerics/*
+BY ?= tests/ident/numerics
+
+mutants: .venv/ready  # changes of FILES, one at a time, that the tests BY do not notice
+	rm -rf out/mutants && mkdir -p out/mutants && git archive HEAD | tar x -C out/mutants
+	printf '%s\n' '[tool.mutmut]' 'source_paths = ["ident", "sim", "scenarios", "rx90_mjcf"]' 'only_mutate = ["$(FILES)"]' \
+	  'also_copy = ["docs", "bench", "README.md"]' 'pytest_add_cli_args_test_selection = ["$(BY)"]' >> out/mutants/pyproject.toml
+	cd out/mutants && $(CURDIR)/$(BIN)/mutmut run && $(CURDIR)/$(BIN)/mutmut results
 
 lint: .venv/ready
 	$(BIN)/ruff check .

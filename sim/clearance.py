@@ -78,11 +78,7 @@ class Clearance:
     def __call__(self, q: Array) -> Array:
         """Return the smallest distance at each position, `margin` if all distances are larger [m].
 
-        Args:
-            q: Joint positions [rad], shape (N, n).
-
-        Returns:
-            Distances [m], negative for overlaps, shape (N,).
+        Negative distances are overlaps. q are joint positions [rad], shape (N, n).
         """
         out = np.full(len(q), self._margin)
         for k, position in enumerate(q):

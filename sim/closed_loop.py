@@ -276,11 +276,11 @@ def servo_loop(
     for start in range(0, samples, NATIVE_CHUNK):
         rows = slice(start, min(start + NATIVE_CHUNK, samples))
         q_now = engine.q[:, None].copy()
-        after = engine.roll_out(np.ascontiguousarray(log.v[:, rows]))
-        q, dq = (np.concatenate((x, y[:, :-1]), axis=1) for x, y in ((q_now, after.q), (dq_now, after.dq)))
+        q_after, dq_after = engine.roll_out(np.ascontiguousarray(log.v[:, rows]))
+        q, dq = (np.concatenate((x, y[:, :-1]), axis=1) for x, y in ((q_now, q_after), (dq_now, dq_after)))
         log.v[:, rows] -= kp * q + kd * dq
         log.q[:, rows] += q
-        dq_now = after.dq[:, -1:]
+        dq_now = dq_after[:, -1:]
         advanced(B * (rows.stop - rows.start) * controllers[0].period)
     for q, v, limit, options in zip(log.q, log.v, limits, sensors, strict=True):
         np.clip(v, -limit, limit, out=v)

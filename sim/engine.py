@@ -34,14 +34,6 @@ class Simulation:
     varied: Varied | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class After:
-    """Driven joints after every physics step: positions [rad] and speeds [rad/s], shape (B, N, n) each."""
-
-    q: Array
-    dq: Array
-
-
 class Engine:
     """B simulations on models of one layout.
 
@@ -96,18 +88,21 @@ class Engine:
             self._time += self._period
         self._batch.step(nstep=self._substeps)
 
-    def roll_out(self, controls: Array) -> After:
+    def roll_out(self, controls: Array) -> tuple[Array, Array]:
         """Step every simulation once for each of its controls, where nothing varies.
 
         A simulation with a MuJoCo warning is not stepped further, and is reported as unstable.
 
         Args:
             controls: Controls of every physics step, contiguous, shape (B, N, n).
+
+        Returns:
+            Positions [rad] and speeds [rad/s] of the driven joints after every step, each (B, N, n).
         """
-        n, record = controls.shape[2], ("qpos", "qvel")
+        n = controls.shape[2]
         self._fatal = list(range(self._batch.warning.shape[1]))
-        after = self._batch.rollout(controls.shape[1], controls, record=record)
-        return After(*(after[name][:, :, -n:] for name in record))
+        after = self._batch.rollout(controls.shape[1], controls, record=("qpos", "qvel"))
+        return after["qpos"][:, :, -n:], after["qvel"][:, :, -n:]
 
     def warmth(self) -> Array:
         """Current temperature rise of the drives [K], shape (B, n); zero if nothing varies."""

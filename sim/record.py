@@ -1,7 +1,7 @@
 """`record`: simulate a plant's motions in closed loop and return the recordings."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, LoopLog, check_native, closed_loop, no_progress, servo_loop, servo_model
+from sim.closed_loop import Advanced, check_native, closed_loop, no_progress, servo_loop, servo_model
 from sim.compile import lean_model, resting
 from sim.controller import Controller, Law, tuned
 from sim.engine import Engine, Simulation
@@ -53,9 +53,10 @@ def record(
     Raises:
         SimulationError: If a run could not be built, diverged, saturated or reached a limit (the first one).
     """
-    found = sorted(each_record(experiments, streams, threads=threads, advanced=advanced), key=lambda each: each[0])
+    found = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
     recordings = list[Recording]()
-    for _, outcome in found:
+    for i in sorted(found):
+        outcome = found[i]
         if isinstance(outcome, SimulationError):
             raise outcome
         recordings.append(outcome)
@@ -90,10 +91,14 @@ def each_record(
                 ended[i] = error
                 yield i, error
         for i, run, log in _run_all(ready, threads, advanced):
-            outcome = log if isinstance(log, SimulationError) else _recording(run, log.q, log.v)
             if is_carried(experiments[i]):
                 ended[i] = log if isinstance(log, SimulationError) else log.warmth
-            yield i, outcome
+            if isinstance(log, SimulationError):
+                yield i, log
+                continue
+            e = run.experiment
+            seen = logged(log.q, log.v, e.controller.rate_hz, e.sensors, run.noise)
+            yield i, Recording(seen.t, seen.q, seen.v, e.name)
 
 
 _Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
@@ -119,7 +124,7 @@ def _warm(
     return found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Run:
     """An experiment ready to run."""
 
@@ -158,14 +163,8 @@ def _prepared(
         check_native(experiment, steps, noise)
         model = servo_model(model, controller, plant.drives)
     acting = varied(plant, model, step=step, earlier=earlier, warmth=warmth)
-    own = model if acting is None else copy(model)
-    return _Run(
-        experiment=experiment,
-        simulation=Simulation(model=own, start=start, varied=acting),
-        controller=controller,
-        substeps=steps,
-        noise=noise,
-    )
+    simulation = Simulation(model=model if acting is None else copy(model), start=start, varied=acting)
+    return _Run(experiment, simulation, controller, steps, noise)
 
 
 def _run_all(
@@ -182,13 +181,11 @@ def _run_all(
         yield from zip(indices, runs, _run_batch(runs, threads, advanced), strict=True)
 
 
-_LOOPS: Mapping[Law, Callable[..., LoopLog]] = {"filtered": closed_loop, "native": servo_loop}
-
-
 def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterator[_Done | SimulationError]:
     with silenced():
         engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
-        log = _LOOPS[runs[0].experiment.controller.law](
+        loop = servo_loop if runs[0].experiment.controller.law == "native" else closed_loop
+        log = loop(
             engine,
             [run.controller for run in runs],
             np.stack([run.experiment.plant.drives.current_limit for run in runs]),
@@ -201,8 +198,3 @@ def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterat
         q, v = log.q[i], log.v[i]
         found = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable[i]))
         yield found or _Done(q=q, v=v, warmth=warmth[i])
-
-
-def _recording(run: _Run, q: Array, v: Array) -> Recording:
-    log = logged(q, v, run.experiment.controller.rate_hz, run.experiment.sensors, run.noise)
-    return Recording(log.t, log.q, log.v, run.experiment.name)

@@ -4,11 +4,11 @@ Nothing is simulated: every arm is at its reference position, which the controll
 payload is drawn as the solid cylinder with its mass and moments.
 """
 
-import itertools
 import time
 import warnings
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise, product
 
 import mujoco
 import numpy as np
@@ -18,6 +18,7 @@ from sim.appearance import drawn_arm, furnish, planes
 from sim.errors import ADVICE, ModelFileError, NoPicture
 from sim.experiment import Experiment
 from sim.model_spec import silenced
+from sim.trajectory import FourierTrajectory
 
 ELEVATION = -15.0
 """Direction in which the camera looks, above the horizon [deg]."""
@@ -27,7 +28,7 @@ SLENDER = 4.0 / 3.0, 7.0 / 3.0
 """Aspect ratios (width over height) of pictures that are cropped to the arms."""
 TIMES = 40
 """Number of times of the motions for the layout of a scene, unless times are given."""
-CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """Corners of a box, relative to its half edges, shape (8, 3)."""
 
 
@@ -46,7 +47,7 @@ class Scene:
 
     model: mujoco.MjModel
     places: tuple[Indices, ...]
-    motions: tuple[Callable[[Array], tuple[Array, Array, Array]], ...]
+    motions: tuple[FourierTrajectory, ...]
     duration: float
     times: Array
     azimuth: float
@@ -59,11 +60,10 @@ class Scene:
 
     def seen(self) -> Array:
         """Corners of all arms at all times, in coordinates right, up and towards the camera, shape (k, 3) [m]."""
-        data, found = mujoco.MjData(self.model), list[Array]()
-        for t in self.times:
-            self.put(data, float(t))
-            found.append(_corners(self.model, data))
-        return np.vstack(found) @ np.transpose(_directions(self.azimuth))
+        q = np.zeros((len(self.times), self.model.nq))
+        for places, motion in zip(self.places, self.motions, strict=True):
+            q[:, places] = motion(self.times)[0]
+        return _swept(self.model, q) @ np.transpose(_directions(self.azimuth))
 
     def height(self, width: int) -> int:
         """Return the height in pixels that the arms need, an even number, as films require; within `SLENDER`."""
@@ -87,7 +87,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
     instants = np.linspace(0.0, duration, TIMES) if times is None else np.array(times)
     try:
         arms = [drawn_arm(each.plant.robot, each.plant.payload if each.loaded else None) for each in experiments]
-        swept = [_swept(arm, motion(instants)[0]) for arm, motion in zip(arms, motions, strict=True)]
+        swept = [_swept(arm.copy().compile(), motion(instants)[0]) for arm, motion in zip(arms, motions, strict=True)]
         azimuth = _azimuth(swept)
         right, _, towards = _directions(azimuth)
         furnish(arms[0], sunlight=0.3 * (right - towards) - np.array([0.0, 0.0, 1.0]))
@@ -97,16 +97,13 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
             for element in [*arm.lights, *planes(arm)]:
                 arm.delete(element)
             place += extents[1][k - 1] - extents[0][k] + gap
-            arms[0].attach(arm, prefix=_prefix(k), frame=arms[0].worldbody.add_frame(pos=place * right))
+            arms[0].attach(arm, prefix=f"motion {k}: ", frame=arms[0].worldbody.add_frame(pos=place * right))
         model = arms[0].compile()
     except ValueError as error:
         path = experiments[0].plant.robot.model
         raise ModelFileError(f"robot model {path}: {str(error).splitlines()[0]}") from error
-    names = [model.joint(j).name for j in range(model.njnt)]
-    places = tuple(
-        np.array([model.jnt_qposadr[j] for j, name in enumerate(names) if _owner(name) == k])
-        for k in range(len(experiments))
-    )
+    ends = np.cumsum([0, *(motion.n for motion in motions)])  # arms are in the order of their attachment
+    places = tuple(model.jnt_qposadr[one:other] for one, other in pairwise(ends))
     return Scene(model, places, motions, duration, instants, azimuth)
 
 
@@ -126,9 +123,7 @@ def watch(shown: Scene) -> None:
     data = mujoco.MjData(shown.model)
     shown.put(data, 0.0)
     with mujoco.viewer.launch_passive(shown.model, data) as window:
-        camera = overview(shown, 1.5)
-        for name in ("lookat", "distance", "azimuth", "elevation"):
-            setattr(window.cam, name, getattr(camera, name))
+        look(shown, 1.5, window.cam)
         started = time.monotonic()
         while window.is_running():
             shown.put(data, (time.monotonic() - started) % shown.duration)
@@ -159,7 +154,8 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
         raise NoPicture(
             f"no OpenGL for rendering ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
         ) from error
-    camera = overview(shown, width / height)
+    camera = mujoco.MjvCamera()
+    look(shown, width / height, camera)
     with renderer:
         for t in times:
             shown.put(data, t)
@@ -168,37 +164,28 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
             yield renderer.render()
 
 
-def overview(shown: Scene, aspect: float) -> mujoco.MjvCamera:
-    """Return a camera that shows every arm at the scene's times, in a picture with the given aspect ratio."""
+def look(shown: Scene, aspect: float, camera: mujoco.MjvCamera) -> None:
+    """Place a camera to show every arm at the scene's times, in a picture with the given aspect ratio."""
     seen = shown.seen()
     middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
     slope = np.tan(np.radians(0.5 * shown.model.vis.global_.fovy))
     across, up, towards = (seen - middle).T
-    camera = mujoco.MjvCamera()
     camera.lookat = middle @ np.array(_directions(shown.azimuth))
     camera.azimuth, camera.elevation = shown.azimuth, ELEVATION
     camera.distance = (towards + ROOM * np.maximum(np.abs(up) / slope, np.abs(across) / (aspect * slope))).max()
-    return camera
 
 
-def _swept(arm: mujoco.MjSpec, q: Array) -> Array:
-    """Return the corners of the bounding boxes of an arm's shapes at some positions (N, n), shape (k, 3) [m]."""
-    model = arm.copy().compile()
-    data = mujoco.MjData(model)
-    found: list[Array] = []
+def _swept(model: mujoco.MjModel, q: Array) -> Array:
+    """Corners of the bounding boxes of all shapes but planes, and joint anchors, at positions (N, nq), (k, 3) [m]."""
+    data, found = mujoco.MjData(model), list[Array]()
+    solid = model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE)
+    center, half = model.geom_aabb[solid, None, :3], model.geom_aabb[solid, None, 3:]
     for position in q:
         data.qpos[:] = position
         mujoco.mj_kinematics(model, data)
-        found.append(_corners(model, data))
+        turned = (center + CORNERS * half) @ data.geom_xmat[solid].reshape(-1, 3, 3).transpose(0, 2, 1)
+        found += [(data.geom_xpos[solid, None] + turned).reshape(-1, 3), data.xanchor.copy()]
     return np.vstack(found)
-
-
-def _corners(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """Return the corners of the bounding boxes of all shapes but planes, and joint anchors, shape (k, 3) [m]."""
-    solid = model.geom_type != int(mujoco.mjtGeom.mjGEOM_PLANE)
-    center, half = model.geom_aabb[solid, None, :3], model.geom_aabb[solid, None, 3:]
-    turned = (center + CORNERS * half) @ data.geom_xmat[solid].reshape(-1, 3, 3).transpose(0, 2, 1)
-    return np.vstack([(data.geom_xpos[solid, None] + turned).reshape(-1, 3), data.xanchor])
 
 
 def _azimuth(swept: Sequence[Array]) -> float:
@@ -215,13 +202,3 @@ def _directions(azimuth: float) -> tuple[Array, Array, Array]:
     ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
     right = np.array([np.sin(a), -np.cos(a), 0.0])
     return right, np.cross(right, ahead), -ahead
-
-
-def _prefix(number: int) -> str:
-    return f"motion {number}: "
-
-
-def _owner(joint: str) -> int:
-    """Return the arm of a joint."""
-    number, found, _ = joint.removeprefix("motion ").partition(": ")
-    return int(number) if found and number.isdecimal() else 0

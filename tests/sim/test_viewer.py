@@ -5,9 +5,15 @@ import pytest
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import NoPicture
-from sim.viewer import ROOM, overview, pictures, scene
+from sim.viewer import ROOM, look, pictures, scene
 
 T = 3.7
+
+
+def overview(shown, aspect: float) -> mujoco.MjvCamera:
+    camera = mujoco.MjvCamera()
+    look(shown, aspect, camera)
+    return camera
 
 
 @pytest.fixture(scope="module")

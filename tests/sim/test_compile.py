@@ -1,20 +1,21 @@
-import os
 from copy import copy
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from plants import CYLINDER, nominal_plant
+from plants import CYLINDER, nominal_plant, short_motion
 from robot_folders import arm_xml, robot_folder
 
 import rx90_mjcf
 from ident.payload.payload import standard_parameters
 from sim.compile import lean_model, plant_model
 from sim.effects import ModelErrors
+from sim.engine import Engine, Simulation
 from sim.errors import PlantError
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
+from sim.trajectory import at_rest
 
 STEP = 1e-3
 STATE = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2]), np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
@@ -72,11 +73,6 @@ def test_a_lopsided_payload_on_drives_wired_backwards_obeys_the_equation_of_moti
     np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 
-def test_current_is_limited():
-    model = plant_model(nominal_plant(current_limit=np.full(6, 10.0)), loaded=False, step=STEP)
-    np.testing.assert_array_equal(acceleration(model, np.full(6, 50.0)), acceleration(model, np.full(6, 10.0)))
-
-
 def test_bare_and_loaded_models_have_one_layout_and_the_bare_one_is_the_arm():
     bare, loaded = (plant_model(nominal_plant(), loaded=x, step=STEP) for x in (False, True))
     assert bare.nbody == loaded.nbody
@@ -95,50 +91,6 @@ def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rn
             each.ctrl[:] = v
             mujoco.mj_step(model, each)
         np.testing.assert_array_equal(data[0].qpos, data[1].qpos)
-
-
-def test_shapes_that_inertia_comes_from_stay(tmp_path):
-    heavy = arm_xml(2).replace("<inertial", "<geom size='0.1' mass='2'/><!--").replace("/><joint", "/>--><joint")
-    robot = read_robot(robot_folder(tmp_path, 2))
-    robot.model.write_text(heavy)
-    plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
-    full, lean = (make(plant, loaded=False, step=STEP) for make in (plant_model, lean_model))
-    assert lean.ngeom == 2
-    np.testing.assert_array_equal(lean.body_mass, [0.0, 2.0, 2.0, 0.0])
-    np.testing.assert_array_equal(lean.body_inertia, full.body_inertia)
-
-
-def test_a_model_file_that_changed_is_read_again(tmp_path):
-    robot = read_robot(robot_folder(tmp_path, 2))
-    plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
-    before = lean_model(plant, loaded=False, step=STEP)
-    robot.model.write_text(arm_xml(2).replace('mass="9.000"', 'mass="4.500"'))
-    os.utime(robot.model, ns=(1, 1))
-    after = lean_model(plant, loaded=False, step=STEP)
-    assert (before.body("part1").mass, after.body("part1").mass) == (9.0, 4.5)
-
-
-def test_disabled_islands_change_nothing(rng):
-    # An arm is one island: bit for bit on rigid joints, also with couplings and a spring.
-    for errors in (ModelErrors(), ModelErrors(wrist_coupling=0.7), ModelErrors(gravity_spring=2e4)):
-        model = plant_model(nominal_plant(errors=errors), loaded=True, step=STEP)
-        assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND
-        islands = copy(model)
-        islands.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
-        data = mujoco.MjData(model), mujoco.MjData(islands)
-        for v in rng.uniform(-80, 80, (300, 6)):
-            for each, its in zip(data, (model, islands), strict=True):
-                each.ctrl[:] = v
-                mujoco.mj_step(its, each)
-            np.testing.assert_array_equal(data[0].qpos, data[1].qpos)
-
-
-def test_a_saved_plant_opens_again_with_its_truth(tmp_path):
-    model = plant_model(nominal_plant(), loaded=True, step=STEP)
-    mujoco.mj_saveModel(model, str(tmp_path / "plant.mjb"))
-    opened = mujoco.MjModel.from_binary_path(str(tmp_path / "plant.mjb"))
-    np.testing.assert_array_equal(opened.actuator_gainprm[:, 0], nominal_plant().drives.gain)
-    np.testing.assert_array_equal(opened.dof_frictionloss, nominal_plant().drives.coulomb_friction)
 
 
 @pytest.mark.parametrize(
@@ -181,3 +133,104 @@ def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings):
         ends.append(data.qpos.copy())
     np.testing.assert_array_equal(ends[0], ends[1])
     assert (ends[0] != ends[2]).any()
+
+
+PERIODS, SUBSTEPS = 200, 2
+
+
+def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulation]:
+    return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
+    plants = [nominal_plant(gain=rng.uniform(0.5, 1.5, 6)) for _ in range(3)]
+    models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
+    start = rng.uniform(-0.5, 0.5, (6, 6))
+    currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
+    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=threads)
+    batched = np.empty_like(currents)
+    for k in range(PERIODS):
+        engine.current[:] = currents[k]
+        engine.advance()
+        batched[k] = engine.q
+    for i, model in enumerate(models):
+        data = mujoco.MjData(model)
+        data.qpos[:] = start[i]
+        for k in range(PERIODS):
+            data.ctrl[:] = currents[k, i]
+            for _ in range(SUBSTEPS):
+                mujoco.mj_step(model, data)
+            np.testing.assert_array_equal(batched[k, i], data.qpos)
+
+
+def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
+    model = plant_model(nominal_plant(), loaded=False, step=1e-3)
+    engine = Engine(simulations([model, model], np.zeros((2, 6))), substeps=1, threads=1)
+    engine.q[1, 2] = np.nan
+    engine.advance()
+    np.testing.assert_array_equal(engine.unstable(), [False, True])
+
+
+@pytest.mark.parametrize("current", [1e3, 1e11, np.inf])
+def test_the_plant_takes_no_more_current_than_its_drives_give(current):
+    limit = nominal_plant().drives.current_limit
+    model = plant_model(nominal_plant(), loaded=True, step=1e-3)
+    engine = Engine(simulations([model] * 4, np.zeros((4, 6))), substeps=1, threads=1)
+    engine.current[:] = np.array([current * np.ones(6), limit, -current * np.ones(6), -limit])
+    engine.advance()
+    np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])
+    assert np.abs(engine.q).min() > 0.0
+
+
+def test_many_steps_at_once_are_the_same_steps_one_by_one(rng):
+    models = [plant_model(nominal_plant(), loaded=loaded, step=1e-3) for loaded in (False, True)]
+    start, currents = rng.uniform(-0.5, 0.5, (2, 6)), rng.uniform(-80, 80, (2, 50, 6))
+    single, many = (Engine(simulations(models, start), substeps=1, threads=1) for _ in range(2))
+    after = many.roll_out(currents)
+    for k in range(50):
+        before = single.q.copy()
+        single.current[:] = currents[:, k]
+        single.advance()
+        np.testing.assert_array_equal(after.q[:, k], single.q)
+        np.testing.assert_allclose(after.dq[:, k], (single.q - before) / 1e-3, rtol=0, atol=1e-11)
+
+
+def test_a_simulation_that_is_not_stepped_to_the_end_is_unstable_whatever_it_met(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
+    model = plant_model(nominal_plant(), loaded=False, step=1e-3)
+    engine = Engine(simulations([model, model], np.zeros((2, 6))), substeps=1, threads=1)
+    controls = np.zeros((2, 5, 6))
+    controls[1, 2, 3] = np.nan
+    after = engine.roll_out(controls)
+    np.testing.assert_array_equal(engine.unstable(), [False, True])
+    np.testing.assert_array_equal(after.q[1, 3:], after.q[1, [2, 2]])
+
+
+def test_velocity_and_acceleration_are_the_derivatives():
+    motion, h = short_motion(2.0), 1e-5
+    t = np.linspace(0.1, 1.9, 50)
+    q, dq, ddq = motion(t)
+    before, after = motion(t - h), motion(t + h)
+    # Central differences: h^2 / 6 times the third derivative, some 1e-8, and rounding over h, 1e-11.
+    np.testing.assert_allclose((after[0] - before[0]) / (2 * h), dq, rtol=0, atol=1e-7)
+    np.testing.assert_allclose((after[1] - before[1]) / (2 * h), ddq, rtol=0, atol=1e-6)
+    assert q.shape == dq.shape == ddq.shape == (50, 6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_motions_start_and_end_at_rest_at_the_same_place(seed):
+    rng = np.random.default_rng(seed)
+    motion = at_rest(rng.normal(size=4), *rng.normal(size=(2, 4, 9)), 3.0)
+    q, dq, ddq = motion(np.array([0.0, 3.0]))
+    np.testing.assert_allclose(q[0], q[1], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(dq, 0.0, atol=1e-12)  # sums of nine terms of the order of 20
+    np.testing.assert_allclose(ddq, 0.0, atol=1e-10)
+
+
+def test_a_motion_at_rest_is_left_as_it_is():
+    motion = short_motion()
+    again = at_rest(motion.center, motion.sine, motion.cosine, motion.duration)
+    np.testing.assert_allclose(again.sine, motion.sine, rtol=0, atol=1e-16)
+    np.testing.assert_allclose(again.cosine, motion.cosine, rtol=0, atol=1e-16)

@@ -1,5 +1,3 @@
-"""What makes drives as they are, each against the equation of its file written out again."""
-
 import numpy as np
 import pytest
 from drive_states import DQ, DRIVES, TURNS, Q, V
@@ -75,16 +73,6 @@ def test_gears_carry_the_torque_of_the_links_and_the_other_friction():
     np.testing.assert_array_equal(done.friction[:, own.stop :], plain.friction[:, own.stop :])
 
 
-def test_cogging_adds_and_ripple_multiplies_waves_over_the_motor_s_position():
-    done = after("cogging", ModelErrors(cogging=0.003, torque_ripple=0.02, motor_waves=430.0))
-    ripple = 0.02 * np.sin(430.0 * Q + 1.0) * DRIVES.gain * (V - DRIVES.amplifier_offset)
-    cogging = 0.003 * DRIVES.gain * DRIVES.current_limit * np.sin(430.0 * Q)
-    assert changed(done) == {"torque"}
-    np.testing.assert_allclose(done.torque[0], 0.75 + ripple - cogging, rtol=1e-12)  # sines of angles up to 500
-    alone = after("cogging", ModelErrors(torque_ripple=0.02, motor_waves=430.0))
-    np.testing.assert_allclose(alone.torque[0], 0.75 + ripple, rtol=1e-12)
-
-
 def test_a_drive_wired_backwards_cogs_like_any_other():
     plant = nominal_plant(gain=np.array([-0.9, 1.1, -1.3, 0.8, 0.7, 1.2]))
     build = Build(robot=plant.robot, drives=plant.drives, earlier=0, step=1e-3)
@@ -110,38 +98,6 @@ def test_a_share_of_viscous_friction_follows_another_power_of_the_speed(power):
     )
 
 
-def test_a_warm_drive_is_weaker_and_rubs_less_by_its_own_temperature():
-    errors = ModelErrors(
-        motor_warming=200.0,
-        warming_time=900.0,
-        gain_by_temperature=-0.0013,
-        coulomb_by_temperature=-0.007,
-        viscous_by_temperature=-0.02,
-    )
-    done, plain = after("temperature", errors), step()
-    x = plain.warmth[0]
-    rubbing = np.array([*x, x[5]])  # the coupled motor is the sixth drive's
-    drive = DRIVES.gain * (V - DRIVES.amplifier_offset)
-    # Some roundings each.
-    np.testing.assert_allclose(done.torque[0], 0.75 - 0.0013 * x * drive, rtol=1e-14)
-    np.testing.assert_allclose(done.friction[0], plain.friction[0] * np.exp(-0.007 * rubbing), rtol=1e-14)
-    np.testing.assert_allclose(done.damping[0], plain.damping[0] * np.exp(-0.02 * rubbing), rtol=1e-14)
-
-
-def test_drives_warm_up_by_the_square_of_their_current_and_cool_down_by_themselves():
-    # Against small steps of T dx/dt = W (v / v_max)^2 - x, whose error is half a step over T.
-    errors = ModelErrors(motor_warming=200.0, warming_time=1.3, gain_by_temperature=-1e-3)
-    warmth = np.array([[3.0, 21.0, 14.0, 0.5, 8.0, 33.0]])
-    plain, x = warmth.copy(), warmth[0].copy()
-    done = after("temperature", errors, periods=400, warmth=warmth)
-    assert done.warmth is warmth
-    for _ in range(400 * 20):
-        x += 1e-4 / 1.3 * (200.0 * (V / DRIVES.current_limit) ** 2 - x)
-    np.testing.assert_allclose(warmth[0], x, rtol=0, atol=5e-5 * np.abs(x - plain[0]).max())
-    assert (np.abs(x - plain[0]) > 0.04).all()
-    assert warmth[0, 5] < plain[0, 5]
-
-
 def test_warmth_settles_by_the_mean_square_of_the_load_and_fades_with_its_time():
     # Against small steps of T dx/dt = W u - x, whose error is half a step over T.
     errors, load, before = ModelErrors(motor_warming=170.0, warming_time=1.7), np.array([0.09, 0.4]), np.array([31, 2])
@@ -159,13 +115,6 @@ def test_warmth_along_a_motion_is_that_of_its_periods_one_after_the_other(rng):
     for each in load:
         expected.append(warmed(errors, expected[-1], each, 0.3))
     np.testing.assert_allclose(warming(errors, before, load, 0.3), expected, rtol=1e-13)  # some roundings
-
-
-def test_without_a_coupled_motor_there_is_no_friction_of_one():
-    cut = {"friction": step().friction[:, :6].copy(), "damping": step().damping[:, :6].copy()}
-    errors = ModelErrors(motor_warming=200.0, coulomb_by_temperature=-0.007)
-    done = after("temperature", errors, **cut)
-    np.testing.assert_allclose(done.friction[0], step().friction[0, :6] * np.exp(-0.007 * step().warmth[0]), rtol=1e-14)
 
 
 def test_presliding_friction_is_dahl_s_and_takes_the_place_of_dry_friction():

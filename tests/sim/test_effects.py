@@ -1,19 +1,22 @@
-"""Effects that change a model: where it stands, what its links and wrist are, what is refused."""
+import re
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from accelerations import SOLVER, STEP, acceleration, coupling, drive_torque
-from drive_states import COMPLIANCE, DQ, Q
+from drive_states import COMPLIANCE, DQ, DRIVES, TURNS, Q, V, simulation_of
 from pinocchio_arms import pinocchio_arm, rnea
-from plants import nominal_plant
+from plants import experiment, nominal_plant, streams, try_record
 
-import rx90_mjcf
-from sim.compile import plant_model
-from sim.effects import ModelErrors
+from sim.compile import plant_model, resting
+from sim.effects import EFFECTS, ModelErrors
+from sim.effects.transmissions import FASTEST_MODE
+from sim.engine import Engine
 from sim.errors import PlantError
-from sim.plant import layout
+from sim.plant import Plant, layout
+from sim.record import record
 
 
 @pytest.mark.parametrize("loaded", [False, True])
@@ -45,14 +48,6 @@ def test_an_arm_with_zeros_that_are_off_is_where_its_encoders_say_less_their_err
     np.testing.assert_allclose(expected, drive_torque(plant, DQ, ddq), rtol=0, atol=SOLVER)
 
 
-def test_elastic_joints_with_zeros_that_are_off_are_at_rest_where_encoders_say_less_their_error():
-    rigid = plant_model(nominal_plant(errors=ModelErrors(zero_error=ZEROS)), loaded=True, step=STEP)
-    errors = ModelErrors(zero_error=ZEROS, joint_compliance=COMPLIANCE)
-    elastic = plant_model(nominal_plant(errors=errors), loaded=True, step=STEP)
-    np.testing.assert_allclose(rigid.qpos0[:6], ZEROS, rtol=1e-12)
-    np.testing.assert_array_equal(elastic.qpos0[:6], rigid.qpos0[:6])
-
-
 @pytest.mark.parametrize("q2", [-2.2, -0.9, 0.0, 0.3, 1.4])
 def test_the_gravity_spring_has_its_published_torque(q2):
     # INRIA HuMAnS, SpringForce.c: prestress 6257.75 N, 20295 N/m, 0.06 m * 0.45 m = 0.027 m^2.
@@ -74,21 +69,6 @@ def test_the_wrist_coupling_adds_its_stated_terms_to_joints_5_and_6(share, dq5):
     ddq = acceleration(plant, Q, dq)
     expected = drive_torque(plant, dq, ddq) - coupling(share, dq, ddq)
     np.testing.assert_allclose(rnea(pinocchio_arm(payload=False), Q, dq, ddq), expected, rtol=0, atol=SOLVER)
-
-
-def test_the_coupling_s_dry_friction_is_as_stiff_as_that_of_the_joints():
-    model = plant_model(nominal_plant(errors=ModelErrors(wrist_coupling=1.0)), loaded=False, step=STEP)
-    np.testing.assert_array_equal(model.tendon_solref_fri[0], model.dof_solref[0])
-    np.testing.assert_array_equal(model.tendon_solimp_fri[0], model.dof_solimp[0])
-
-
-def test_errors_that_are_switched_off_leave_no_trace_in_the_model():
-    model = plant_model(nominal_plant(errors=ModelErrors(stribeck_speed=0.3)), loaded=True, step=STEP)
-    assert (model.nv, model.ntendon) == (6, 0)
-    drawn = mujoco.MjModel.from_xml_path(str(rx90_mjcf.MJCF))
-    np.testing.assert_array_equal(model.opt.gravity, drawn.opt.gravity)
-    np.testing.assert_array_equal(model.body_pos[:-1], drawn.body_pos)
-    np.testing.assert_array_equal(model.dof_damping, nominal_plant().drives.viscous_friction)
 
 
 def test_plants_of_one_layout_have_models_of_one_size():
@@ -151,3 +131,379 @@ def test_impossible_errors_are_refused(values, message):
 def test_errors_that_a_plant_cannot_have_are_refused(values, drives, message):
     with pytest.raises(PlantError, match=message):
         plant_model(nominal_plant(errors=ModelErrors(**values), **drives), loaded=False, step=STEP)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+@pytest.mark.parametrize("loaded", [False, True])
+def test_links_and_motors_of_an_elastic_arm_obey_spong_s_equations(share, loaded):
+    # M ddq + h = Ke (q_m - q) + De (dq_m - dq), Ia ddq_m + friction = tau - the same, De = 2 * 0.05 sqrt(Ke Ia).
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, wrist_coupling=share))
+    q_motor, dq_motor = Q + 1e-3 * np.array([1, -2, 1, 0.5, -0.3, 0.2]), DQ + np.array([0.02, 0, -0.03, 0.1, 0.05, 0])
+    ddq = acceleration(plant, np.append(Q, q_motor), np.append(DQ, dq_motor), loaded=loaded)
+    stiffness = 1.0 / np.array(COMPLIANCE)
+    damping = 0.1 * np.sqrt(stiffness * plant.drives.rotor_inertia)
+    transmitted = stiffness * (q_motor - Q) + damping * (dq_motor - DQ)
+    np.testing.assert_allclose(rnea(pinocchio_arm(payload=loaded), Q, DQ, ddq[:6]), transmitted, rtol=0, atol=SOLVER)
+    motors = drive_torque(plant, dq_motor, ddq[6:]) - coupling(share, dq_motor, ddq[6:])
+    np.testing.assert_allclose(motors, transmitted, rtol=0, atol=SOLVER)
+
+
+def test_an_elastic_arm_at_rest_hangs_below_its_motors_by_gravity_times_compliance():
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE))
+    state = resting(plant, plant_model(plant, loaded=True, step=STEP), Q)
+    np.testing.assert_array_equal(state[6:], Q)
+    gravity = rnea(pinocchio_arm(payload=True), state[:6], np.zeros(6), np.zeros(6))
+    # Converged: the iteration contracts by 0.03, 20 times; what is left is rounding of 300 N m over 5e4 N m/rad.
+    np.testing.assert_allclose(state[:6] - Q, -np.array(COMPLIANCE) * gravity, rtol=0, atol=1e-14)
+    assert np.abs(state[:6] - Q).max() > 1e-4
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+@pytest.mark.parametrize("loaded", [False, True])
+def test_the_stiffest_transmission_that_is_taken_is_stable(share, loaded):
+    inertia = nominal_plant().drives.rotor_inertia
+    stiffest = STEP**2 / (FASTEST_MODE**2 * inertia)
+
+    def elastic(factor: float) -> Plant:
+        return nominal_plant(errors=ModelErrors(joint_compliance=tuple(factor * stiffest), wrist_coupling=share))
+
+    plant = elastic(1.001)
+    model = plant_model(plant, loaded=loaded, step=STEP)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:6] = resting(plant, model, Q), 0.3
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+    # The arm falls; an unstable link would leave its motor by many rad/s.
+    assert np.abs(data.qvel[:6] - data.qvel[6:]).max() < 0.1
+    with pytest.raises(PlantError, match=r"joint_compliance of joint \d = .* too stiff for a step of 0\.001 s; use a"):
+        plant_model(elastic(0.99), loaded=loaded, step=STEP)
+
+
+def test_the_stiffest_of_several_transmissions_is_named_with_a_step_and_a_compliance_that_are_taken():
+    stiffest = STEP**2 / (FASTEST_MODE**2 * np.asarray(nominal_plant().drives.rotor_inertia))
+    factor = np.array([3.0, 0.9, 1.4, 0.8, 0.6, 2.0])
+
+    def elastic(factor: np.ndarray, step: float) -> None:
+        errors = ModelErrors(joint_compliance=tuple(factor * stiffest))
+        plant_model(nominal_plant(errors=errors), loaded=True, step=step)
+
+    with pytest.raises(PlantError, match="joint_compliance of joint 5 = ") as refused:
+        elastic(factor, STEP)
+    step, softest = map(float, re.findall(r"use a step of (\S+) s at most, or (\S+) rad", str(refused.value))[0])
+    # sqrt(Ke / Ia) step = FASTEST_MODE at most: 1 % is left for the rounding of what is said.
+    np.testing.assert_allclose(step, 0.99 * STEP * 0.6**0.5, rtol=6e-3)
+    np.testing.assert_allclose(softest, 1.01 * stiffest[4], rtol=6e-3)
+    elastic(factor, step)
+    with pytest.raises(PlantError, match="joint_compliance of joint 4 = "):
+        elastic(np.where(np.arange(6) == 4, softest / stiffest[4], factor), STEP)
+
+
+def test_a_fault_of_an_elastic_arm_names_its_joint():
+    still = replace(experiment().trajectory, center=Q + np.array([0, 0, 0, 0, 1.7, 0]))
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE))
+    (outcome,) = try_record([experiment(plant=plant, trajectory=still)], streams(0), threads=1)
+    assert str(outcome).startswith("motion: joint5 at 2.")
+
+
+def test_compliances_of_another_arm_are_refused():
+    with pytest.raises(PlantError, match=r"joint_compliance: 2 values \[rad/\(N m\)\], expected 6, one per joint"):
+        nominal_plant(errors=ModelErrors(joint_compliance=(1e-5, 1e-5)))
+
+
+def test_zero_compliance_is_a_rigid_joint():
+    assert ModelErrors(joint_compliance=(0.0,) * 6) == ModelErrors()
+
+
+def test_a_transmission_turns_by_a_radian_under_ten_newton_metres_at_most():
+    softest = (1e-4, 0.1, 1e-4, 1e-4, 1e-4, 1e-4)
+    assert ModelErrors(joint_compliance=softest).joint_compliance == softest
+    with pytest.raises(PlantError, match=r"expected positive numbers up to 0\.1, one per joint"):
+        ModelErrors(joint_compliance=(*softest[:5], 0.1001))
+
+
+BY_DIRECTION = {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
+VARYING = ModelErrors(
+    stribeck=0.4,
+    stribeck_speed=0.2,
+    load_friction=0.05,
+    wrist_coupling=1.0,
+    coulomb_drift=0.1,
+    viscous_drift=-0.2,
+    **BY_DIRECTION,
+)
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic):
+    # Against a loop over mj_step that evaluates the law as it is written, beside a simulation of constant friction.
+    errors = replace(VARYING, joint_compliance=COMPLIANCE if elastic else None)
+    plant, n, substeps = nominal_plant(errors=errors), 6, 2
+    constant = nominal_plant(
+        errors=replace(errors, stribeck=0.0, load_friction=0.0, **dict.fromkeys(BY_DIRECTION, 0.0))
+    )
+    entries = [simulation_of(p, step=5e-4, earlier=1) for p in (plant, constant)]
+    assert entries[1].varied is None
+    engine = Engine(entries, substeps=substeps, threads=1)
+    currents = np.random.default_rng(0).uniform(-40, 40, (60, 2, n))
+    seen = []
+    for v in currents:
+        engine.current[:] = v
+        engine.advance()
+        seen.append(engine.q.copy())
+    coulomb = 1.1 * (plant.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5])
+    viscous = 0.8 * (plant.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4])
+    for i, p in enumerate((plant, constant)):
+        model = plant_model(p, loaded=True, step=5e-4, earlier=1)
+        data = mujoco.MjData(model)
+        data.qpos[:] = entries[i].start
+        for v, expected in zip(currents[:, i], np.array(seen)[:, i], strict=True):
+            dq = data.qvel[-n:]
+            if p is plant:
+                load = np.abs(p.drives.gain * (v - p.drives.amplifier_offset))
+                side, peak = np.sign(dq), 1 + 0.4 * np.exp(-((dq / 0.2) ** 2))
+                model.dof_frictionloss[-n:] = coulomb * peak * (1 + 0.15 * side) + 0.05 * load
+                model.dof_damping[-n:] = viscous * (1 - 0.25 * side)
+                turns, tendon = dq[4] + dq[5], model.tendon("joint6_coupling").id
+                peak, side = 1 + 0.4 * np.exp(-((turns / 0.2) ** 2)), np.sign(turns)
+                model.tendon_frictionloss[tendon] = 1.1 * 2.5 * peak * (1 + 0.15 * side)
+                model.tendon_damping[tendon] = 0.8 * 2.4 * (1 - 0.25 * side)
+            data.ctrl[:] = v
+            for _ in range(substeps):
+                mujoco.mj_step(model, data)
+            # Both sum in another order: rounding, which 120 steps of a well-damped arm do not amplify.
+            np.testing.assert_allclose(expected, data.qpos[-n:], rtol=0, atol=1e-9)
+
+
+def test_experiments_on_one_plant_with_varying_friction_do_not_share_it():
+    varying = experiment(plant=nominal_plant(errors=VARYING))
+    other = replace(varying, trajectory=replace(varying.trajectory, sine=-varying.trajectory.sine))
+    alone = record([varying], streams(3), threads=1)[0]
+    beside = record([varying, other], streams(3, 4), threads=1)[0]
+    assert alone.q.tobytes() == beside.q.tobytes()
+    assert alone.v.tobytes() == beside.v.tobytes()
+
+
+def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmissions_do_not():
+    errors = ModelErrors(
+        coulomb_drift=0.2, viscous_drift=-0.1, wrist_coupling=1.0, joint_compliance=COMPLIANCE, gravity_spring=1e3
+    )
+    bare, loaded = (
+        plant_model(nominal_plant(errors=errors), loaded=x, step=STEP, earlier=int(x)) for x in (False, True)
+    )
+    # One rounding of a product.
+    np.testing.assert_allclose(loaded.dof_frictionloss, 1.2 * bare.dof_frictionloss, rtol=1e-15)
+    np.testing.assert_allclose(loaded.dof_damping, 0.9 * bare.dof_damping, rtol=1e-15)
+    np.testing.assert_allclose(loaded.tendon_frictionloss, 1.2 * bare.tendon_frictionloss, rtol=1e-15)
+    for k in range(bare.ntendon):
+        factor = 0.9 if bare.tendon(k).name == "joint6_coupling" else 1.0
+        np.testing.assert_allclose(loaded.tendon_damping[k], factor * bare.tendon_damping[k], rtol=1e-15)
+    np.testing.assert_array_equal(bare.dof_frictionloss[6:10], nominal_plant().drives.coulomb_friction[:4])
+
+
+def test_friction_follows_from_the_current_that_the_drive_takes_of_what_it_is_given():
+    limit = nominal_plant().drives.current_limit
+    plants = [
+        nominal_plant(errors=ModelErrors(load_friction=0.3), current_limit=x * limit) for x in (1.0, 1.0, 0.6, 0.6)
+    ]
+    engine = Engine([simulation_of(plant, step=1e-3, earlier=0) for plant in plants], substeps=1, threads=1)
+    for _ in range(20):
+        engine.current[:] = np.outer([1.0, 2.0, -0.6, -5.0], limit)
+        engine.advance()
+    np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])
+
+
+STRONG = ModelErrors(
+    wrist_coupling=1.0,
+    stribeck=0.3,
+    coulomb_by_direction=0.2,
+    viscous_by_direction=-0.3,
+    load_friction=0.04,
+    transmitted_friction=0.07,
+    cogging=0.004,
+    torque_ripple=0.03,
+    motor_waves=200.0,
+    viscous_curve=0.5,
+    motor_warming=5e3,
+    warming_time=2.0,
+    gain_by_temperature=-0.004,
+    coulomb_by_temperature=-0.006,
+    viscous_by_temperature=-0.03,
+)
+
+
+class Loop:
+    """The laws written out again around `mj_step`, link torques from Pinocchio."""
+
+    def __init__(self, plant: Plant, start: np.ndarray) -> None:
+        self.errors, self.drives = plant.errors, plant.drives
+        self.model = plant_model(plant, loaded=True, step=1e-3)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[:] = start
+        self.tendon = self.model.tendon("joint6_coupling").id
+        self.arm, self.link = pinocchio_arm(payload=True), np.zeros(6)
+        self.x, self.s = np.zeros(6), np.zeros(7)
+        self.coulomb = np.append(self.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5], 2.5)
+        self.viscous = np.append(self.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4], 2.4)
+
+    def advance(self, v: np.ndarray) -> None:
+        e, d, data = self.errors, self.drives, self.data
+        q, dq = data.qpos.copy(), data.qvel.copy()
+        speed, drive = TURNS @ dq, d.gain * (v - d.amplifier_offset)
+        side, warm = np.sign(speed), np.append(self.x, self.x[5])
+        dry = self.coulomb * (1 + 0.3 * np.exp(-((speed / 0.1) ** 2))) * (1 + 0.1 * side) * np.exp(-0.006 * warm)
+        damping = self.viscous * (1 - 0.15 * side) * np.exp(-0.03 * warm)
+        dry += 0.5 * damping * np.cbrt(np.abs(speed))
+        dry[:6] += 0.04 * np.abs(drive) + 0.07 * np.abs(self.link)
+        torque = -0.004 * self.x * drive + 0.03 * np.sin(200 * q + 1) * drive
+        torque -= 0.004 * d.gain * d.current_limit * np.sin(200 * q)
+        if e.presliding:
+            torque -= TURNS.T @ (dry * self.s)
+            self.s = side + (self.s - side) * np.exp(-1e-3 * np.abs(speed) / e.presliding)
+            dry[:] = 0.0
+        heat = 5e3 * (v / d.current_limit) ** 2
+        self.x = heat + (self.x - heat) * np.exp(-1e-3 / 2.0)
+        self.model.dof_frictionloss[:], self.model.tendon_frictionloss[self.tendon] = dry[:6], dry[6]
+        self.model.dof_damping[:], self.model.tendon_damping[self.tendon] = 0.5 * damping[:6], 0.5 * damping[6]
+        data.ctrl[:], data.qfrc_applied[:] = v, torque
+        mujoco.mj_step(self.model, data)
+        self.link = rnea(self.arm, q, dq, data.qacc.copy())
+
+
+@pytest.mark.parametrize("presliding", [0.0, 0.004])
+def test_all_effects_together_are_the_laws_at_the_start_of_every_period(presliding):
+    errors = replace(STRONG, presliding=presliding)
+    plants = [nominal_plant(errors=errors), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
+    entries = [simulation_of(plant, step=1e-3) for plant in plants]
+    assert entries[1].varied is None
+    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q)
+    for v in np.random.default_rng(0).uniform(-40, 40, (80, 6)):
+        engine.current[:] = v
+        engine.advance()
+        loop.advance(v)
+        # Sums in another order, and link torques that two programs agree on to SOLVER = 1e-6 N m.
+        np.testing.assert_allclose(engine.q[1], loop.data.qpos, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(engine.warmth()[1], loop.x, rtol=1e-12)  # 80 products and sums
+    assert not engine.warmth()[0].any()
+    assert np.abs(loop.link).max() > 20.0
+    assert loop.x.max() > 5.0
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
+    seen: list[np.ndarray] = []
+
+    def watched(values, builds):
+        return lambda step: seen.append(step.transmitted[0].copy())
+
+    monkeypatch.setattr(EFFECTS["load_friction"], "term", staticmethod(watched))
+    errors = ModelErrors(transmitted_friction=0.1, gravity_spring=9e3, joint_compliance=COMPLIANCE if elastic else None)
+    plant = nominal_plant(errors=errors)
+    simulation = simulation_of(plant, step=1e-3)
+    engine = Engine([simulation], substeps=1, threads=1)
+    twin, data = plant_model(plant, loaded=True, step=1e-3), mujoco.MjData(simulation.model)
+    data.qpos[:] = simulation.start
+    for v in np.random.default_rng(3).uniform(-40, 40, (15, 6)):
+        engine.current[:] = data.ctrl[:] = v
+        engine.advance()
+        before, speed = data.qpos.copy(), data.qvel.copy()
+        mujoco.mj_step(twin, data)
+    expected = _taken_over(plant, before, speed, data)
+    engine.advance()
+    np.testing.assert_allclose(seen[-1], expected, rtol=0, atol=2e-6)  # what the friction solver leaves, twice
+    assert not seen[0].any()
+
+
+def _taken_over(plant: Plant, q: np.ndarray, dq: np.ndarray, data: mujoco.MjData) -> np.ndarray:
+    """Torque between drive and link in the last step: of springs, or of the arm itself."""
+    if plant.errors.joint_compliance is not None:
+        stiffness = 1.0 / np.array(COMPLIANCE)
+        damping = 0.1 * np.sqrt(stiffness * plant.drives.rotor_inertia)
+        return stiffness * (q[6:] - q[:6]) + damping * (dq[6:] - dq[:6])
+    length = np.sqrt(0.0036 * np.sin(q[1]) ** 2 + (0.45 - 0.06 * np.cos(q[1])) ** 2)
+    free = 6257.75 / 20295.0
+    spring = np.array([0, -0.027 * 9e3 * (1.0 - free / length) * np.sin(q[1]), 0, 0, 0, 0])
+    return rnea(pinocchio_arm(payload=True), q, dq, data.qacc.copy()) - spring
+
+
+@pytest.mark.parametrize(
+    ("play", "share"),
+    [(np.array([0.1, -0.3, 0.45, -0.1, 0.2, -0.49]), 0.0), (np.array([0.6, -2.0, 0.8, -0.7, 3.0, -0.55]), 1.0)],
+)
+def test_a_transmission_with_backlash_carries_nothing_but_its_damping_within_it(play, share):
+    gap, n = 2e-3, 6
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, backlash=gap))
+    model = plant_model(plant, loaded=True, step=1e-3)
+    data = mujoco.MjData(model)
+    data.qpos[:n], data.qpos[n:] = Q, Q + gap * play
+    data.qvel[:n], data.qvel[n:] = DQ, DQ + np.array([0.02, 0, -0.03, 0.1, 0.05, 0])
+    data.ctrl[:] = V
+    mujoco.mj_forward(model, data)
+    stiffness = 1.0 / np.array(COMPLIANCE)
+    spring = share * stiffness * (gap * play - 0.5 * gap * np.sign(play))
+    carried = spring + 0.1 * np.sqrt(stiffness * DRIVES.rotor_inertia) * (data.qvel[n:] - DQ)
+    links = rnea(pinocchio_arm(payload=True), Q, DQ, data.qacc[:n].copy())
+    np.testing.assert_allclose(links, carried, rtol=0, atol=1e-6)  # as in test_elastic_transmissions
+
+
+def test_links_with_backlash_hang_on_the_side_that_gravity_pulls_them_to():
+    compliance, gap = np.array(COMPLIANCE), 3e-3
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, backlash=gap))
+    state = resting(plant, plant_model(plant, loaded=True, step=1e-3), Q)
+    gravity = rnea(pinocchio_arm(payload=True), state[:6], np.zeros(6), np.zeros(6))
+    np.testing.assert_array_equal(state[6:], Q)
+    # Converged as in test_elastic_transmissions; nothing pulls joint 1, whose axis is upright, out of the middle.
+    expected = -compliance * gravity - 0.5 * gap * np.sign(np.round(gravity, 9))
+    np.testing.assert_allclose(state[:6] - Q, expected, rtol=0, atol=1e-13)
+    assert {*np.sign(np.round(gravity, 9))} == {-1.0, 0.0, 1.0}
+
+
+@pytest.mark.parametrize(
+    ("values", "drives", "message"),
+    [
+        ({"backlash": 1e-3}, {}, r"backlash = 0\.001 rad needs elastic transmissions; state joint_compliance$"),
+        (
+            {"presliding": 2e-5},
+            {},
+            r"presliding = 2e-05 rad is too stiff for joint 6, whose dry friction is 4 N m on a rotor of 0\.268288 "
+            r"kg m\^2; expected 9\.32e-05 rad or more$",
+        ),
+        (
+            {"motor_warming": 50.0},
+            {"current_limit": np.array([480.0, 480, 0, 110, 80, 45])},
+            r"motor_warming refers to the current limit, but current_limit of joint 3 is 0; state one above 0$",
+        ),
+    ],
+)
+def test_effects_that_a_plant_has_no_place_for_are_refused(values, drives, message):
+    with pytest.raises(PlantError, match=message):
+        nominal_plant(errors=ModelErrors(**values), **drives)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("load_friction", {"transmitted_friction": 0.1}),
+        ("load_friction", {"load_friction": 0.1}),
+        ("cogging", {"cogging": 0.01}),
+        ("cogging", {"torque_ripple": 0.1}),
+        ("viscous_curve", {"viscous_curve": 0.5}),
+        ("presliding", {"presliding": 3e-4}),
+        ("temperature", {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),
+        ("temperature", {"motor_warming": 70.0, "coulomb_by_temperature": -1e-2}),
+        ("temperature", {"motor_warming": 70.0, "viscous_by_temperature": 1e-2}),
+    ],
+)
+def test_each_size_by_itself_switches_its_effect_on(name, values):
+    assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == [name]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0},
+        {"motor_warming": 70.0},
+        {"gain_by_temperature": -1e-3},
+    ],
+)
+def test_shapes_without_a_size_and_warmth_without_consequence_are_no_effect(values):
+    assert not any(effect.varies(ModelErrors(**values)) for effect in EFFECTS.values())

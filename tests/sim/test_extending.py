@@ -1,5 +1,3 @@
-"""What every effect and every sensor keeps to, those that somebody adds included."""
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, ClassVar
@@ -194,8 +192,3 @@ def test_a_sensor_whose_values_are_zero_reads_and_logs_the_truth(name):
     logged = effect.logs(perfect, log, noise)
     for field in ("t", "q", "v"):
         np.testing.assert_array_equal(getattr(logged, field), getattr(log, field))
-
-
-def test_no_two_sensors_share_a_stream():
-    names = [name for effect in SENSORS.values() for name in effect.streams]
-    assert len(set(names)) == len(names)

@@ -256,24 +256,6 @@ def test_what_a_motion_needs_is_what_a_closed_loop_commands(effects):
     assert (alike > 0.85).all()
 
 
-def test_drives_are_as_warm_as_the_motions_before_and_the_warm_up_have_left_them():
-    hot = {"motor_warming": 300.0, "warming_time": 7.0, "gain_by_temperature": -0.003, "viscous_by_temperature": -0.02}
-    motions = [
-        replace(motion_of(loaded=bool(k), earlier=k, **hot), name=f"motion {k}", warm_up=11.0, pause=2.0)
-        for k in range(3)
-    ]
-    needed = needed_in_turn(motions, 200.0)
-    cold = [needed_in_turn([replace(motion_of(loaded=bool(k)), warm_up=11.0)], 200.0)[0] for k in range(3)]
-    simulated, without = driven(motions), driven([motion_of(loaded=bool(k), earlier=k) for k in range(3)])
-    for one, other, found, plain in zip(needed, cold, simulated, without, strict=True):
-        warmth = np.sum((one - other) * other, axis=0) / np.sum(other**2, axis=0)
-        expected = np.sum((found - plain) * plain, axis=0) / np.sum(plain**2, axis=0)
-        assert np.abs(expected).max() > 0.02
-        np.testing.assert_allclose(warmth, expected, rtol=0.03, atol=1e-3)
-    with pytest.raises(PlantError, match="the preceding motion is missing"):
-        needed_in_turn(motions[1:], 200.0)
-
-
 def warming_up(plain, drives, x):
     """Currents of drives that weaken by 0.4 % a kelvin, beside those of cold ones, and how warm they become [K]."""
     v = np.empty_like(plain)
@@ -303,13 +285,6 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
     for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
         assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
         np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
-
-
-def test_a_transmission_too_stiff_for_the_step_of_its_motion_is_refused_though_a_finer_step_took_it():
-    motion = motion_of(joint_compliance=COMPLIANCE)
-    feedforward_currents(motion, 50.0)
-    with pytest.raises(PlantError):
-        feedforward_currents(replace(motion, step=9e-3), 50.0)
 
 
 def test_play_that_a_motion_goes_through_is_refused():

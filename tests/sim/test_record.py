@@ -1,16 +1,25 @@
+import os
+import subprocess
+import sys
+import time
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
+from places import ROOT
+from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
 
 from ident.recordings.recording import Recording
-from sim.controller import ControllerOptions
+from sim.compile import bare_arm, lean_model
+from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
-from sim.errors import LimitReached, PlantError, Saturated
+from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
+from sim.experiment import SATURATED_TOO_LONG, after_warm_up, fault
+from sim.feedforward_currents import check_torque_limits
 from sim.record import record
 from sim.sensors import SensorOptions, logged, noise_streams
-from sim.sensors.current import coloured_noise
+from sim.trajectory import FourierTrajectory
 
 SILENT = SensorOptions()
 
@@ -41,12 +50,6 @@ def test_whoever_listens_is_told_every_second_that_is_simulated():
     assert len(heard) > 2
 
 
-def test_a_recording_is_what_the_cell_logs_one_row_a_control_period():
-    recording = record([experiment(controller=ControllerOptions(rate_hz=500.0))], streams(0), threads=1)[0]
-    np.testing.assert_allclose(np.diff(recording.t), 2e-3, rtol=1e-9)
-    assert recording.q.shape == recording.v.shape == (1001, 6)
-
-
 def test_the_arm_follows_its_reference_and_the_payload_costs_current():
     bare, loaded = record(
         [experiment(sensors=SILENT), experiment(sensors=SILENT, loaded=True)], streams(0, 1), threads=1
@@ -56,41 +59,11 @@ def test_the_arm_follows_its_reference_and_the_payload_costs_current():
     assert np.mean(loaded.v[:, 1] ** 2) > np.mean(bare.v[:, 1] ** 2)
 
 
-def test_integral_action_removes_the_standing_error():
-    still = replace(short_motion(4.0), sine=np.zeros((6, 3)), cosine=np.zeros((6, 3)))
-    quiet = nominal_plant(coulomb_friction=np.zeros(6))
-    errors = []
-    for integral_hz in (0.0, 1.0):
-        options = ControllerOptions(integral_hz=integral_hz)
-        held = experiment(plant=quiet, loaded=True, trajectory=still, controller=options, sensors=NOISY)
-        errors.append(np.abs(record([held], streams(0), threads=1)[0].q[-100:].mean(axis=0) - still.center))
-    assert (errors[1] < 0.05 * errors[0]).all()
-
-
-def test_encoder_readings_are_multiples_of_the_quantum():
-    quantum = 1e-4
-    reading = record([experiment(sensors=replace(NOISY, encoder_quantum=quantum))], streams(0), threads=1)[0].q
-    np.testing.assert_allclose(reading / quantum, np.rint(reading / quantum), rtol=0, atol=1e-9)
-
-
 def test_encoder_noise_travels_round_the_loop_into_the_commanded_current():
     noise = replace(SILENT, encoder_noise=1e-4)
     quiet, noisy = (record([experiment(sensors=s)], streams(0), threads=1)[0] for s in (SILENT, noise))
     ripple = [np.std(np.diff(recording.v, axis=0)) for recording in (quiet, noisy)]
     assert ripple[1] > 10 * ripple[0]
-
-
-def test_current_noise_has_the_stated_size_and_colour(rng):
-    v = np.ones((200_000, 2)) * [1.0, -20.0]
-    white = logged(v, v, 1000.0, replace(SILENT, current_white=0.05), noise_streams(rng)).v - v
-    # 200 000 samples: the standard deviation is known to 0.16 %; four of them.
-    np.testing.assert_allclose(white.std(axis=0), [0.05, 1.0], rtol=0.0064)
-    coloured = coloured_noise((200_000, 2), 1000.0, 20.0, rng)
-    spectrum = np.abs(np.fft.rfft(coloured[:, 0])) ** 2
-    frequency = np.fft.rfftfreq(200_000, 1e-3)
-    assert spectrum[frequency < 30].sum() > 0.9 * spectrum.sum()
-    # Some 200 s times 40 Hz independent values: 1 % of standard deviation; four of them.
-    np.testing.assert_allclose(coloured.std(axis=0), 1.0, atol=0.04)
 
 
 def test_too_heavy_a_payload_is_an_error_with_joint_and_time():
@@ -116,11 +89,6 @@ def test_one_failure_in_a_batch_leaves_the_others_their_recordings():
     outcomes = try_record([experiment(), experiment(plant=heavy, loaded=True)], streams(3, 4), threads=1)
     assert same(outcomes[0], record([experiment()], streams(3), threads=1)[0])
     assert isinstance(outcomes[1], Saturated)
-
-
-def test_a_step_that_does_not_fit_is_refused():
-    with pytest.raises(PlantError, match=r"step 0\.0007 s does not divide the control period 0\.001 s"):
-        record([experiment(step=7e-4)], streams(0), threads=1)
 
 
 def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_they_run_alone():
@@ -154,18 +122,6 @@ def test_a_plant_that_cannot_be_built_is_the_outcome_of_its_own_experiment():
     assert same(outcomes[3], record([experiment()], streams(3), threads=1)[0])
 
 
-@pytest.mark.parametrize("shift", [3, -2])
-def test_the_logged_current_comes_later_than_the_logged_position(shift):
-    silent, late = (
-        record([experiment(sensors=replace(SILENT, current_delay=delay))], streams(0), threads=1)[0]
-        for delay in (0.0, shift * 1e-3)
-    )
-    assert late.q.tobytes() == silent.q.tobytes()
-    source = np.clip(np.arange(len(silent.v)) - shift, 0, len(silent.v) - 1)
-    # Interpolation at a sample, whose time has a rounding error of 1e-16 of 2 s; the current jumps by 100 in a period.
-    np.testing.assert_allclose(late.v, silent.v[source], rtol=0, atol=1e-9)
-
-
 def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     options = replace(NOISY, clock_jitter=2.5e-4)
     exact, jittered = (record([experiment(sensors=s)], streams(5), threads=1)[0] for s in (NOISY, options))
@@ -193,16 +149,307 @@ def test_encoder_is_the_first_and_current_the_second_child_of_an_experiment_s_ge
     np.testing.assert_allclose(noisy.v, clean.v + noise, rtol=0, atol=1e-12)
 
 
-def test_motions_of_one_plant_have_the_friction_of_their_own_time():
-    plant = nominal_plant(errors=ModelErrors(coulomb_drift=0.4, viscous_drift=0.4))
-    motions = [experiment(plant=plant, sensors=SILENT, earlier=k) for k in range(3)]
-    together = record(motions, streams(0, 0, 0), threads=1)
-    for k, recording in enumerate(together):
-        drives = nominal_plant().drives
-        fixed = nominal_plant(
-            coulomb_friction=1.4**k * drives.coulomb_friction, viscous_friction=1.4**k * drives.viscous_friction
-        )
-        (expected,) = record([experiment(plant=fixed, sensors=SILENT)], streams(0), threads=1)
-        # Two roundings of a product, which a well-damped arm does not amplify.
-        np.testing.assert_allclose(recording.v, expected.v, rtol=0, atol=1e-6)
-    assert np.abs(together[2].v - together[1].v).max() > 0.1
+WARM = {"motor_warming": 60.0, "warming_time": 5.0, "gain_by_temperature": -0.004, "viscous_by_temperature": -0.02}
+SHORT = experiment(
+    trajectory=short_motion(0.8, 0.01), sensors=SensorOptions(), plant=nominal_plant(errors=ModelErrors(**WARM))
+)
+
+
+def sequence(*loaded: bool, warm_up: float = 0.0, pause: float = 0.0, **errors):
+    plant = nominal_plant(errors=ModelErrors(**{**WARM, **errors}))
+    return [
+        replace(SHORT, name=f"motion {k}", plant=plant, loaded=x, earlier=k, warm_up=warm_up, pause=pause)
+        for k, x in enumerate(loaded)
+    ]
+
+
+def warmth_by_hand(start: np.ndarray, v: np.ndarray, seconds: float = 1e-3) -> np.ndarray:
+    """Of T dx/dt = W (v / v_max)^2 - x, each sample held."""
+    x = start.copy()
+    for row in 60.0 * (v / SHORT.plant.drives.current_limit) ** 2:
+        x = row + (x - row) * np.exp(-seconds / 5.0)
+    return x
+
+
+def seen_warmth(experiments, monkeypatch) -> tuple[list, list[np.ndarray]]:
+    """Recordings, and the temperatures that the motions started with."""
+    starts: list[np.ndarray] = []
+    import sim.record
+
+    plain = sim.record.varied
+
+    def watched(*args, warmth=None, **rest):
+        starts.append(np.zeros(6) if warmth is None else warmth.copy())
+        return plain(*args, warmth=warmth, **rest)
+
+    monkeypatch.setattr(sim.record, "varied", watched)
+    return record(experiments, streams(*range(len(experiments))), threads=1), starts
+
+
+def test_drives_go_on_as_warm_as_the_motion_before_left_them_but_for_the_pause(monkeypatch):
+    motions = sequence(False, True, False, pause=3.7)
+    recordings, starts = seen_warmth(motions, monkeypatch)
+    x = np.zeros(6)
+    for recording, start in zip(recordings, starts, strict=True):
+        np.testing.assert_allclose(start, x, rtol=1e-12, atol=1e-15)  # 800 roundings
+        x = warmth_by_hand(x, recording.v) * np.exp(-3.7 / 5.0)
+    assert starts[2].max() > 0.3
+
+
+def test_a_warm_up_is_the_motion_repeated_for_its_time(monkeypatch):
+    # Eight motions one after another. One takes a sixth of the time constant, so that heat near its end counts for more
+    # than its mean: some per cent of what settles.
+    motions = sequence(*[False] * 9)
+    _, starts = seen_warmth(motions, monkeypatch)
+    monkeypatch.undo()
+    _, warmed = seen_warmth(sequence(False, warm_up=8 * 0.801), monkeypatch)
+    assert len(warmed) == 3  # two of the warm-up, and the motion itself
+    np.testing.assert_allclose(warmed[2], starts[8], rtol=0.04)
+    assert not warmed[0].any()
+    assert (warmed[1] < warmed[2]).all()
+
+
+def test_a_warm_up_before_a_loaded_motion_is_bare_and_the_later_motions_have_none(monkeypatch):
+    _, warmed = seen_warmth(sequence(True, warm_up=12.0), monkeypatch)
+    _, bare = seen_warmth(sequence(False, True, warm_up=12.0), monkeypatch)
+    np.testing.assert_array_equal(warmed[2], bare[2])
+    assert len(bare) == 4
+
+
+def test_warmth_after_a_warm_up_has_a_closed_form():
+    v = np.outer([3.0, 4.0], [1.0, 2.0, 0.5, 0.0, 1.0, 2.0])
+    load = 12.5 * np.array([1.0, 4.0, 0.25, 0.0, 1.0, 4.0]) / SHORT.plant.drives.current_limit**2
+    found = after_warm_up(replace(SHORT, warm_up=8.0), v, 0.25)
+    np.testing.assert_allclose(found, 60.0 * load * (1.0 - np.exp(-2.0 / 5.0)), rtol=1e-14)  # some roundings
+
+
+def test_a_motion_without_the_one_before_it_is_refused():
+    first, second, third = sequence(False, True, False)
+    for wrong in ([second], [first, third], [second, first], [first, replace(second, plant=nominal_plant()), third]):
+        outcomes = try_record(wrong, streams(*range(len(wrong))), threads=1)
+        with pytest.raises(PlantError, match=r"motion \d: drives warm up, but the preceding"):
+            raise next(o for o in outcomes if isinstance(o, Exception))
+
+
+def test_after_a_motion_that_failed_there_is_none():
+    first, second, third = sequence(False, True, False)
+    weak = replace(
+        first.plant, drives=replace(first.plant.drives, current_limit=np.array([480.0, 50.0, 240.0, 110.0, 80.0, 45.0]))
+    )
+    broken = replace(first, plant=weak)
+    outcomes = try_record([broken, second, third, *sequence(False)], streams(0, 1, 2, 3), threads=1)
+    assert [type(outcome) for outcome in outcomes[:3]] == [Saturated] * 3
+    assert outcomes[0] is outcomes[1] is outcomes[2]
+    assert not isinstance(outcomes[3], Exception)
+    for each in try_record([replace(broken, warm_up=9.0)], streams(0), threads=1):
+        assert str(each).startswith("warm-up before motion 0: drive of joint2 at its limit")
+
+
+STILL = [0.2, 0.3, 1.0, 0.1, 0.4, -0.2]
+RUN = 100
+"""Samples at 1 kHz that make a saturation too long."""
+
+
+@pytest.fixture(scope="module")
+def model():
+    return lean_model(nominal_plant(), loaded=False, step=1e-3)
+
+
+def fault_of(model, v: np.ndarray, q: np.ndarray | None = None):
+    still = np.tile(STILL, (len(v), 1)) if q is None else q
+    return fault(experiment(), model, still, v, unstable=False)
+
+
+def currents() -> np.ndarray:
+    return np.full((1000, 6), 3.0)
+
+
+def test_a_tenth_of_a_second_at_the_limit_is_too_long_and_a_sample_less_is_not(model):
+    assert SATURATED_TOO_LONG * experiment().controller.rate_hz == RUN
+    limit, v = experiment().plant.drives.current_limit, currents()
+    v[300 : 300 + RUN - 1, 2] = limit[2]
+    v[600 : 600 + RUN - 1, 2] = -limit[2]  # short bursts do not add up, nor do those of other joints
+    v[399 : 399 + RUN - 1, 4] = limit[4]
+    assert fault_of(model, v) is None
+    v[600 + RUN - 1, 2] = -limit[2]
+    found = fault_of(model, v)
+    assert isinstance(found, Saturated)
+    assert "drive of joint3 at its limit of 240 for more than 0.1 s from t = 0.600 s" in str(found)
+
+
+def test_the_first_saturation_is_named(model):
+    limit, v = experiment().plant.drives.current_limit, currents()
+    v[200:350, 1] = limit[1]
+    v[500:900, 3] = -limit[3]
+    assert "drive of joint2 at its limit of 480 for more than 0.1 s from t = 0.200 s" in str(fault_of(model, v))
+
+
+def test_the_first_joint_that_leaves_its_range_is_named_with_time_and_range(model):
+    v = currents()
+    q = np.tile(STILL, (len(v), 1))
+    low, high = model.jnt_range[4]
+    q[350:, 4], q[700:, 0] = high + 0.02, model.jnt_range[0][0] - 0.1
+    found = fault_of(model, v, q)
+    assert isinstance(found, LimitReached)
+    assert f"joint5 at {high + 0.02:.3f} rad leaves its range {low:.3f} to {high:.3f} rad at t = 0.350 s" in str(found)
+
+
+def test_a_joint_without_a_range_leaves_none(model):
+    endless = copy(model)
+    endless.jnt_range[3] = 0.0
+    assert STILL[3] != 0.0
+    q = np.tile(STILL, (1000, 1))
+    assert fault(experiment(), endless, q, currents(), unstable=False) is None
+    q[600:, 1] = model.jnt_range[1, 1] + 0.3
+    assert "joint2" in str(fault(experiment(), endless, q, currents(), unstable=False))
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "message"),
+    [
+        ({"step": 1e-12}, PlantError, r"2 s in steps of 1e-12 s are 2e\+12 steps; 5e\+07 at most"),
+        ({"step": 0.0}, PlantError, r"step = 0 s: expected a positive number"),
+        ({"step": -1e-3}, PlantError, r"step = -0\.001 s: expected a positive"),
+        ({"step": np.nan}, PlantError, r"step = nan s: expected a positive"),
+        ({"step": 1.0}, PlantError, r"step 1 s does not divide the control period 0\.001 s"),
+        ({"trajectory": short_motion(duration=1e9)}, PlantError, r"1e\+09 s in steps of 0\.001 s"),
+        (
+            {"trajectory": short_motion(duration=400.0), "controller": ControllerOptions(rate_hz=1e5), "step": 1e-5},
+            PlantError,
+            r"400 s at 100000 Hz are 4e\+07 samples of 6 joints; 5e\+07 numbers at most",
+        ),
+    ],
+)
+def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once(changes, kind, message):
+    started = time.process_time()
+    (outcome,) = try_record([experiment(**changes)], streams(0), threads=1)
+    assert type(outcome) is kind
+    with pytest.raises(kind, match=message):
+        raise outcome
+    assert "\n" not in str(outcome)
+    assert time.process_time() - started < 1.0
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: nominal_plant(gain=np.full(6, 1e308)),
+        lambda: nominal_plant(rotor_inertia=np.full(6, 1e10)),
+        lambda: nominal_plant(amplifier_offset=np.full(6, -1e10)),
+        lambda: nominal_plant(replace(CYLINDER, mass=1e9)),
+        lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
+        lambda: nominal_plant(replace(CYLINDER, mass=np.nan)),
+        lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
+        lambda: nominal_plant(replace(CYLINDER, com=(0.0, 0.0, -1e3))),
+        lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
+        lambda: nominal_plant(errors=ModelErrors(joint_compliance=(1e3,) * 6)),
+        lambda: nominal_plant(errors=ModelErrors(gravity_spring=1e300)),
+        lambda: nominal_plant(errors=ModelErrors(stribeck_speed=1e-300)),
+        lambda: replace(BELIEF, gain=(1e308,) * 6),
+        lambda: replace(BELIEF, rotor_inertia=(np.inf,) * 6),
+        lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
+    ],
+)
+def test_absurd_numbers_are_refused(make):
+    with pytest.raises(PlantError) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+def test_a_payload_that_no_body_can_be_is_refused_with_its_mass():
+    impossible = replace(
+        CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)
+    )  # more about z than about x and y together
+    (outcome,) = try_record([experiment(plant=nominal_plant(impossible), loaded=True)], streams(0), threads=1)
+    with pytest.raises(PlantError, match=r"rx90\.xml with a payload of 7\.025 kg: "):
+        raise outcome
+
+
+def test_a_simulation_that_diverges_says_so_and_mujoco_says_nothing(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    wild = nominal_plant(gain=-1e6 * np.ones(6), current_limit=np.full(6, 1e9))
+    for threads in (1, 2):
+        outcomes = try_record([experiment(plant=wild), experiment()], streams(0, 1), threads=threads)
+        assert type(outcomes[0]) is Diverged
+        assert not isinstance(outcomes[1], SimulationError)
+    assert not list(tmp_path.iterdir())
+    captured = capfd.readouterr()
+    assert (captured.out, captured.err) == ("", "")
+
+
+AFTERWARDS = """
+import mujoco, numpy as np
+from pathlib import Path
+from plants import nominal_plant
+from sim.compile import plant_model
+from sim.model_spec import silenced
+
+model = plant_model(nominal_plant(), loaded=False, step=1e-3)
+
+def fall(data):
+    data.qpos[0] = np.nan
+    mujoco.mj_step(model, data)
+
+try:
+    with silenced():
+        fall(mujoco.MjData(model))
+        raise ZeroDivisionError
+except ZeroDivisionError:
+    assert not list(Path().iterdir())
+fall(mujoco.MjData(model))
+assert [path.name for path in Path().iterdir()] == ["MUJOCO_LOG.TXT"]
+"""
+
+
+def test_mujoco_s_own_log_is_as_before_afterwards(tmp_path):
+    # In a process of its own: MuJoCo keeps to the log file that it has opened first.
+    paths = {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests" / "helpers")])}
+    done = subprocess.run(
+        [sys.executable, "-c", AFTERWARDS], cwd=tmp_path, env=os.environ | paths, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Nan, Inf" in done.stderr
+
+
+HOME = np.array([[0.2, 0.3, 1.0, 0.1, 0.4, -0.2]])
+HOLDING = FourierTrajectory(HOME[0], np.zeros((6, 2)), np.zeros((6, 2)), 0.5)
+SOFT = ModelErrors(joint_compliance=(1e-5,) * 6, backlash=0.01)
+
+
+def held(loaded: bool) -> np.ndarray:
+    """Currents that hold the arm where it is [drive units], shape (6,): gravity, by MuJoCo, over the gain."""
+    plant = nominal_plant()
+    robot, drives = plant.robot, plant.drives
+    model = bare_arm(robot.model, drives.rotor_inertia, robot.flange, plant.payload if loaded else None)
+    torque = inverse_dynamics(model, HOME, np.zeros((1, 6)), np.zeros((1, 6)))[0]
+    return drives.amplifier_offset + (torque + drives.coulomb_asymmetry) / drives.gain
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+@pytest.mark.parametrize("errors", [None, SOFT])
+def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, errors):
+    need, limit = np.abs(held(loaded)), nominal_plant().drives.current_limit.copy()
+    for share, joint in ((1.001, 2), (0.999, 2)):
+        limit[joint - 1] = share * need[joint - 1]
+        e = experiment(plant=nominal_plant(current_limit=limit, errors=errors), trajectory=HOLDING, loaded=loaded)
+        if share > 1.0:
+            check_torque_limits([e])
+    advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
+    said = rf"drive of joint2 would need up to {need[1]:.4g} where its limit is {limit[1]:g}, for more than 0\.1 s from"
+    with pytest.raises(Saturated, match=said):
+        check_torque_limits([e])
+    with pytest.raises(Saturated, match=advice):
+        check_torque_limits([e])
+
+
+def test_the_motion_that_cannot_be_borne_is_named():
+    limit = 0.5 * (np.abs(held(False)) + np.abs(held(True)))  # between bare and loaded
+    limit[[0, 2, 3, 4, 5]] = 1e3
+    plant = nominal_plant(current_limit=limit)
+    moves = [
+        experiment(name=name, plant=plant, trajectory=HOLDING, loaded=name == "heavy") for name in ("bare", "heavy")
+    ]
+    check_torque_limits(moves[:1])
+    with pytest.raises(Saturated, match=r"^heavy: drive of joint2 "):
+        check_torque_limits(moves)

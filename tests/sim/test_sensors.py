@@ -2,14 +2,13 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from plants import experiment, short_motion, streams
+from plants import experiment, streams
 from scipy import signal
 
 from sim.errors import PlantError
 from sim.record import record
 from sim.sensors import (
     SENSORS,
-    STREAMS,
     SensorOptions,
     check_rate,
     logged,
@@ -18,7 +17,7 @@ from sim.sensors import (
     without_spectrum,
 )
 from sim.sensors.current import coloured_noise
-from sim.sensors.sensor import Log, NoiseStreams
+from sim.sensors.sensor import Log
 
 
 def encoders(readings: np.ndarray, *options: SensorOptions, seed: int = 0) -> np.ndarray:
@@ -50,11 +49,6 @@ def test_noise_comes_before_the_quantum_and_simulations_have_their_own_of_both()
         np.testing.assert_array_equal(read[:, i], expected)
 
 
-def test_encoders_without_noise_and_quantum_are_left_out_of_the_loop():
-    noise = noise_streams(np.random.default_rng(0))
-    assert SENSORS["encoder"].reader([SensorOptions()], [noise], 6) is None
-
-
 def test_coloured_noise_is_as_strong_in_its_first_samples_as_later():
     # 4000 starts of 20 samples; settled already, the deviation of each is 1 within 4 / sqrt(2 * 4000) = 4.5 %.
     noise = np.stack([coloured_noise((20, 1), 1000.0, 7.0, np.random.default_rng(k))[:, 0] for k in range(4000)])
@@ -69,27 +63,6 @@ def test_a_delay_is_in_seconds_at_any_rate(rate):
     # Rounding of times up to 0.5 s against a period of 1 ms.
     np.testing.assert_allclose(log.v[4:], expected, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(log.q, v)
-
-
-def test_both_motions_and_all_sensors_have_noise_of_their_own():
-    first, second = streams(3, 4)
-    drawn = [each[name].standard_normal(3) for each in (first, second) for name in ("encoder", "white", "clock")]
-    assert len({tuple(row) for row in drawn}) == 6
-    same = noise_streams(np.random.default_rng(3))
-    encoder, current, clock = np.random.default_rng(3).spawn(3)
-    for name, generator in (("encoder", encoder), ("white", current), ("clock", clock)):
-        np.testing.assert_array_equal(same[name].standard_normal(5), generator.standard_normal(5))
-    assert same["white"] is same["coloured"]
-    assert STREAMS == ("encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples")
-
-
-def test_a_replaced_stream_leaves_the_others():
-    own = np.random.default_rng(9)
-    before = noise_streams(np.random.default_rng(3))
-    after = before.replaced({"coloured": own})
-    assert isinstance(after, NoiseStreams)
-    assert after["coloured"] is own
-    assert all(after[name] is before[name] for name in ("encoder", "white", "clock"))
 
 
 @pytest.mark.parametrize(
@@ -114,23 +87,12 @@ def test_a_cut_off_that_does_not_fit_the_rate_is_refused(cutoff):
         record([experiment(sensors=sensors)], streams(0), threads=1)
 
 
-@pytest.mark.parametrize("cutoff", [0.01, 499.9])
-def test_a_cut_off_at_either_end_of_what_the_rate_allows_is_taken(cutoff):
-    check_rate(SensorOptions(current_coloured=0.1, coloured_cutoff_hz=cutoff), 1000.0)
-
-
 def test_noise_is_in_proportion_to_the_rms_current_of_its_own_joint():
     v = np.array([2.0, -30.0, 0.5]) * np.ones((50_000, 3))
     options = replace(SensorOptions(), current_white=0.04, current_coloured=0.03, coloured_cutoff_hz=200.0)
     noise = logged(v, v, 1000.0, options, noise_streams(np.random.default_rng(2))).v - v
     # Independent, so that variances add; of 5e4 samples, correlated over some 3: 4 sigma are 2 %.
     np.testing.assert_allclose(noise.std(axis=0) / [2.0, 30.0, 0.5], np.hypot(0.04, 0.03), rtol=0.02)
-
-
-def test_the_first_reading_is_taken_at_the_start_of_the_motion():
-    silent = experiment(sensors=SensorOptions())
-    (recording,) = record([silent], streams(0), threads=1)
-    np.testing.assert_array_equal(recording.q[0], short_motion()(np.zeros(1))[0][0])
 
 
 def log_of(*, rate: float = 250.0, samples: int = 400) -> Log:
@@ -187,15 +149,6 @@ def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
             expected.append((log.t[k], *log.q[last], *log.v[last]))
     np.testing.assert_array_equal(np.column_stack((seen.t, seen.q, seen.v)), expected)
     assert (seen.t[0], seen.t[-1]) == (log.t[0], log.t[-1])
-
-
-@pytest.mark.parametrize("name", ["samples_lost", "samples_repeated"])
-def test_samples_are_lost_or_repeated_by_themselves_too(name):
-    log, (noise,) = log_of(), streams(6)
-    seen = SENSORS["samples"].logs(SensorOptions(**{name: 0.3}), log, noise)
-    assert (len(seen.t) < 400) == (name == "samples_lost")
-    again = np.all(seen.q[1:] == seen.q[:-1], axis=1)
-    assert again.any() == (name == "samples_repeated")
 
 
 def test_noise_of_a_log_is_what_its_equations_say():

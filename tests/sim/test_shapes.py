@@ -1,11 +1,83 @@
-import numpy as np
-from plants import nominal_plant
-from robot_folders import robot_folder
+from dataclasses import replace
 
+import mujoco
+import numpy as np
+import pytest
+from plants import RX90, nominal_plant
+from robot_folders import arm_xml, robot_folder
+
+from scenarios.experiments.build import setup_of
+from scenarios.experiments.files.loading import load_scenario
+from sim.appearance import JOINT, LINKS, drawn_arm
 from sim.clearance import Clearance
+from sim.errors import ModelFileError
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
 from sim.shapes import Solid, flange_of
+
+
+def robot(tmp_path, change=lambda text: text):
+    found = read_robot(robot_folder(tmp_path, 2))
+    found.model.write_text(change(arm_xml(2)))
+    return found
+
+
+def on_last(text: str, element: str) -> str:
+    """An element on the last link."""
+    return text.replace("</body></body>", f"{element}</body></body>")
+
+
+def test_the_rx90_s_flange_is_its_site():
+    flange = flange_of(RX90)
+    np.testing.assert_allclose(flange.origin, [0.0, 0.0, 0.085], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(flange.rotation, np.eye(3), rtol=0, atol=1e-14)  # a product of seven rotations
+    assert flange.name == "flange"
+
+
+@pytest.mark.parametrize("joint", ["0 0 0", "0.04 -0.013 0.027"])
+@pytest.mark.parametrize(
+    ("element", "name"),
+    [
+        ('<site name="flange" pos="0.1 0.02 -0.03" xyaxes="0 1 0 0 0 1"/>', "flange"),
+        ('<body name="tool0" pos="0.1 0.02 -0.03" xyaxes="0 1 0 0 0 1"/>', "tool0"),
+        (
+            '<body name="tip" pos="0.1 0 0"><site name="attachment_site" pos="0 0.02 -0.03" '
+            'xyaxes="0 1 0 0 0 1"/></body>',
+            "attachment_site",
+        ),
+    ],
+)
+def test_a_site_or_body_of_a_known_name_on_the_last_link_is_the_flange_seen_from_its_joint(
+    tmp_path, element, name, joint
+):
+    def change(text: str) -> str:
+        return on_last(text.replace('<joint name="axis2"', f'<joint pos="{joint}" name="axis2"'), element)
+
+    flange = flange_of(robot(tmp_path, change))
+    assert flange.name == name
+    from_joint = np.subtract([0.1, 0.02, -0.03], np.array(joint.split(), dtype=float))
+    np.testing.assert_allclose(flange.origin, from_joint, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(flange.rotation, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], rtol=0, atol=1e-15)
+
+
+def test_without_one_the_last_joint_s_axis_stands_for_it_and_a_flange_elsewhere_does_not_count(tmp_path):
+    def change(text: str) -> str:
+        text = text.replace('<joint name="axis2"', '<joint pos="0.03 -0.01 0.02" name="axis2"')
+        return text.replace("<worldbody>", '<worldbody><site name="flange" pos="1 0 0"/>')
+
+    flange = flange_of(robot(tmp_path, change))
+    assert flange.name == ""
+    np.testing.assert_array_equal(flange.origin, np.zeros(3))  # payloads are measured from there
+    np.testing.assert_allclose(flange.rotation[:, 2], [0.0, 1.0, 0.0], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(flange.rotation.T @ flange.rotation, np.eye(3), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(np.linalg.det(flange.rotation), 1.0, rtol=1e-14)
+
+
+def test_a_model_that_cannot_be_compiled_is_refused_by_name(tmp_path):
+    broken = robot(tmp_path, lambda text: text.replace("<worldbody>", "<worldbody><nonsense/>"))
+    with pytest.raises(ModelFileError, match=r"robot model .*arm\.xml: "):
+        flange_of(replace(broken))
+
 
 MARGIN = 0.2
 
@@ -43,6 +115,8 @@ BARE_ARM = f"""<mujoco><worldbody>
           <body name="e" pos="0 0 0.2">{BODY.format("j5", "0 1 0")}
           {{flange}}</body></body></body></body></body>
   {{floor}}</worldbody></mujoco>"""
+
+
 LIGHT = PayloadBody(mass=1e-3, com=(0.0, 0.0, 0.0), inertia=(1e-8, 1e-8, 1e-9, 0.0, 0.0, 0.0))
 
 
@@ -66,13 +140,6 @@ def test_an_arm_without_shapes_has_capsules_of_a_share_of_their_length_over_a_fl
     # end of link a, 0.048 m thick, 0.3 - 0.02 - 0.2 m below that of d.
     folded = distances(capsule_plant(tmp_path), [0.0, 0.0, np.pi, 0.0, 0.0], margin=0.2)[0]
     assert abs(folded - (0.08 - 0.048 - 0.0276)) < 1e-6
-
-
-def test_capsules_that_meet_at_a_joint_or_share_a_neighbour_are_not_compared_and_others_are(tmp_path):
-    plant = capsule_plant(tmp_path)
-    folded = distances(plant, [0.0, 0.0, 2.9, 0.0, 0.0], [0.0, 3.0, 0.0, 0.0, 0.0], margin=0.01)
-    assert folded[0] == 0.01  # link d along link b, which meet but for c, too short for a capsule
-    assert folded[1] < 0.0  # link d into link a
 
 
 def test_a_flange_ends_the_last_capsule_and_a_floor_of_the_file_s_own_is_the_only_one(tmp_path):
@@ -110,13 +177,6 @@ def test_an_arm_that_hangs_or_stands_in_the_floor_has_none(tmp_path):
     assert distances(plant, [np.pi, 0.0, 0.0, 0.0, 0.0], margin=0.2)[0] == 0.2
 
 
-def test_bodies_without_a_name_are_compared_like_others(tmp_path):
-    poses = [[0.0, 2.9, 0.1, 0.2, 0.0], [1.2, 0.3, 2.0, 0.0, 0.3]]
-    np.testing.assert_array_equal(
-        distances(capsule_plant(tmp_path, name=""), *poses), distances(capsule_plant(tmp_path), *poses)
-    )
-
-
 def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_beside_it_is_not(tmp_path):
     shape = '<geom type="capsule" fromto="0 0 0 0 0 0.{}" size="0.05"/>'
     text = BARE_ARM.format(
@@ -131,21 +191,6 @@ def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_besi
     assert over == 0.1  # it lies on the base, the others beside it
     # The second link's end is in the floor, and the first one's is not.
     np.testing.assert_allclose(low, 0.5 + 0.4 * np.cos(2.3) + 0.3 * np.cos(2.6) - 0.05, rtol=0, atol=1e-6)
-
-
-def test_a_base_drawn_in_the_world_beside_a_floor_is_not_compared_with_the_second_link(tmp_path):
-    shape = '<geom type="capsule" fromto="0 0 0 0 0 0.{}" size="0.05"/>'
-    text = BARE_ARM.format(
-        name='name="b"', flange="",
-        floor='<geom type="plane" size="1 1 1"/><geom type="box" pos=".35 0 .9" size=".1 .1 .1"/>',
-    )  # fmt: skip
-    for joint, length in (("j1", 4), ("j2", 3), ("j5", 2)):
-        text = text.replace(f'<joint name="{joint}"', f'{shape.format(length)}<joint name="{joint}"')
-    plant = capsule_plant(tmp_path)
-    plant.robot.model.write_text(text)
-    # The second link ends in the box; the last one begins 0.22 m above its middle, 0.05 m of it its radius.
-    (inside,) = distances(plant, [0.0, np.pi / 2, -np.pi / 2, 0.0, 0.0], margin=0.15)
-    np.testing.assert_allclose(inside, 0.22 - 0.05 - 0.1, rtol=0, atol=1e-6)
 
 
 def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
@@ -173,3 +218,57 @@ def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(t
     free = Clearance(Plant(robot=robot, drives=robot.drives, payload=LIGHT), 0.2, [])
     assert free.always_near == ()
     assert free.nearest(np.array([0.0, 0.0, np.pi, 0.0, 0.0])) == ("a", "e")
+
+
+BAR = PayloadBody(mass=1.3, com=(0.13, -0.05, 0.19), inertia=(0.002, 0.003, 0.002, 0.0, 0.0, 0.0))
+MET = 1e-3
+"""Shapes nearer than this touch [m]: they are placed on each other to rounding."""
+
+
+def pieces(spec: mujoco.MjSpec, seed: int) -> int:
+    """How many unconnected parts a drawing consists of, its joints at random positions."""
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-1.0, 1.0)).T
+    rng = np.random.default_rng(seed)
+    data.qpos[:] = rng.choice([lower, rng.uniform(lower, upper), upper])  # at the ends of their ranges too
+    mujoco.mj_kinematics(model, data)
+    left = {g for g in range(model.ngeom) if model.geom_type[g] != mujoco.mjtGeom.mjGEOM_PLANE}
+    count = 0
+    while left:
+        group, count = [left.pop()], count + 1
+        while group:
+            one = group.pop()
+            near = {g for g in left if mujoco.mj_geomDistance(model, data, one, g, 2 * MET, None) < MET}
+            left -= near
+            group += near
+    return count
+
+
+@pytest.mark.parametrize("name", ["panda", "so101", "stanford", "tx40", "ur10e", "yam"])
+def test_built_in_arms_are_drawn_in_one_piece_wherever_their_joints_are(name):
+    plant = setup_of(load_scenario(name)).experiments[1].plant
+    for seed in range(5):
+        assert pieces(drawn_arm(plant.robot, plant.payload), seed) == 1
+
+
+@pytest.mark.parametrize("joints", [1, 3, 7])
+def test_an_arm_of_frames_alone_is_drawn_in_one_piece_with_its_payload(tmp_path, joints):
+    robot = read_robot(robot_folder(tmp_path, joints))
+    for seed in range(3):
+        assert pieces(drawn_arm(robot, BAR), seed) == 1
+
+
+def test_links_alternate_in_colour_and_joints_have_another(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 4))
+    spec = drawn_arm(robot, None)
+    for k, joint in enumerate(spec.joints):
+        colours = {tuple(np.float32(geom.rgba)) for geom in joint.parent.geoms}
+        assert colours <= {tuple(np.float32(LINKS[k % 2])), tuple(np.float32(JOINT))}
+        assert tuple(np.float32(JOINT)) in colours
+
+
+def test_an_arm_with_colours_of_its_own_is_left_as_it_is_drawn():
+    own = mujoco.MjSpec.from_file(str(RX90.model))
+    drawn = drawn_arm(RX90, None)
+    assert [(g.name, g.material) for g in drawn.geoms] == [(g.name, g.material) for g in own.geoms]

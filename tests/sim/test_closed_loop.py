@@ -1,0 +1,328 @@
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
+
+import rx90_mjcf
+from sim.closed_loop import ControlPeriods
+from sim.compile import lean_model
+from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
+from sim.effects import ModelErrors
+from sim.errors import PlantError
+from sim.experiment import Experiment
+from sim.record import record
+from sim.sensors import SENSORS, SensorOptions
+from sim.trajectory import FourierTrajectory, at_rest
+
+TUNING = ControllerOptions(
+    rate_hz=400.0, bandwidth_hz=5.3, damping=0.37, integral_hz=0.7, velocity_cutoff_hz=61.0, feedforward=0.83
+)
+
+
+GAIN = np.array([1.3, -0.7, 0.9, 2.1, -1.7, 0.4])
+LIMIT = np.array([62.0, 290.0, 27.0, 7.3, 4.4, 10.9])
+PERIODS = 300
+
+
+def documented(q: np.ndarray) -> np.ndarray:
+    """Currents for given readings: `sim.control_law` and `sim.controller` as written there, by scalars."""
+    motion = short_motion()
+    arm = pin.buildModelFromMJCF(str(RX90.model))
+    arm.armature = np.array(BELIEF.rotor_inertia)
+    data, T = arm.createData(), 1.0 / 400.0
+    samples = round(motion.duration * 400.0) + 1
+    q_ref, dq_ref, ddq_ref = motion(T * np.arange(samples))
+    every = q_ref[:: max(1, samples // 50)]
+    M = np.mean([np.diag(pin.crba(arm, data, each)) for each in every], axis=0)
+    w, b = 2 * np.pi * 5.3, 1 - np.exp(-2 * np.pi * 61.0 * T)
+    v = np.empty_like(q)
+    for j in range(6):
+        Kp, Kd = M[j] * w * w, 2 * 0.37 * w * M[j]
+        Ki = 2 * np.pi * 0.7 * Kp
+        dq = s = 0.0
+        before = q[0, j]
+        for k in range(len(q)):
+            dq = dq + b * ((q[k, j] - before) / T - dq)
+            before = q[k, j]
+            s = s + Ki * T * (q_ref[k, j] - q[k, j])
+            tau = 0.83 * pin.rnea(arm, data, q_ref[k], dq_ref[k], ddq_ref[k])[j]
+            wanted = (Kp * (q_ref[k, j] - q[k, j]) + Kd * (dq_ref[k, j] - dq) + s + tau) / GAIN[j]
+            v[k, j] = max(-LIMIT[j], min(LIMIT[j], wanted))
+    return v
+
+
+def commanded(
+    controllers: list[Controller], readings: np.ndarray, limits: np.ndarray, *, length: int = 70
+) -> np.ndarray:
+    """Currents for given readings, shape (N, B, n), so many control periods at a time, within the drives' limits."""
+    periods, out = ControlPeriods(controllers, length), []
+    periods.switch_on(readings[0])
+    for start in range(0, len(readings), length):
+        rows = slice(start, min(start + length, len(readings)))
+        for k, row in enumerate(range(rows.start, rows.stop)):
+            periods.reference[k] = [c.reference[row] for c in controllers]
+            if periods.q_ref is not None:
+                periods.q_ref[k] = [c.q_ref[row] for c in controllers]
+            periods.reading[k] = readings[row]
+            out.append(np.clip(periods.command(k), -limits, limits))
+        periods.go_on()
+    return np.array(out)
+
+
+def readings(rng: np.random.Generator) -> np.ndarray:
+    """Lopsided readings near the reference: near enough for currents inside their limits now and then."""
+    q = short_motion()(np.arange(PERIODS) / 400.0)[0]
+    return q + 0.01 * np.sin(np.outer(np.arange(PERIODS), [0.09, 0.15, 0.11, 0.17, 0.13, 0.16])) + 0.0003
+
+
+def test_the_law_is_what_its_docstring_says_saturation_on_both_sides_included(rng):
+    q = readings(rng)
+    controller = tuned(replace(BELIEF, gain=tuple(GAIN.tolist())), short_motion(), TUNING)
+    expected = documented(q)
+    for j in range(6):
+        assert (expected[:, j] == LIMIT[j]).any(), f"joint {j + 1} never at its upper limit"
+        assert (expected[:, j] == -LIMIT[j]).any(), f"joint {j + 1} never at its lower limit"
+    assert (np.abs(expected) < LIMIT).mean() > 0.2
+    v = commanded([controller], q[:, None, :], LIMIT[None])[:, 0]
+    # Differences of positions times 1e4 N m/rad: four digits of 16 lost, and the integral of 300 of them.
+    np.testing.assert_allclose(v, expected, rtol=0, atol=1e-8)
+
+
+def test_controllers_of_a_batch_have_each_their_own_constants(rng):
+    first = tuned(BELIEF, short_motion(), TUNING)
+    other = tuned(
+        replace(BELIEF, gain=(0.6, 1.4, 0.8, -1.2, 2.2, 1.9)),
+        short_motion(),
+        replace(TUNING, bandwidth_hz=3.1, velocity_cutoff_hz=29.0, damping=0.9, integral_hz=0.0),
+    )
+    q = np.stack((readings(rng), readings(rng) - 0.003), axis=1)
+    limits = np.stack((LIMIT, 2.5 * LIMIT))
+    together = commanded([first, other], q, limits)
+    for i, controller in enumerate((first, other)):
+        alone = commanded([controller], q[:, i : i + 1], limits[i : i + 1])
+        np.testing.assert_array_equal(together[:, i : i + 1], alone)
+
+
+def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
+    sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
+    belief = replace(BELIEF, gain=(1.1, 0.9, 1.2, 0.8, 1.3, 0.7))
+    options = ControllerOptions(bandwidth_hz=7.0, integral_hz=0.4, velocity_cutoff_hz=90.0)
+    run = experiment(sensors=sensors, belief=belief, controller=options)
+    largest = np.abs(record([run], streams(4), threads=1)[0].v).max(axis=0)
+    for limit in (1.1 * largest, 0.99 * largest):
+        (recording,) = record([replace(run, plant=nominal_plant(current_limit=limit))], streams(4), threads=1)
+        controller = tuned(belief, run.trajectory, options)
+        v = commanded([controller], recording.q[:, None, :], limit[None])[:, 0]
+        np.testing.assert_array_equal(recording.v, v)
+        assert (np.abs(v) == limit).any() == (limit < largest).all()
+
+
+def test_what_the_controller_divides_by_is_its_belief_and_not_the_truth():
+    true = nominal_plant(gain=np.array([0.7, 1.6, 0.8, 1.5, 0.6, 1.9]))
+    sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
+    v = [record([experiment(plant=p, sensors=sensors)], streams(0), threads=1)[0].v[0] for p in (nominal_plant(), true)]
+    np.testing.assert_array_equal(*v)
+
+
+def test_gains_wired_backwards_are_driven_by_a_controller_that_knows_it():
+    gain = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
+    plant, belief = nominal_plant(gain=gain), replace(BELIEF, gain=tuple(gain.tolist()))
+    sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
+    offset = np.zeros(6)
+    turned, plain = (
+        record([experiment(plant=p, belief=b, sensors=sensors)], streams(0), threads=1)[0]
+        for p, b in (
+            (replace(plant, drives=replace(plant.drives, amplifier_offset=offset)), belief),
+            (
+                replace(plant, drives=replace(plant.drives, gain=np.abs(gain), amplifier_offset=offset)),
+                replace(belief, gain=tuple(np.abs(gain).tolist())),
+            ),
+        )
+    )
+    np.testing.assert_array_equal(turned.q, plain.q)
+    np.testing.assert_array_equal(turned.v, np.sign(gain) * plain.v)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"rate_hz": 0.0}, r"controller: rate_hz = 0: expected 1 to 100000 Hz"),
+        ({"rate_hz": 1e9}, r"controller: rate_hz = 1e\+09: expected 1 to 100000 Hz"),
+        ({"bandwidth_hz": 0.0}, r"bandwidth_hz = 0: expected more than 0 to 10000 Hz"),
+        ({"damping": -0.1}, r"damping = -0\.1: expected 0 to 100$"),
+        ({"feedforward": np.nan}, r"feedforward = nan: expected a finite number"),
+    ],
+)
+def test_impossible_tunings_are_refused(values, message):
+    with pytest.raises(PlantError, match=message):
+        ControllerOptions(**values)
+
+
+def test_the_feedforward_is_the_believed_arm_s_inverse_dynamics_over_the_believed_gain():
+    gain = np.array([1.1, 0.9, -1.0, 1.2, 0.8, 1.0])
+    motion, options = short_motion(), ControllerOptions()
+    controller = tuned(replace(BELIEF, gain=tuple(gain.tolist())), motion, options)
+    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
+    arm.armature = np.array(BELIEF.rotor_inertia)
+    data = arm.createData()
+    for k in (0, 400, 1300):
+        q, dq, ddq = (x[0] for x in motion(np.array([1e-3 * k])))
+        torque = gain * (controller.reference[k] - controller.kp * q - controller.kd * dq)
+        # Subtracting the position term, 1e4 N m, costs four digits of 16.
+        np.testing.assert_allclose(torque, pin.rnea(arm, data, q, dq, ddq), rtol=0, atol=1e-9)
+
+
+def test_one_motion_is_tabulated_once():
+    motion, options = short_motion(), ControllerOptions()
+    equal = ControllerBelief(mjcf=BELIEF.mjcf, gain=BELIEF.gain, rotor_inertia=BELIEF.rotor_inertia)
+    assert tuned(BELIEF, motion, options) is tuned(equal, motion, ControllerOptions())
+    assert tuned(BELIEF, short_motion(), options) is not tuned(BELIEF, motion, options)
+
+
+def test_the_controller_does_not_know_the_true_rotors():
+    # The first current depends on the controller alone: the arm has not moved yet.
+    true, heavier = (nominal_plant(rotor_inertia=k * RX90.drives.rotor_inertia) for k in (1.0, 1.5))
+    first, second = (record([experiment(plant=p)], streams(0), threads=1)[0] for p in (true, heavier))
+    assert np.abs(first.q[500] - second.q[500]).max() > 1e-6
+    exact = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
+    v = [record([experiment(plant=p, sensors=exact)], streams(0), threads=1)[0].v[0] for p in (true, heavier)]
+    np.testing.assert_array_equal(*v)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"gain": (1.0, 1.0)}, "2 gains and 6 rotor inertias; expected one per joint"),
+        ({"gain": (1.0, 0.0, 1.0, 1.0, 1.0, 1.0)}, "has a zero; expected nonzero gains"),
+    ],
+)
+def test_impossible_beliefs_are_refused(values, message):
+    with pytest.raises(PlantError, match=message):
+        replace(BELIEF, **values)
+
+
+def test_a_belief_in_another_arm_is_refused():
+    belief = replace(BELIEF, gain=(1.0, 1.0), rotor_inertia=(1.0, 1.0))
+    with pytest.raises(PlantError, match="6 joints, but the controller's model has 2"):
+        tuned(belief, short_motion(), ControllerOptions())
+
+
+def test_a_motion_of_another_arm_is_refused():
+    motion = at_rest(np.zeros(5), np.zeros((5, 2)), np.full((5, 2), 0.1), 2.0)
+    with pytest.raises(PlantError, match="the motion moves 5 joints of an arm with 6"):
+        tuned(BELIEF, motion, ControllerOptions())
+
+
+WIRED = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
+NATIVE = ControllerOptions(law="native", bandwidth_hz=7.0, damping=0.6, velocity_cutoff_hz=90.0, feedforward=0.9)
+NOISE = 3e-5
+LAWS = ("filtered", "native")
+
+
+def native(**changes) -> Experiment:
+    """Drives wired both ways and with offsets, a controller that believes in other gains, noisy encoders."""
+    plant = nominal_plant(
+        gain=WIRED, amplifier_offset=np.array([0.8, -1.1, 0.4, 0.3, -0.2, 0.1]), coulomb_asymmetry=np.linspace(-1, 1, 6)
+    )
+    belief = replace(BELIEF, gain=tuple((1.1 * WIRED).tolist()))
+    run = experiment(
+        plant=plant, belief=belief, controller=NATIVE, sensors=SensorOptions(encoder_noise=NOISE), loaded=True
+    )
+    return replace(run, **changes)
+
+
+def stepped(run: Experiment, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Readings before they are rounded, and currents: the law as `sim.servo` writes it, in every step."""
+    controller = tuned(run.belief, run.trajectory, run.controller)
+    model, limit = lean_model(run.plant, loaded=run.loaded, step=run.step), run.plant.drives.current_limit
+    if run.plant.errors.wrist_coupling:  # Euler takes viscous friction of a coupled motor as it is when a step begins
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    data, N = mujoco.MjData(model), len(controller.reference)
+    data.qpos[:] = controller.q_ref[0]
+    e, speed = NOISE * streams(seed)[0]["encoder"].standard_normal((N, 6)), np.zeros(6)
+    q, v = np.empty((2, N, 6))
+    for k in range(N):
+        q[k] = data.qpos + e[k]
+        speed += controller.blend * ((e[k] - e[max(k - 1, 0)]) * run.controller.rate_hz - speed)
+        wanted = controller.reference[k] - controller.kp * q[k] - controller.kd * (data.qvel + speed)
+        v[k] = data.ctrl[:] = np.clip(wanted, -limit, limit)
+        mujoco.mj_step(model, data)
+    return q, v
+
+
+@pytest.mark.parametrize("errors", [{}, {"wrist_coupling": 1.0}])
+def test_the_native_law_is_what_its_docstring_says_saturation_included(errors):
+    run = native()
+    run = replace(run, plant=replace(run.plant, errors=ModelErrors(**errors)))
+    largest = np.abs(record([run], streams(4), threads=1)[0].v).max(axis=0)
+    for limit in (1.1 * largest, 0.97 * largest):
+        limited = replace(run, plant=replace(run.plant, drives=replace(run.plant.drives, current_limit=limit)))
+        (log,) = record([limited], streams(4), threads=1)
+        q, v = stepped(limited, 4)
+        assert (np.abs(v) == limit).any() == (limit < largest).all()
+        # Rounding, over 2000 steps; friction at rest magnifies it, the position gain is some 3e3 drive units a radian.
+        np.testing.assert_allclose(log.q, q, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(log.v, v, rtol=0, atol=3e-6)
+
+
+def test_the_quantum_is_in_the_log_alone():
+    fine, coarse = (
+        record([native(sensors=SensorOptions(encoder_noise=NOISE, encoder_quantum=each))], streams(1), threads=1)[0]
+        for each in (0.0, 1e-4)
+    )
+    np.testing.assert_array_equal(coarse.v, fine.v)
+    np.testing.assert_array_equal(coarse.q, np.rint(fine.q / 1e-4) * 1e-4)
+
+
+def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
+    filtered = replace(NATIVE, law="filtered")
+    runs = [native(), native(controller=filtered), native(loaded=False), native(controller=replace(NATIVE, damping=1))]
+    together = record(runs, streams(1, 2, 3, 4), threads=1)
+    for i, run in enumerate(runs):
+        (alone,) = record([run], streams(i + 1), threads=1)
+        np.testing.assert_array_equal(together[i].q, alone.q)
+        np.testing.assert_array_equal(together[i].v, alone.v)
+
+
+def test_either_law_keeps_the_arm_on_the_same_motion():
+    filtered, fast = (record([native(controller=replace(NATIVE, law=law))], streams(0), threads=1)[0] for law in LAWS)
+    motion: FourierTrajectory = native().trajectory
+    off = np.abs(filtered.q - motion(filtered.t)[0]).max()
+    assert 0.0 < np.abs(filtered.q - fast.q).max() < 0.1 * off
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"controller": replace(NATIVE, integral_hz=0.5)},
+            r'^motion: controller\.law = "native" does not integrate, but integral_hz = 0\.5; set it to 0, or use '
+            r'controller\.law = "filtered"$',
+        ),
+        (
+            {"step": 5e-4},
+            r"needs one physics step per control period, but there are 2; set step = 0\.001, or use",
+        ),
+        (
+            {"plant": nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))},
+            "cannot simulate a model error that acts in every control period, as cogging does; use",
+        ),
+    ],
+)
+def test_what_the_native_law_cannot_do_is_refused(changes, message):
+    with pytest.raises(PlantError, match=message):
+        record([native(**changes)], streams(0), threads=1)
+
+
+def test_a_sensor_that_the_native_law_would_not_hear_is_refused(monkeypatch):
+    monkeypatch.setattr(SENSORS["delay"], "reader", staticmethod(lambda *_: lambda reading: None))
+    with pytest.raises(PlantError, match="reads only the encoders, but delay changes what"):
+        record([native()], streams(0), threads=1)
+
+
+def test_a_law_that_there_is_not_is_refused():
+    with pytest.raises(PlantError, match="controller: law = 'servo': expected one of filtered, native"):
+        ControllerOptions(law="servo")

@@ -4,7 +4,6 @@ Identification needs only the joint axes, no nominal inertias, so an `Arm` has o
 """
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ident.model.files import minimal_model
-from ident.model.files.chain import NAME_IT
+from ident.model.files.mjcf import NAME_IT
 from ident.support.arrays import Array, readonly
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
@@ -23,6 +22,12 @@ if TYPE_CHECKING:
 
 MOST_JOINTS = 24
 """Largest number of joints of an arm; the computing time grows with its fourth power and is seconds here."""
+FARTHEST = 50.0
+"""Largest plausible distance between neighbouring joints along an axis [m]."""
+STRONGEST_GRAVITY = 100.0
+"""Largest plausible gravity [m/s^2]."""
+NOT_TURNED = 1e-6
+"""Largest difference of a rotation times its transpose from 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,30 +85,54 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
     """
     model = load_pinocchio(path, flange=flange)
     try:
-        arm = arm_from_pinocchio(model)
+        arm = replace(arm_from_pinocchio(model), couplings=couplings)
+        _check_plausible(arm)
     except RobotModelError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
-    if len(set(couplings)) < len(couplings):
-        raise RobotModelError(f"robot {arm.name}: a coupling is given twice")
-    for first, second in couplings:
+    return arm
+
+
+def _check_plausible(arm: Arm) -> None:
+    far = np.flatnonzero(~(np.abs(arm.translation) <= FARTHEST).all(axis=1))
+    if len(far):
+        place = " ".join(f"{x:g}" for x in arm.translation[far[0]])
+        raise RobotModelError(
+            f"joint {arm.joint_names[far[0]]} is at {place} m from the one before, beyond {FARTHEST:g}; check the "
+            "numbers and their unit"
+        )
+    weight = float(np.linalg.norm(arm.gravity))
+    if not weight:
+        raise RobotModelError("gravity is 0 or disabled; without weight no gain can be identified")
+    if weight > STRONGEST_GRAVITY:
+        raise RobotModelError(f"gravity is {weight:g} m/s^2, beyond {STRONGEST_GRAVITY:g}; check the number")
+    if len(set(arm.couplings)) < len(arm.couplings):
+        raise RobotModelError("a coupling is given twice")
+    for first, second in arm.couplings:
         if not 0 <= first < second < arm.n:
             raise RobotModelError(
-                f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1}; expected two of its {arm.n} "
-                "joints, the one nearer to the base first"
+                f"cannot couple joints {first + 1} and {second + 1}; expected two of its {arm.n} joints, the one "
+                "nearer to the base first"
             )
-    return replace(arm, couplings=couplings)
 
 
 def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
     Raises:
-        RobotModelError: If the file is missing, of an unknown kind or unreadable, or has an implausible number.
+        RobotModelError: If the file is missing, of an unknown kind or unreadable.
     """
     minimal = minimal_model(Path(path), flange)
+    import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
+
     with captured_stderr() as printed:  # urdfdom prints its errors instead of raising them
         try:
-            model = READERS[minimal.kind](minimal.text)
+            if minimal.kind == "urdf":
+                model = pin.buildModelFromXML(minimal.text)
+            else:
+                with tempfile.TemporaryDirectory() as folder:  # this reader accepts only files
+                    file = Path(folder) / "arm.xml"
+                    file.write_text(minimal.text, encoding="utf-8")
+                    model = pin.buildModelFromMJCF(str(file))
         except (ValueError, RuntimeError, IndexError) as error:
             reason = error
         else:
@@ -112,27 +141,9 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model
                 index = model.joints[model.getJointId(name)].idx_q
                 model.lowerPositionLimit[index], model.upperPositionLimit[index] = lower, upper
             return model
-    said = (printed or str(reason).strip().splitlines() or ["unknown reason"])[-1]
-    raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {one_line(said)}") from reason
-
-
-def _mjcf_from_text(text: str) -> "pin.Model":
-    import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
-
-    with tempfile.TemporaryDirectory() as folder:  # the reader accepts only files
-        path = Path(folder) / "arm.xml"
-        path.write_text(text, encoding="utf-8")
-        return pin.buildModelFromMJCF(str(path))
-
-
-def _urdf_from_text(text: str) -> "pin.Model":
-    import pinocchio as pin  # pyright: ignore[reportMissingImports]
-
-    return pin.buildModelFromXML(text)
-
-
-READERS: dict[str, Callable[[str], "pin.Model"]] = {"mjcf": _mjcf_from_text, "urdf": _urdf_from_text}
-"""Pinocchio's readers by format."""
+    first = (printed or str(reason).strip().splitlines() or ["unknown reason"])[0]
+    said = one_line(first.removeprefix("Error:").split(".  ")[0])
+    raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {said}") from reason
 
 
 def arm_from_pinocchio(model: "pin.Model") -> Arm:
@@ -157,6 +168,11 @@ def arm_from_pinocchio(model: "pin.Model") -> Arm:
         axis[j], revolute[j] = _axis(joint, name)
         if joint.nq == 1:  # an unbounded revolute joint is stored as cosine and sine, without limits
             lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        if lower[j] > upper[j]:
+            raise RobotModelError(f"joint {name}: its range is reversed: from {lower[j]:.6g} to {upper[j]:.6g}")
+        R = model.jointPlacements[j + 1].rotation
+        if not np.abs(R @ R.T - np.eye(3)).max() < NOT_TURNED:
+            raise RobotModelError(f"joint {name}: its body has no orientation; check its axes and angles")
     stated = (lower < upper) & (np.abs(lower) < 1e3) & (np.abs(upper) < 1e3)
     return Arm(
         name=model.name,
@@ -177,10 +193,8 @@ def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
     if joint.nv == 1 and kind.startswith(("JointModelR", "JointModelP")):
         data = joint.createData()
         joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
-        motion = np.asarray(data.S).ravel()  # (6,): linear, angular
-        linear, angular = motion[:3], motion[3:]
-        if not linear.any():
-            return angular, True
-        if not angular.any():
-            return linear, False
+        linear, angular = np.asarray(data.S).reshape(2, 3)
+        if linear.any() != angular.any():
+            return (angular, True) if angular.any() else (linear, False)
+        raise RobotModelError(f"joint {name}: its axis has no direction")
     raise RobotModelError(f"joint {name}: type {kind} is not supported; use revolute or prismatic joints")

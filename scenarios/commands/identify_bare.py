@@ -55,7 +55,7 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     from scenarios.command_line.gains import known_gains
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.gains_in_use.bare import bare_answer, bare_result
-    from scenarios.gains_in_use.model_update.known_links import known_links
+    from scenarios.gains_in_use.model_values import known_links
     from scenarios.reports.bare import bare_report
 
     if options.method != NAME:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ident.model.structure import Structure
     from ident.unseen import Unseen
     from scenarios.experiments.files.gains import GainsFile
-    from scenarios.gains_in_use.model_update.values import BareFile
+    from scenarios.gains_in_use.model_values import BareFile
 
 NAME = "rx90 patch"
 
@@ -64,9 +64,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.nominal_links import nominal_links
     from scenarios.experiments.robot_models import read_arm
-    from scenarios.gains_in_use.model_update.link_values import link_values
-    from scenarios.gains_in_use.model_update.patch import patched_model
-    from scenarios.gains_in_use.model_update.values import joint_values, read_bare
+    from scenarios.gains_in_use.model_patch import patched_model
+    from scenarios.gains_in_use.model_values import joint_values, link_values, read_bare
     from scenarios.gains_in_use.results import patched
     from scenarios.reports.patch import AS_GIVEN, patch_report
     from scenarios.results.ros_parameters import ros_parameters
@@ -80,21 +79,21 @@ def main(options: argparse.Namespace) -> Status:
     links = None
     if options.links:
         links = link_values(bare, gains, structure.arm, nominal_links(options.model, options.flange))
-    found = patched_model(options.model, joints, links)
+    copy, changes = patched_model(options.model, joints, links)
     rival, other = options.model.read_bytes(), AS_GIVEN
     if nominal is not None:
         stated = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
-        rival, other = patched_model(options.model, stated, links).content, "the gains of --nominal in it"
+        rival, other = patched_model(options.model, stated, links)[0], "the gains of --nominal in it"
     with under_way(options, "predicting"):
-        unseen = _unseen(options, structure, gains, nominal, (found.content, rival), bare)
-    contents = [found.content]
+        unseen = _unseen(options, structure, gains, nominal, (copy, rival), bare)
+    contents = [copy]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
     passed = unseen is None or unseen.not_worse
     for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
-    told = patched(found.changes, gains, options.out, options.ros_params, unseen, written=passed or options.force)
+    told = patched(changes, gains, options.out, options.ros_params, unseen, written=passed or options.force)
     show(patch_report(told, other), options)
     return Status.PASSED if passed else Status.MISSED
 
@@ -137,7 +136,7 @@ def _unseen(
     from ident.unseen import UsedModel, predicted, unseen_motion
     from scenarios.experiments.nominal_links import model_base, nominal_links
     from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
-    from scenarios.gains_in_use.model_update.values import unstated_parameters
+    from scenarios.gains_in_use.model_values import unstated_parameters
 
     check_unseen(gains, [], [log.recording])
     limits = options_of(GainOptions, gains.options.gains, ())

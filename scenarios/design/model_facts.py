@@ -6,12 +6,13 @@ Identification does not use masses, inertias, efforts and speeds, but a simulati
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 import mujoco
 import numpy as np
 
-from ident.model.files.chain import urdf_to_flange
-from ident.model.files.xml_tree import Element, read_xml, vector
+from ident.model.files.urdf import urdf_to_flange
+from ident.model.files.xml_tree import read_xml, title, vector
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.errors import RobotModelError
 from ident.support.naming import shown
@@ -69,8 +70,8 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
     torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}
     velocity: dict[str, float] = {}
     if path.suffix.lower() == ".urdf":
-        joints = read_xml(path).all("joint")
-        limits = [(joint.attributes.get("name", ""), limit) for joint in joints for limit in joint.all("limit")]
+        joints = read_xml(path).findall("joint")
+        limits = [(joint.get("name", ""), limit) for joint in joints for limit in joint.findall("limit")]
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
         if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # CAD exporters write it for unknown
@@ -112,7 +113,7 @@ def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
 
 def _stated(limits: list[tuple[str, Element]], key: str) -> dict[str, float]:
     """Return positive numbers of an attribute; in many files, 0 means an unknown limit."""
-    values = {name: float(limit.attributes.get(key, "nan")) for name, limit in limits}
+    values = {name: float(limit.get(key, "nan")) for name, limit in limits}
     return {name: value for name, value in values.items() if np.isfinite(value) and value > 0.0}
 
 
@@ -134,33 +135,33 @@ def check_stated_numbers(path: Path, flange: str | None = None) -> None:
     """
     if path.suffix.lower() != ".urdf":
         return
-    root = read_xml(path) if flange is None else urdf_to_flange(read_xml(path), flange)
-    for link in root.all("link"):
-        for inertial in link.all("inertial"):
+    root = read_xml(path)
+    if flange is not None:
+        urdf_to_flange(root, flange)
+    for link in root.findall("link"):
+        for inertial in link.findall("inertial"):
             _check_inertial(link, inertial)
-    for joint in root.all("joint"):
-        for limit in joint.all("limit"):
+    for joint in root.findall("joint"):
+        for limit in joint.findall("limit"):
             for key, most in STRONGEST.items():
-                if limit.attributes.get(key, "").lower() in ("inf", "+inf"):  # no limit is stated
+                if limit.get(key, "").lower() in ("inf", "+inf"):  # no limit is stated
                     continue
                 value = vector(limit, key, 1, largest=most)
                 if value is not None and value[0] < 0.0:
-                    raise RobotModelError(f"{limit.title}: {key} = {shown(limit.attributes[key])} is negative")
+                    raise RobotModelError(f"{title(limit)}: {key} = {shown(limit.attrib[key])} is negative")
 
 
 def _check_inertial(link: Element, inertial: Element) -> None:
-    for mass in inertial.all("mass"):
+    for mass in inertial.findall("mass"):
         value = vector(mass, "value", 1)
         if value is not None and value[0] < 0.0:
-            raise RobotModelError(
-                f"{mass.title}: value = {shown(mass.attributes['value'])}: expected a mass of 0 or more"
-            )
-    for inertia in inertial.all("inertia"):
+            raise RobotModelError(f"{title(mass)}: value = {shown(mass.attrib['value'])}: expected a mass of 0 or more")
+    for inertia in inertial.findall("inertia"):
         ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
         moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
             principal = ", ".join(f"{each:.4g}" for each in moments)
             raise RobotModelError(
-                f"{inertia.title} of link {shown(link.attributes.get('name', ''))}: no body has principal "
+                f"{title(inertia)} of link {shown(link.get('name', ''))}: no body has principal "
                 f"moments {principal} kg m^2: none is negative, and none exceeds the sum of the other two"
             )

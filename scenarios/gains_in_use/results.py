@@ -10,7 +10,7 @@ from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
 from ident.unseen import Unseen
 from scenarios.experiments.files.gains import GainsFile
-from scenarios.gains_in_use.model_update.edits import Change
+from scenarios.gains_in_use.model_patch import Change
 from scenarios.results.models.unseen import ResultUnseen
 from scenarios.support.result_model import ResultModel
 

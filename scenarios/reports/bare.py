@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.link_values import FAR
+from scenarios.gains_in_use.model_values import FAR
 from scenarios.reports.content import (
     Column,
     Mood,

@@ -1,18 +1,19 @@
-"""Robot model files: validated, reduced to their kinematics, then read by Pinocchio.
+"""Robot model files, reduced to the kinematics of the arm for Pinocchio.
 
 `MODEL_FILES` has the readers by file ending; `minimal_model` reads any of them.
 """
 
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
-from ident.model.files.mjcf import minimal_mjcf
+from ident.model.files.mjcf import MinimalModel, minimal_mjcf
 from ident.model.files.urdf import minimal_urdf
-from ident.model.files.xml_tree import Element, MinimalModel, read_xml
+from ident.model.files.xml_tree import read_xml, title
 from ident.support.errors import RobotModelError
 from ident.support.naming import one_line, shown
 
-MODEL_FILES: dict[str, Callable[[Element, Path, str | None], MinimalModel]] = {
+MODEL_FILES: dict[str, Callable[[ET.Element, Path, str | None], MinimalModel]] = {
     ".urdf": minimal_urdf,
     ".xml": minimal_mjcf,
     ".mjcf": minimal_mjcf,
@@ -22,21 +23,21 @@ EXPAND = "this is a xacro template; run xacro first, and give the file that it w
 
 
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
-    """Read a robot model and check every number of its kinematics.
+    """Reduce a robot model to its kinematics.
 
     Args:
         path: The file.
-        flange: Last body of the arm; joints that do not lead to it are held. None where all joints are the arm's.
+        flange: Last body of the arm; joints that do not lead to it are locked. None where all joints are the arm's.
 
     Raises:
         RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
     """
     check_ending(path)
     root = read_xml(path)
-    for element in root.walk():
-        left = next((value for value in element.attributes.values() if "${" in value), None)
+    for element in root.iter():
+        left = next((value for value in element.attrib.values() if "${" in value), None)
         if left is not None or element.tag.startswith("xacro:"):
-            raise RobotModelError(f"{element.title}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
+            raise RobotModelError(f"{title(element)}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
     return MODEL_FILES[path.suffix.lower()](root, path, flange)
 
 

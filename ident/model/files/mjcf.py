@@ -1,48 +1,66 @@
-"""Reduction of an MJCF file to bodies and joints: includes and defaults resolved, all numbers checked, with lines.
+"""An MJCF file reduced to the bodies and joints of its arm, with includes, default classes and the flange resolved.
 
-Pinocchio's reader of MJCF reads invalid numbers as 0, supports one worldbody with one body, and ignores gravity, the
-orientation of a base body without joint, and unknown elements. It converts metres of slide joints as degrees and takes
-ends of a range relative to `ref`. It differs from MuJoCo for axes that are not unit vectors and for Euler angles about
-fixed axes. The reduced file avoids all of this: one root body, explicit joints, angles in radians, orientations as
-quaternions, and separate gravity and ranges.
+Pinocchio's reader of MJCF knows no includes, gravity, unnamed bodies or fixed Euler axes, ignores the orientation of a
+base body without joint, reads invalid numbers as memory, and takes ends of a range relative to `ref`. The reduced file
+has one root body, explicit joints, radians and quaternions; gravity and ranges are returned beside it. What MuJoCo
+refuses and Pinocchio misreads is found by the comparison of both (`scenarios.experiments.robot_models`).
+
+Many files contain a gripper, a second arm or objects. If the flange is named, joints outside the chain to it are locked
+at their initial positions, and bodies behind them are ignored. Otherwise, only free-floating bodies are ignored.
 """
 
 import math
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeAlias
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from ident.model.files.chain import MANIFOLD, refuse_ties, to_flange, without_objects
-from ident.model.files.xml_tree import (
-    DEEPEST,
-    EARTH,
-    FARTHEST,
-    LARGEST_FILE,
-    SHORTEST,
-    Element,
-    MinimalModel,
-    direction,
-    read_xml,
-    tag,
-    vector,
-)
+from ident.model.files.xml_tree import DEEPEST, LARGEST_FILE, check_attributes, read_xml, title, vector, where
 from ident.support.arrays import Array
 from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, shown
 
-STRONGEST_GRAVITY = 100.0
-"""Largest component of gravity [m/s^2]."""
+NAME_IT = (
+    "if it is not part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
+    "chain to it are locked"
+)
+"""Advice for a joint that a serial arm cannot have."""
+EARTH = (0.0, 0.0, -9.81)
+"""Gravity of a model that states none [m/s^2]."""
 ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
-"""Attributes of a body's orientation, with the number of their values."""
-PLACES = ("name", "childclass", "pos", *ORIENTATIONS)
-"""Attributes of a body that decide its kinematics, and its name."""
-JOINT = ("type", "axis", "pos", "range", "ref", "limited")
-"""Attributes of a joint that decide its kinematics."""
-BODY = ("body", "joint", "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD, "freejoint")
-INERTIA = tag("inertial", {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"})
+BODY = {"name": 0, "childclass": 0, "pos": 3, **ORIENTATIONS}
+JOINT = {"name": 0, "class": 0, "type": 0, "limited": 0, "axis": 3, "pos": 3, "range": 2, "ref": 1}
+"""Attributes that decide the kinematics, with how many numbers each has."""
+JOINTS = ("joint", "freejoint")
+MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
+"""Elements that MuJoCo expands to bodies and Pinocchio ignores."""
+IN_BODY = ("body", *JOINTS, "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD)
+ENDS = {"joint": ("joint1", "joint2"), "tendon": ("tendon1", "tendon2")}
+"""Objects that an equality constrains, by kind; others constrain two bodies or two sites."""
+INERTIA = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
 """Not used, but required by readers."""
+Quaternion: TypeAlias = tuple[float, Array]
+"""A quaternion, scalar and vector part; importing `scipy.spatial` would take 0.1 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class MinimalModel:
+    """A robot model reduced to its kinematics: links and joints, with checked numbers.
+
+    Attributes:
+        kind: The format of `text`, "mjcf" or "urdf".
+        text: A complete document of that format.
+        gravity: Gravity in the world frame [m/s^2].
+        ranges: Ends of joints by their names [rad or m], where Pinocchio would read others.
+    """
+
+    kind: str
+    text: str
+    gravity: tuple[float, ...] = EARTH
+    ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,188 +72,239 @@ class _Reading:
         degree: Whether angles are in degrees.
         sequence: Axes of Euler angles, lower case for axes that turn with the body, upper case for fixed ones.
         autolimits: Whether a range without `limited` limits a joint.
-        names: Bodies and joints seen so far, by kind and name.
+        seen: Bodies and joints by kind and name.
         ranges: Ends of the joints that have any [rad or m].
     """
 
-    classes: dict[str, list[Element]]
+    classes: dict[str, list[ET.Element]]
     degree: bool
     sequence: str
     autolimits: bool
-    names: dict[tuple[str, str], Element] = field(default_factory=lambda: dict[tuple[str, str], Element]())
+    seen: dict[tuple[str, str], ET.Element] = field(default_factory=lambda: dict[tuple[str, str], ET.Element]())
     ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
 
 
-def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce an MJCF file with its includes, to the chain to a flange if named.
+def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce an MJCF file with its includes, to the chain to a flange if named; changes `root`.
 
     Raises:
         RobotModelError: If a number, name or class is wrong or not supported; the message names line and element.
     """
     if root.tag != "mujoco":
-        raise RobotModelError(f"{root.where}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf")
-    root = _expanded(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
+        raise RobotModelError(
+            f"{where(root)}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf"
+        )
+    _expand(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
     reading = _reading(root)
-    refuse_ties(root, flange)
-    root = without_objects(root) if flange is None else to_flange(root, flange)
-    bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
+    _cut(root, flange)
+    bodies = [_body(body, "main", reading) for world in root.findall("worldbody") for body in _bodies(world)]
     around = "world root"
-    while ("body", around) in reading.names:  # an already reduced file has one
+    while ("body", around) in reading.seen:  # an already reduced file has one
         around = f"around {around}"
-    gravity = _gravity(root)
-    text = tag(
-        "mujoco",
-        {"model": root.attributes.get("model", path.stem)},
-        tag("compiler", {"angle": "radian"}),
-        tag("option", {"gravity": " ".join(map(repr, gravity))}),
-        tag("worldbody", {}, tag("body", {"name": around}, *bodies or ("",))),
-    )
-    return MinimalModel("mjcf", text, gravity, reading.ranges)
+    gravity = EARTH
+    for option in root.findall("option"):
+        gravity = vector(option, "gravity", 3) or gravity
+        if any(flag.get("gravity", "enable") != "enable" for flag in option.findall("flag")):
+            gravity = (0.0, 0.0, 0.0)
+    arm = ET.Element("mujoco", {"model": root.get("model", path.stem)})
+    ET.SubElement(arm, "compiler", {"angle": "radian"})
+    ET.SubElement(arm, "option", {"gravity": " ".join(map(repr, gravity))})
+    ET.SubElement(ET.SubElement(arm, "worldbody"), "body", {"name": around}).extend(bodies)
+    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges)
 
 
-def _expanded(element: Element, folder: Path, sizes: dict[Path, int], room: int) -> Element:
-    """Return the tree with every `<include file="..."/>` replaced by the children of the file's root element.
+def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int) -> None:
+    """Replace every `<include file="..."/>` by the children of the file's root element.
 
     Args:
-        element: Root element of the main file.
+        parent: An element, changed in place.
         folder: Folder of the main file, the base of names.
         sizes: Files read so far [bytes].
         room: Number of further nesting levels.
     """
-    children = list[Element]()
-    for child in element.children:
+    children = list(parent)
+    parent[:] = []
+    for child in children:
         if room <= 1:
             raise RobotModelError(
-                f"{child.where}: elements, including those of included files, are nested deeper than {DEEPEST}"
+                f"{where(child)}: elements, including those of included files, are nested deeper than {DEEPEST}"
             )
-        found = child if child.tag != "include" else _included(child, folder, sizes)
-        found = _expanded(found, folder, sizes, room - 1)
-        children += [found] if child.tag != "include" else found.children
-    return replace(element, children=children)
+        found = _included(child, folder, sizes) if child.tag == "include" else child
+        _expand(found, folder, sizes, room - 1)
+        parent.extend([found] if found is child else found)
 
 
-def _included(include: Element, folder: Path, sizes: dict[Path, int]) -> Element:
-    name = include.attributes.get("file", "")
+def _included(include: ET.Element, folder: Path, sizes: dict[Path, int]) -> ET.Element:
+    name = include.get("file", "")
     if not name:
-        raise RobotModelError(f"{include.where}: include lacks the attribute file")
+        raise RobotModelError(f"{where(include)}: include lacks the attribute file")
     path = folder / name
     if path.resolve() in sizes:
-        raise RobotModelError(f"{include.where}: include file = {shown(name)} is included a second time")
+        raise RobotModelError(f"{where(include)}: include file = {shown(name)} is included a second time")
     try:
         content = read_xml(path)
     except RobotModelError as error:
-        raise RobotModelError(f"{include.where}: include: {error}") from error
+        raise RobotModelError(f"{where(include)}: include: {error}") from error
     sizes[path.resolve()] = path.stat().st_size
     if sum(sizes.values()) > LARGEST_FILE:
-        raise RobotModelError(f"{include.where}: more than {LARGEST_FILE / 1e6:g} MB are included")
+        raise RobotModelError(f"{where(include)}: more than {LARGEST_FILE / 1e6:g} MB are included")
     return content
 
 
-def _reading(root: Element) -> _Reading:
+def _reading(root: ET.Element) -> _Reading:
     """Return the content of compiler and default sections."""
-    compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
-    unit, sequence = compiler.get("angle", "degree"), compiler.get("eulerseq", "xyz")
-    if compiler.get("coordinate", "local") != "local":
-        raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
-    if unit not in ("degree", "radian"):
-        known = nearest(unit, ("degree", "radian"))
-        raise RobotModelError(f"{root.title}: compiler angle = {shown(unit)}{known}; known: degree, radian")
-    if not re.fullmatch("[xyz]{3}|[XYZ]{3}", sequence):
-        expected = "expected three of x, y, z, all lower or all upper case"
-        raise RobotModelError(f"{root.title}: compiler eulerseq = {shown(sequence)}; {expected}")
-    classes: dict[str, list[Element]] = {"main": []}
-    for section in root.all("default"):
-        if section.attributes.get("class", "main") != "main":
-            raise RobotModelError(f"{section.title}: the outermost default class must be named main")
-        _add_defaults(section, "main", classes)
-    return _Reading(classes, unit == "degree", sequence, compiler.get("autolimits", "true") == "true")
+    compiler = {k: v for section in root.findall("compiler") for k, v in section.attrib.items()}
+    for key, default, pattern, expected in (
+        ("angle", "degree", "degree|radian", "degree or radian"),
+        ("coordinate", "local", "local", "local"),
+        ("eulerseq", "xyz", "[xyz]{3}|[XYZ]{3}", "three of x, y, z, all lower or all upper case"),
+    ):
+        if not re.fullmatch(pattern, compiler.setdefault(key, default)):
+            raise RobotModelError(f"{title(root)}: compiler {key} = {shown(compiler[key])}; expected {expected}")
+    classes: dict[str, list[ET.Element]] = {"main": []}
+
+    def add(section: ET.Element, name: str) -> None:
+        classes[name] += section.findall("joint")
+        for inner in section.findall("default"):
+            own = inner.get("class", "")
+            classes[own] = [*classes[name], *classes.get(own, [])]
+            add(inner, own)
+
+    for section in root.findall("default"):
+        add(section, "main")
+    autolimits = compiler.get("autolimits", "true") == "true"
+    return _Reading(classes, compiler["angle"] == "degree", compiler["eulerseq"], autolimits)
 
 
-def _add_defaults(section: Element, name: str, classes: dict[str, list[Element]]) -> None:
-    """Add the class of a section and its nested classes, with inherited attributes."""
-    classes[name] += section.all("joint")
-    for inner in section.all("default"):
-        own = inner.attributes.get("class")
-        if own is None:
-            raise RobotModelError(f"{inner.where}: a default class inside another needs a name, class = ...")
-        classes[own] = [*classes[name], *classes.get(own, [])]
-        _add_defaults(inner, own, classes)
+def _cut(root: ET.Element, flange: str | None) -> None:
+    """Remove bodies outside the chain to a flange, or free-floating objects; refuse constraints of moving joints."""
+    worlds = root.findall("worldbody")
+    parent = {child: each for each in root.iter() for child in each}
+    places = [each for world in worlds for each in world.iter() if each.tag in ("body", "site")]
+    if flange is not None:
+        known = [each.get("name", "") for each in places if each.tag == "body"]
+        refuse_unknown_flange(root, flange, known)
+    for world in worlds:
+        for child in list(world):
+            outside = _is_object(child) if flange is None else not _leads(child, flange)
+            if outside and child.tag in ("body", *MANIFOLD):
+                world.remove(child)
+    joints = [each for world in worlds for each in world.iter() if each.tag in JOINTS]
+    moved = {("body", "world"): 0}  # number of moving joints between the world and each body or site
+    for place in places:
+        above = [place]
+        while above[-1] in parent:
+            above.append(parent[above[-1]])
+        moved[place.tag, place.get("name", "")] = sum(parent[joint] in above for joint in joints)
+    names = {each.get("name", "") for each in joints}
+    for section in root.findall("equality"):
+        for tie in section:
+            held = flange is not None and _is_held(tie, root, names, moved)
+            if tie.tag in ("connect", "weld", *ENDS) and tie.get("active", "true") != "false" and not held:
+                raise RobotModelError(
+                    f"{title(tie)}: an equality of kind {tie.tag} ties joints; only arms with a drive on every joint "
+                    f"and no closed loop are read; {NAME_IT}"
+                )
 
 
-def _gravity(root: Element) -> tuple[float, ...]:
-    gravity = EARTH
-    for option in root.all("option"):
-        gravity = vector(option, "gravity", 3, largest=STRONGEST_GRAVITY) or gravity
-        if not any(gravity):
-            raise RobotModelError(f"{option.title}: gravity is 0; without weight no gain can be identified")
-        for flag in option.all("flag"):
-            if flag.attributes.get("gravity", "enable") != "enable":
-                raise RobotModelError(f"{flag.title}: gravity is disabled; without weight no gain can be identified")
-    return gravity
+def refuse_unknown_flange(root: ET.Element, flange: str, known: list[str]) -> None:
+    """Refuse a flange that is not among the known names."""
+    if flange not in known:
+        raise RobotModelError(f"{title(root)}: flange {shown(flange)}: no body has that name{nearest(flange, known)}")
 
 
-def _bodies(parent: Element) -> list[Element]:
+def _is_object(body: ET.Element) -> bool:
+    """Return whether a body has a free joint and no other moving part."""
+    free = [j for j in body if j.tag == "freejoint" or (j.tag == "joint" and j.get("type") == "free")]
+    return bool(free) and sum(e.tag in JOINTS for e in body.iter()) == len(free)
+
+
+def _leads(element: ET.Element, flange: str) -> bool:
+    """Return whether an element is, or contains, the flange; remove bodies in it that do not."""
+    at_end = element.tag == "body" and element.get("name") == flange
+    leads = at_end
+    for child in [each for each in element if each.tag in ("body", *MANIFOLD)]:
+        if not at_end and _leads(child, flange):
+            leads = True
+        else:
+            element.remove(child)
+    return leads
+
+
+def _is_held(tie: ET.Element, root: ET.Element, joints: set[str], moved: dict[tuple[str, str], int]) -> bool:
+    """Return whether an equality constrains only locked joints, or bodies without relative motion."""
+    ends = [tie.attrib[key] for key in ENDS.get(tie.tag, ()) if key in tie.attrib]
+    if tie.tag == "joint":
+        return joints.isdisjoint(ends)
+    if tie.tag == "tendon":
+        fixed = [tendon for tendon in root.findall("tendon/fixed") if tendon.get("name") in ends]
+        used = {joint.get("joint", "") for tendon in fixed for joint in tendon.findall("joint")}
+        return len(fixed) == len(set(ends)) and joints.isdisjoint(used)
+    kind = "body" if "body1" in tie.attrib else "site"
+    first, second = (moved.get((kind, tie.get(f"{kind}{number}", "world"))) for number in (1, 2))
+    return first is not None and first == second
+
+
+def _bodies(parent: ET.Element) -> list[ET.Element]:
     """Return the bodies in an element; refuse elements that expand to bodies."""
-    for child in parent.children:
-        moves = any(each.tag in ("body", "joint", "freejoint") for each in child.walk())
+    for child in parent:
+        moves = any(each.tag in ("body", *JOINTS) for each in child.iter())
         if child.tag in MANIFOLD and (moves or child.tag not in ("frame", "replicate")):
             raise RobotModelError(
-                f"{child.title}: {child.tag} is not supported; save the model with MuJoCo (mj_saveLastXML), which "
+                f"{title(child)}: {child.tag} is not supported; save the model with MuJoCo (mj_saveLastXML), which "
                 "expands it, and use that file"
             )
-        if child.tag not in BODY:
-            raise RobotModelError(f"{child.title}: unknown element{nearest(child.tag, BODY)}")
-    return parent.all("body")
+        if child.tag not in IN_BODY:
+            raise RobotModelError(f"{title(child)}: unknown element{nearest(child.tag, IN_BODY)}")
+    return parent.findall("body")
 
 
-def _body(body: Element, inherited: str, reading: _Reading) -> str:
-    _name_once(body, "body", reading)
-    name = body.attributes.get("name", f"body {len(reading.names)}")  # before nested ones are counted
-    _check_spelling(body, PLACES, PLACES)
-    vector(body, "pos", 3, largest=FARTHEST)
-    turned = _orientation(body, reading)
-    inherited = _known_class(body, "childclass", inherited, reading)
-    joints = body.all("joint", "freejoint")
+def _body(body: ET.Element, inherited: str, reading: _Reading) -> ET.Element:
+    """Return a body with its place, an orientation that Pinocchio reads, its joint and its bodies."""
+    stated = {"name": _named(body, "body", f"body {len(reading.seen) + 1}", reading)}
+    check_attributes(body, BODY)
+    if "pos" in body.attrib:
+        stated["pos"] = body.attrib["pos"]
+    found = ET.Element("body", stated | _orientation(body, reading))
+    ET.SubElement(found, "inertial", INERTIA)
+    inherited = body.get("childclass", inherited)
+    joints = [each for each in body if each.tag in JOINTS]
     if len(joints) > 1:
         raise RobotModelError(
-            f"{joints[1].title}: a second joint in one body; put it in a separate body around this one"
+            f"{title(joints[1])}: a second joint in one body; put it in a separate body around this one"
         )
-    place = {key: value for key, value in body.attributes.items() if key == "pos"} | turned
-    inside = [_joint(joint, inherited, reading) for joint in joints]
-    inside += [_body(inner, inherited, reading) for inner in _bodies(body)]
-    return tag("body", {"name": name, **place}, INERTIA, *inside)
+    found.extend([_joint(joint, inherited, reading) for joint in joints])
+    found.extend([_body(inner, inherited, reading) for inner in _bodies(body)])
+    return found
 
 
-def _orientation(body: Element, reading: _Reading) -> dict[str, str]:
-    """Return the orientation of a body for Pinocchio; none without rotation."""
-    stated = [key for key in ORIENTATIONS if key in body.attributes]
+def _named(element: ET.Element, kind: str, default: str, reading: _Reading) -> str:
+    name = element.get("name", default)
+    if (kind, name) in reading.seen:
+        line = where(reading.seen[kind, name]).split(": ")[-1]
+        raise RobotModelError(f"{title(element)} appears twice; the first one is in {line}")
+    reading.seen[kind, name] = element
+    return name
+
+
+def _orientation(body: ET.Element, reading: _Reading) -> dict[str, str]:
+    stated = [key for key in ORIENTATIONS if key in body.attrib]
     if len(stated) > 1:
-        raise RobotModelError(f"{body.title}: {' and '.join(stated)} both state its orientation; give one")
-    if not stated:
-        return {}
-    key = stated[0]
-    values = np.array(vector(body, key, ORIENTATIONS[key]))
+        raise RobotModelError(f"{title(body)}: {' and '.join(stated)} both state its orientation; give one")
+    if not stated or stated[0] not in ("euler", "axisangle"):
+        return {key: body.attrib[key] for key in stated}
+    values = np.array([float(word) for word in body.attrib[stated[0]].split()])
     angles = np.deg2rad(values) if reading.degree else values
-    turned = (1.0, np.zeros(3))
-    if key == "euler":
+    turned: Quaternion = (1.0, np.zeros(3))
+    if stated[0] == "euler":
         for name, angle in zip(reading.sequence, angles.tolist(), strict=True):
             step = _about(np.eye(3)["xyz".index(name.lower())], angle)
             turned = _then(turned, step) if name.islower() else _then(step, turned)  # upper case: fixed axes
-    elif key == "axisangle":
-        length = float(np.linalg.norm(values[:3]))
-        if length < SHORTEST:
-            raise RobotModelError(f"{body.title}: axisangle has no direction")
-        turned = _about(values[:3] / length, float(angles[3]))
+    elif not (length := float(np.linalg.norm(values[:3]))):
+        raise RobotModelError(f"{title(body)}: axisangle has no direction")
     else:
-        if key == "xyaxes" and np.linalg.norm(np.cross(values[:3], values[3:])) < SHORTEST:
-            raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
-        direction(body, key, ORIENTATIONS[key])
-        return {key: body.attributes[key]}
+        turned = _about(values[:3] / length, float(angles[3]))
     return {"quat": " ".join(repr(float(x)) for x in (turned[0], *turned[1]))}
-
-
-Quaternion = tuple[float, Array]
-"""A quaternion, scalar and vector part; importing `scipy.spatial` would take 0.1 s."""
 
 
 def _about(axis: Array, angle: float) -> Quaternion:
@@ -249,58 +318,29 @@ def _then(first: Quaternion, second: Quaternion) -> Quaternion:
     return w * x - float(u @ v), w * v + x * u + np.cross(u, v)
 
 
-def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
-    """Return a joint with all used attributes explicit; a slide joint is in metres."""
-    name = joint.attributes.get("name", f"joint{sum(kind == 'joint' for kind, _ in reading.names) + 1}")
-    _name_once(joint, "joint", reading)
-    stated: dict[str, str] = {}
-    for element in (*reading.classes[_known_class(joint, "class", inherited, reading)], joint):
-        _check_spelling(element, JOINT, (*JOINT, "name", "class"))
-        direction(element, "axis")
-        vector(element, "pos", 3, largest=FARTHEST)
-        stated |= {key: value for key, value in element.attributes.items() if key in JOINT}
-        for key, count in (("range", 2), ("ref", 1)):
-            vector(element, key, count)
-    kind = "free" if joint.tag == "freejoint" else stated.get("type", "hinge")
-    if kind in ("free", "ball"):
-        raise RobotModelError(
-            f"{joint.title}: a {kind} joint is not supported; only fixed-base arms of hinge and slide joints are"
-        )
+def _joint(joint: ET.Element, inherited: str, reading: _Reading) -> ET.Element:
+    """Return a joint with all used attributes explicit, in radians or metres."""
+    number = sum(kind == "joint" for kind, _ in reading.seen) + 1
+    name, of_class = _named(joint, "joint", f"joint{number}", reading), joint.get("class", inherited)
+    if of_class not in reading.classes:
+        known = nearest(of_class, reading.classes)
+        raise RobotModelError(f"{title(joint)}: unknown default class {shown(of_class)}{known}")
+    stated: dict[str, str] = {"type": "hinge"}
+    for element in (*reading.classes[of_class], joint):
+        check_attributes(element, JOINT)
+        stated |= {key: value for key, value in element.attrib.items() if key in JOINT}
+    stated["name"] = name
+    kind = "free" if joint.tag == "freejoint" else stated["type"]
     if kind not in ("hinge", "slide"):
-        known = nearest(kind, ("hinge", "slide"))
-        raise RobotModelError(f"{joint.title}: type {shown(kind)} is unknown{known}; known: hinge, slide")
+        raise RobotModelError(f"{title(joint)}: type {shown(kind)} is not supported, only hinge and slide joints are")
     scale = math.radians(1.0) if reading.degree and kind == "hinge" else 1.0
     limited = stated.pop("limited", "auto")
-    if "range" in stated:
-        lower, upper = (scale * float(end) for end in stated["range"].split())
-        stated["range"] = f"{lower!r} {upper!r}"
-        if limited == "false" or (limited == "auto" and not reading.autolimits):
-            del stated["range"]
-        elif lower > upper:
-            raise RobotModelError(f"{joint.title}: its range is reversed: from {lower:.6g} to {upper:.6g}")
-        else:
-            reading.ranges[name] = lower, upper
+    stated.pop("class", None)
     if "ref" in stated:
         stated["ref"] = repr(scale * float(stated["ref"]))
-    return tag("joint", {"name": name, **stated, "type": kind})
-
-
-def _check_spelling(element: Element, meant: tuple[str, ...], known: tuple[str, ...]) -> None:
-    """Refuse misspelt kinematic attributes; other attributes of MuJoCo are ignored."""
-    for attribute in element.attributes:
-        if attribute not in known and (close := nearest(attribute, meant)):
-            raise RobotModelError(f"{element.title}: unknown attribute {shown(attribute)}{close}")
-
-
-def _name_once(element: Element, kind: str, reading: _Reading) -> None:
-    key = kind, element.attributes.get("name", f"unnamed {len(reading.names)}")
-    if key in reading.names:
-        raise RobotModelError(f"{element.title} appears twice; the first one is in {reading.names[key].line}")
-    reading.names[key] = element
-
-
-def _known_class(element: Element, attribute: str, inherited: str, reading: _Reading) -> str:
-    name = element.attributes.get(attribute, inherited)
-    if name not in reading.classes:
-        raise RobotModelError(f"{element.title}: unknown default class {shown(name)}{nearest(name, reading.classes)}")
-    return name
+    if "range" in stated and (limited == "true" or (limited == "auto" and reading.autolimits)):
+        lower, upper = (scale * float(end) for end in stated["range"].split())
+        stated["range"], reading.ranges[name] = f"{lower!r} {upper!r}", (lower, upper)
+    else:
+        stated.pop("range", None)
+    return ET.Element("joint", stated)

@@ -1,154 +1,125 @@
-"""Reduction of a URDF to links and joints, with all numbers and the tree checked."""
+"""A URDF reduced to links and joints, with what Pinocchio's reader ignores checked; the reader checks the rest."""
 
 import math
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
-from ident.model.files.chain import NAME_IT, urdf_to_flange
-from ident.model.files.xml_tree import FARTHEST, Element, MinimalModel, direction, tag, vector
+from ident.model.files.mjcf import NAME_IT, MinimalModel, refuse_unknown_flange
+from ident.model.files.xml_tree import check_attributes, title, where
 from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, one_line, shown
 
-MOVING = ("revolute", "continuous", "prismatic")
 MOST_LINKS = 1000
 """Largest number of links, as the readers are recursive."""
 FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
 """Limits of a revolute joint between these values [rad] are probably in degrees; larger ones mean no limit."""
 PARTS = {
-    "parent": ("link",),
-    "child": ("link",),
-    "origin": ("xyz", "rpy"),
-    "axis": ("xyz",),
-    "limit": ("lower", "upper"),
-    "mimic": (),
+    "parent": {"link": 0},
+    "child": {"link": 0},
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 0, "upper": 0, "effort": 0, "velocity": 0},
+    "mimic": {},
 }
-"""Kinematic elements of a joint and their attributes; a misspelt attribute would leave a default."""
+"""Kinematic elements of a joint with their attributes; a misspelt one would leave a default."""
 
 
-def minimal_urdf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
-    """Reduce a URDF, to the chain to a flange if named.
+def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce a URDF, to the chain to a flange if named; changes `root`.
 
     Raises:
-        RobotModelError: If a number, name, type or the tree of links is wrong; the message names line and element.
+        RobotModelError: If an attribute, the number of links or their order is wrong; the message names the line.
     """
     if root.tag != "robot":
         raise RobotModelError(
-            f"{root.where}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"
+            f"{where(root)}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"
         )
     if flange is not None:
-        root = urdf_to_flange(root, flange)
-    links, joints = _by_name(root.all("link")), _by_name(root.all("joint"))
+        urdf_to_flange(root, flange)
+    links, joints = root.findall("link"), root.findall("joint")
     if not 0 < len(links) <= MOST_LINKS:
-        raise RobotModelError(f"{root.title}: {len(links)} links, expected 1 to {MOST_LINKS}")
-    inside = [_joint(joint, links) for joint in joints.values()]
-    _check_tree(root, links, joints)
-    name = root.attributes.get("name") or path.stem
-    return MinimalModel("urdf", tag("robot", {"name": name}, *(tag("link", {"name": k}) for k in links), *inside))
+        raise RobotModelError(f"{title(root)}: {len(links)} links, expected 1 to {MOST_LINKS}")
+    arm = ET.Element("robot", {"name": root.get("name") or path.stem})
+    arm.extend([ET.Element("link", {"name": link.get("name", "")}) for link in links])
+    arm.extend([_joint(joint) for joint in joints])
+    _refuse_loops(root, joints)
+    return MinimalModel("urdf", ET.tostring(arm, encoding="unicode"))
 
 
-def _by_name(elements: list[Element]) -> dict[str, Element]:
-    found: dict[str, Element] = {}
-    for element in elements:
-        name = element.attributes.get("name", "")
-        if not name.strip():
-            raise RobotModelError(f"{element.where}: a {element.tag} without a name")
-        if name in found:
-            raise RobotModelError(f"{element.title} appears twice; the first one is in {found[name].line}")
-        found[name] = element
+def urdf_to_flange(root: ET.Element, flange: str) -> None:
+    """Remove the links and joints outside the chain from the base to a flange.
+
+    Raises:
+        RobotModelError: If no link has that name.
+    """
+    refuse_unknown_flange(root, flange, [link.get("name", "") for link in root.findall("link")])
+    above = {_end(joint, "child"): joint for joint in root.findall("joint")}
+    joints, links = list[ET.Element](), [flange]
+    while links[-1] in above and above[links[-1]] not in joints:
+        joints.append(above[links[-1]])
+        links.append(_end(joints[-1], "parent"))
+    root[:] = [each for each in root if each in joints or (each.tag == "link" and each.get("name") in links)]
+
+
+def _refuse_loops(root: ET.Element, joints: list[ET.Element]) -> None:
+    above: dict[str, str] = {}
+    for joint in joints:
+        link = _end(joint, "child")
+        if link in above:
+            raise RobotModelError(
+                f"{title(joint)}: link {link!r} has two parent joints; closed loops are not supported"
+            )
+        if link:
+            above[link] = _end(joint, "parent")
+    for link in above:
+        at, steps = link, 0
+        while at in above and steps <= len(above):
+            at, steps = above[at], steps + 1
+        if steps > len(above):
+            raise RobotModelError(f"{title(root)}: link {link!r} is its own ancestor through its joints")
+
+
+def _end(joint: ET.Element, end: str) -> str:
+    part = joint.find(end)
+    return "" if part is None else part.get("link", "")
+
+
+def _joint(joint: ET.Element) -> ET.Element:
+    """Return the kinematics of a joint."""
+    kind, name = joint.get("type", ""), f"joint {one_line(joint.get('name', ''))!r}"
+    found = ET.Element("joint", {"name": joint.get("name", ""), "type": kind})
+    for part in joint:
+        if kind == "fixed" and part.tag in ("axis", "limit"):
+            continue
+        if part.tag not in PARTS:
+            if close := nearest(part.tag.lower(), PARTS):
+                raise RobotModelError(f"{title(part)} in {name} is unknown{close}")
+            continue
+        if part.tag == "mimic":
+            raise RobotModelError(
+                f"{title(joint)}: it mimics another joint; only arms with a drive on every joint are read; {NAME_IT}"
+            )
+        if found.find(part.tag) is not None:
+            raise RobotModelError(f"{where(part)}: {name} has a second {part.tag}")
+        check_attributes(part, PARTS[part.tag])
+        if part.tag == "axis" and "xyz" not in part.attrib:
+            raise RobotModelError(f"{title(part)}: xyz is missing")
+        stated = {key: value for key, value in part.attrib.items() if key in PARTS[part.tag]}
+        if part.tag == "limit":
+            stated |= {"effort": "0", "velocity": "0"}  # required by the reader but not used
+            _refuse_degrees(part, kind)
+        ET.SubElement(found, part.tag, stated)
     return found
 
 
-def _joint(joint: Element, links: dict[str, Element]) -> str:
-    kind, known = joint.attributes.get("type", ""), (*MOVING, "fixed")
-    if kind in ("floating", "planar"):
-        raise RobotModelError(
-            f"{joint.title}: type {kind!r} is not supported; only fixed-base arms of revolute and prismatic joints are"
-        )
-    if kind not in known:
-        raise RobotModelError(
-            f"{joint.title}: type {shown(joint.attributes.get('type'))} is unknown{nearest(kind, known)}; "
-            f"known: {', '.join(known)}"
-        )
-    parts = _parts(joint)
-    if "mimic" in parts:
-        raise RobotModelError(
-            f"{joint.title}: it mimics another joint; only arms with a drive on every joint are read; {NAME_IT}"
-        )
-    for end in ("parent", "child"):
-        link = parts[end].attributes.get("link", "") if end in parts else ""
-        if link not in links:
-            raise RobotModelError(f"{joint.title}: its {end} link {shown(link)} does not exist{nearest(link, links)}")
-    unread = ("limit", "axis") if kind == "fixed" else ("limit",)
-    inside = [tag(e.tag, _checked(e)) for e in parts.values() if e.tag not in unread]
-    if kind in ("revolute", "prismatic"):
-        inside.append(tag("limit", _limit(joint, parts.get("limit"), turns=kind == "revolute")))
-    return tag("joint", {"name": joint.attributes["name"], "type": kind}, *inside)
-
-
-def _parts(joint: Element) -> dict[str, Element]:
-    """Return the kinematic elements of a joint, one of each."""
-    parts: dict[str, Element] = {}
-    name = f"joint {one_line(joint.attributes['name'])!r}"
-    for element in joint.children:
-        if element.tag in parts:
-            raise RobotModelError(f"{element.where}: {name} has a second {element.tag}")
-        if element.tag in PARTS:
-            parts[element.tag] = element
-        elif close := nearest(element.tag.lower(), PARTS):
-            raise RobotModelError(f"{element.title} in {name} is unknown{close}")
-    return parts
-
-
-def _checked(part: Element) -> dict[str, str]:
-    known = PARTS[part.tag]
-    for attribute in part.attributes:
-        if attribute not in known:
+def _refuse_degrees(limit: ET.Element, kind: str) -> None:
+    for key in ("lower", "upper"):
+        try:
+            value = float(limit.get(key, "0"))
+        except ValueError:  # Pinocchio's reader names it
+            continue
+        if kind == "revolute" and FARTHEST_TURN < abs(value) <= ENDLESS:
             raise RobotModelError(
-                f"{part.title}: unknown attribute {shown(attribute)}{nearest(attribute, known)}; "
-                f"known: {', '.join(known)}"
-            )
-    if part.tag == "axis":
-        if "xyz" not in part.attributes:
-            raise RobotModelError(f"{part.title}: xyz is missing")
-        direction(part, "xyz")
-    if part.tag == "origin":
-        vector(part, "xyz", 3, largest=FARTHEST)
-        vector(part, "rpy", 3)
-    return part.attributes
-
-
-def _limit(joint: Element, limit: Element | None, *, turns: bool) -> dict[str, str]:
-    """Return limits; effort and velocity are required by the reader but not used."""
-    if limit is None:
-        raise RobotModelError(f"{joint.title}: limit is missing; a joint without limits is of type continuous")
-    ends = {key: (vector(limit, key, 1, largest=1e300) or (0.0,))[0] for key in PARTS["limit"]}
-    for key, value in ends.items():
-        if turns and FARTHEST_TURN < abs(value) <= ENDLESS:
-            raise RobotModelError(
-                f"{limit.where}: limit: {key} = {value:g} rad is {abs(value) / math.tau:.2g} turns; a URDF is in "
+                f"{where(limit)}: limit: {key} = {shown(value)} rad is {abs(value) / math.tau:.2g} turns; a URDF is in "
                 "radians, and a joint that turns without end is of type continuous"
             )
-    if ends["lower"] > ends["upper"]:
-        raise RobotModelError(f"{joint.title}: its range is reversed: from {ends['lower']:g} to {ends['upper']:g}")
-    return {key: repr(value) for key, value in ends.items()} | {"effort": "0", "velocity": "0"}
-
-
-def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Element]) -> None:
-    """Check that every link but the base has exactly one parent joint."""
-    parent_of: dict[str, str] = {}
-    for joint in joints.values():
-        parent, child = (joint.all(end)[0].attributes["link"] for end in ("parent", "child"))
-        if child in parent_of:
-            raise RobotModelError(
-                f"{joint.title}: link {child!r} has two parent joints; closed loops are not supported"
-            )
-        parent_of[child] = parent
-    bases = [link for link in links if link not in parent_of]
-    if len(bases) != 1:
-        names = ", ".join(one_line(base) for base in bases[:5]) or "none"
-        raise RobotModelError(f"{root.title}: expected one base link without a parent joint, found {names}")
-    for link in links:
-        above = [link]
-        while above[-1] in parent_of:
-            above.append(parent_of[above[-1]])
-            if len(above) > len(links):
-                raise RobotModelError(f"{links[link].title} is its own ancestor through its joints")

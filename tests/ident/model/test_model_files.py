@@ -1,148 +1,158 @@
-"""Limits of model files, each just inside and just outside; what C++ libraries print stays out of the terminal."""
+"""Model files without MuJoCo: limits, each just inside and just outside; the arm in a file that has more."""
 
 import os
+from xml.etree import ElementTree as ET
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from collections_of_arms import FINGERS, GRIPPER, HAND, TABLE, menagerie, ros, written
 from model_files import LINKS, mjcf, urdf
+from pinocchio_arms import random_arm
 
-from ident.model.arm import load_arm
+import rx90_mjcf
+from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, load_arm
 from ident.model.files import minimal_model, xml_tree
 from ident.model.files import mjcf as mjcf_files
-from ident.model.files.mjcf import STRONGEST_GRAVITY
-from ident.model.files.xml_tree import FARTHEST, LARGEST, Element, direction, vector
+from ident.model.files.xml_tree import LARGEST, vector
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 
-
-def element(**attributes: str) -> Element:
-    return Element("body", attributes, "robot model x: line 3")
-
-
-def test_numbers_are_read_with_sign_exponent_and_any_white_space():
-    assert vector(element(pos=" +1.5e-3\n-.25\t3. "), "pos", 3) == (1.5e-3, -0.25, 3.0)
-    assert vector(element(), "pos", 3) is None
+JOINT_NAMES = tuple(f"{link[0]}_joint" for link in LINKS)
+LIMIT = 'lower="-2.97" upper="3.05"'
 
 
-@pytest.mark.parametrize("word", ["1e", ".", "--1", "1.2.3", "0x1", "1_0", "nan", "-inf", "\uff11", "1e5e", "O.5"])
-def test_what_is_no_number_is_named(word):
-    with pytest.raises(RobotModelError, match=r"line 3: body: pos = .* is not a number"):
-        vector(element(pos=f"2 3 {word}"), "pos", 3)
+def read(folder, text: str, flange: str | None = None):
+    return load_arm(written(folder, "arm.xml" if text.startswith("<mujoco") else "arm.urdf", text), flange=flange)
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_numbers_are_read_up_to_their_largest(sign):
-    assert vector(element(pos=f"{sign * 2.5} 0.5"), "pos", 2, largest=2.5) == (sign * 2.5, 0.5)
-    with pytest.raises(RobotModelError, match=r"beyond 2\.5; check the number"):
-        vector(element(pos=f"0.5 {sign * 2.5000001}"), "pos", 2, largest=2.5)
+def test_numbers_have_sign_exponent_and_any_white_space():
+    assert vector(ET.Element("body", pos=" +1.5e-3\n-.25\t3. "), "pos", 3) == (1.5e-3, -0.25, 3.0)
+    assert vector(ET.Element("body"), "pos", 3) is None
+    for word in ("1e", ".", "--1", "1.2.3", "0x1", "1_0", "nan", "-inf", "\uff11", "1e5e", "O.5"):
+        with pytest.raises(RobotModelError, match=f"body: pos = .*{word!r}"):
+            vector(ET.Element("body", pos=f"2 3 {word}"), "pos", 3)
+    for sign in (1, -1):
+        assert vector(ET.Element("body", pos=f"{sign * 2.5} 0.5"), "pos", 2, largest=2.5) == (sign * 2.5, 0.5)
+        with pytest.raises(RobotModelError, match=r"beyond 2\.5"):
+            vector(ET.Element("body", pos=f"0.5 {sign * 2.5000001}"), "pos", 2, largest=2.5)
 
 
-def test_the_largest_numbers_are_those_of_an_arm(tmp_path):
-    for inside, outside in (
-        (mjcf(swap=("0 0 0.163", f"0 0 -{FARTHEST}")), mjcf(swap=("0 0 0.163", "0 0 -50.1"))),
-        (mjcf(head=f'<option gravity="0 0 {STRONGEST_GRAVITY}"/>'), mjcf(head='<option gravity="0 0 100.1"/>')),
-        (mjcf(swap=('euler="0 90 0"', f'euler="0 {LARGEST} 0"')), mjcf(swap=('euler="0 90 0"', 'euler="0 1000001 0"'))),
-    ):
-        (tmp_path / "arm.xml").write_text(inside)
-        assert load_arm(tmp_path / "arm.xml").n == 6
-        (tmp_path / "arm.xml").write_text(outside)
-        with pytest.raises(RobotModelError, match=r"beyond .*; check the number"):
-            load_arm(tmp_path / "arm.xml")
+def nested(depth: int) -> str:
+    return "<mujoco>" + "<a>" * (depth - 1) + "</a>" * (depth - 1) + "</mujoco>"
 
 
-def test_a_direction_may_be_short_but_not_nothing():
-    direction(element(axis="0 2e-6 0"), "axis")
-    with pytest.raises(RobotModelError, match="axis = '0 5e-7 5e-7' has no direction"):
-        direction(element(axis="0 5e-7 5e-7"), "axis")
+def turned(k: int) -> str:
+    return mjcf(links=[(f"l{i}", "0 0 0.1", "0 0 0", "0 1 0") for i in range(k)])
 
 
-def _nested(depth: int) -> str:
-    return "<a>" * depth + "</a>" * depth
+FIXED = '<joint name="j{1}" type="fixed"><parent link="l{0}"/><child link="l{1}"/></joint>'
+LINK_ROW = "<link name='l0'/>" + "".join(f"<link name='l{k}'/>{FIXED.format(k - 1, k)}" for k in range(1, 1000))
+MOVING = '<joint name="last" type="continuous"><parent link="l0"/><child link="end"/></joint>'
+EDGES = {
+    "distance": (mjcf(swap=("0 0 0.163", f"0 0 -{FARTHEST}")), mjcf(swap=("0 0 0.163", "0 0 -50.1")), "beyond 50"),
+    "gravity": (
+        mjcf(head=f'<option gravity="0 0 {STRONGEST_GRAVITY}"/>'),
+        mjcf(head='<option gravity="0 0 100.1"/>'),
+        "beyond 100",
+    ),
+    "angle": (
+        mjcf(swap=('euler="0 90 0"', f'euler="0 {LARGEST} 0"')),
+        mjcf(swap=('euler="0 90 0"', 'euler="0 1000001 0"')),
+        r"beyond 1e\+06",
+    ),
+    "joints": (turned(24), turned(25), "25 joints; .* 24"),
+    "turns": (urdf(swap=(LIMIT, 'lower="-12.5" upper="1e16"')), urdf(swap=(LIMIT, 'lower="-12.6"')), "2 turns"),
+    "range": (urdf(swap=(LIMIT, 'lower="0.5" upper="0.5"')), urdf(swap=(LIMIT, 'lower="0.5"')), "from 0.5 to 0"),
+    "links": (
+        f"<robot>{LINK_ROW.replace(FIXED.format(998, 999), MOVING).replace('l999', 'end')}</robot>",
+        f"<robot>{LINK_ROW}<link name='more'/></robot>",
+        "1001 links, expected 1 to 1000",
+    ),
+}
 
 
-def test_elements_are_nested_up_to_the_limit(tmp_path):
-    path = tmp_path / "x.xml"
-    path.write_text(_nested(xml_tree.DEEPEST))
-    assert xml_tree.read_xml(path).tag == "a"
-    path.write_text(_nested(xml_tree.DEEPEST + 1))
+@pytest.mark.parametrize("edge", EDGES)
+def test_a_model_is_read_up_to_its_limit(tmp_path, edge):
+    inside, outside, message = EDGES[edge]
+    assert read(tmp_path, inside).n > 0
+    with pytest.raises(RobotModelError, match=message):
+        read(tmp_path, outside)
+
+
+def test_a_file_is_read_up_to_its_size_and_depth_with_all_that_it_includes(tmp_path, monkeypatch):
+    path = written(tmp_path, "x.xml", nested(xml_tree.DEEPEST))
+    assert xml_tree.read_xml(path).tag == "mujoco"
+    path.write_text(nested(xml_tree.DEEPEST + 1))
     with pytest.raises(RobotModelError, match="line 1: elements are nested deeper than 200"):
         xml_tree.read_xml(path)
-
-
-def test_elements_are_counted_up_to_the_limit(tmp_path, monkeypatch):
+    for k in range(70):
+        written(tmp_path, f"{k}.xml", f'<mujoco><a><b><include file="{k + 1}.xml"/></b></a></mujoco>')
+    with pytest.raises(RobotModelError, match="nested deeper than 200"):
+        load_arm(tmp_path / "0.xml")
+    folder = tmp_path / "scene"
+    written(folder, "arm.xml", mjcf())
+    scene = written(folder, "scene.xml", '<mujoco><include file="arm.xml"/></mujoco>')
+    size = sum(path.stat().st_size for path in folder.iterdir())
+    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size)
+    assert load_arm(scene).joint_names == JOINT_NAMES
+    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size - 1)
+    with pytest.raises(RobotModelError, match="MB are included"):
+        load_arm(scene)
     monkeypatch.setattr(xml_tree, "MOST_ELEMENTS", 5)
-    path = tmp_path / "x.xml"
     path.write_text("<a>" + "<b/>" * 4 + "</a>")
-    assert len(xml_tree.read_xml(path).children) == 4
+    assert len(xml_tree.read_xml(path)) == 4
     path.write_text("<a>" + "<b/>" * 5 + "</a>")
     with pytest.raises(RobotModelError, match="more than 5 elements"):
         xml_tree.read_xml(path)
 
 
-def test_the_links_of_a_urdf_are_counted_up_to_the_limit(tmp_path):
-    links, joints = "<link name='l0'/>", ""
-    for k in range(1, 1000):
-        links += f"<link name='l{k}'/>"
-        joints += f"<joint name='j{k}' type='fixed'><parent link='l{k - 1}'/><child link='l{k}'/></joint>"
-    (tmp_path / "arm.urdf").write_text(f"<robot>{links}{joints}</robot>")
-    assert minimal_model(tmp_path / "arm.urdf").text.count("<joint") == 999
-    with pytest.raises(RobotModelError, match=r"arm\.urdf: robot arm: it has no moving joint"):
-        load_arm(tmp_path / "arm.urdf")
-    (tmp_path / "arm.urdf").write_text(f"<robot>{links}<link name='more'/>{joints}</robot>")
-    with pytest.raises(RobotModelError, match="1001 links, expected 1 to 1000"):
-        minimal_model(tmp_path / "arm.urdf")
+def test_an_arm_has_the_names_axes_places_limits_and_gravity_of_its_file(tmp_path, arm):
+    text = urdf(swap=(' effort="150" velocity="3.1"', "")).replace("elbow_joint", "a&lt;b&amp;&quot;c&quot;")
+    found = read(tmp_path, text)
+    assert found.name == "ur"
+    assert found.joint_names == tuple(name.replace("elbow_joint", 'a<b&"c"') for name in JOINT_NAMES)
+    np.testing.assert_array_equal(found.axis, [[float(x) for x in link[3].split()] for link in LINKS])
+    np.testing.assert_array_equal(found.translation, [[float(x) for x in link[1].split()] for link in LINKS])
+    np.testing.assert_array_equal(found.gravity, [0.0, 0.0, -9.81])
+    assert (found.lower[0], found.upper[5]) == (-2.97, 3.05)
+    # From degrees.
+    np.testing.assert_allclose(arm.upper, np.deg2rad([160, 137.5, 142.5, 270, 120, 270]), rtol=1e-15)
 
 
-def test_joints_are_counted_up_to_the_limit(tmp_path):
-    for n in (24, 25):
-        (tmp_path / f"{n}.xml").write_text(mjcf(links=[(f"l{k}", "0 0 0.1", "0 0 0", "0 1 0") for k in range(n)]))
-    assert load_arm(tmp_path / "24.xml").n == 24
-    with pytest.raises(RobotModelError, match="25 joints; arms of up to 24 are identified"):
-        load_arm(tmp_path / "25.xml")
+@pytest.mark.parametrize(
+    ("autolimits", "limited", "upper"),
+    [
+        ("false", "", np.inf),
+        ("false", 'limited="true"', 175.0),
+        ("true", "", 175.0),
+        ("true", 'limited="false"', np.inf),
+    ],
+)
+def test_a_range_limits_a_joint_where_the_file_says_so(tmp_path, autolimits, limited, upper):
+    text = mjcf(head=f'<compiler autolimits="{autolimits}"/>').replace("range=", f"{limited} range=")
+    np.testing.assert_allclose(read(tmp_path, text).upper, np.deg2rad(upper), rtol=1e-15)  # rounding
 
 
-def test_a_joint_of_a_urdf_may_have_equal_limits_and_huge_ones(tmp_path):
-    (tmp_path / "arm.urdf").write_text(urdf(swap=('lower="-2.97" upper="3.05"', 'lower="-1e16" upper="1e16"')))
-    assert load_arm(tmp_path / "arm.urdf").upper[0] == np.inf
-    (tmp_path / "arm.urdf").write_text(urdf(swap=('lower="-2.97" upper="3.05"', 'lower="0.5" upper="0.5"')))
-    assert load_arm(tmp_path / "arm.urdf").n == 6
-    (tmp_path / "arm.urdf").write_text(urdf(swap=(' effort="150" velocity="3.1"', "")))
-    assert load_arm(tmp_path / "arm.urdf").upper[0] == 3.05
+@pytest.mark.parametrize("pair", [(5, 4), (2, 2), (3, 6), (-1, 2)])
+def test_a_coupling_of_joints_that_do_not_exist_or_in_the_other_order_is_refused(pair):
+    with pytest.raises(RobotModelError, match=f"joints {pair[0] + 1} and {pair[1] + 1}; expected two of its 6"):
+        load_arm(rx90_mjcf.MJCF, (pair,))
+    with pytest.raises(RobotModelError, match="given twice"):
+        load_arm(rx90_mjcf.MJCF, ((4, 5), (4, 5)))
 
 
-def test_files_are_included_up_to_their_largest_size_together(tmp_path, monkeypatch):
-    (tmp_path / "arm.xml").write_text(mjcf())
-    (tmp_path / "scene.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
-    size = sum(path.stat().st_size for path in tmp_path.iterdir())
-    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size)
-    assert load_arm(tmp_path / "scene.xml").n == 6
-    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size - 1)
-    with pytest.raises(RobotModelError, match="MB are included"):
-        load_arm(tmp_path / "scene.xml")
-
-
-def test_includes_do_not_hide_depth(tmp_path):
-    for k in range(70):
-        (tmp_path / f"{k}.xml").write_text(f'<mujoco><a><b><include file="{k + 1}.xml"/></b></a></mujoco>')
-    with pytest.raises(
-        RobotModelError, match=("elements, including those of included files, are nested deeper than 200")
-    ):
-        load_arm(tmp_path / "0.xml")
-
-
-def test_an_arm_keeps_its_names_axes_and_places(tmp_path):
-    (tmp_path / "arm.urdf").write_text(urdf())
-    arm = load_arm(tmp_path / "arm.urdf")
-    assert (arm.name, arm.joint_names) == ("ur", tuple(f"{link[0]}_joint" for link in LINKS))
-    np.testing.assert_array_equal(arm.axis, [[float(x) for x in link[3].split()] for link in LINKS])
-    np.testing.assert_array_equal(arm.translation, [[float(x) for x in link[1].split()] for link in LINKS])
-    np.testing.assert_array_equal(arm.gravity, [0.0, 0.0, -9.81])
-
-
-def test_names_with_signs_of_xml_come_through(tmp_path):
-    text = mjcf().replace("elbow_joint", "a&lt;b&amp;&quot;c&quot;")
-    (tmp_path / "arm.xml").write_text(text)
-    assert load_arm(tmp_path / "arm.xml").joint_names[2] == 'a<b&"c"'
+def test_only_serial_arms_of_one_axis_joints_are_taken(rng):
+    model = random_arm(rng, 3)
+    model.addJoint(1, pin.JointModelRX(), pin.SE3.Identity(), "branch")
+    with pytest.raises(RobotModelError, match="joint branch branches off"):
+        arm_from_pinocchio(model)
+    floating = pin.Model()
+    floating.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
+    with pytest.raises(RobotModelError, match="joint root: type JointModelFreeFlyer"):
+        arm_from_pinocchio(floating)
+    with pytest.raises(RobotModelError, match="no moving joint"):
+        arm_from_pinocchio(pin.Model())
 
 
 def test_what_a_library_prints_is_collected_and_the_terminal_is_given_back(capfd):
@@ -150,70 +160,99 @@ def test_what_a_library_prints_is_collected_and_the_terminal_is_given_back(capfd
         os.write(2, b"Error: first\n\n  second\x07 \n")
         assert lines == []
     assert lines == ["Error: first", "second"]
-    os.write(2, b"after\n")
-    assert capfd.readouterr().err == "after\n"
-
-
-def test_the_terminal_is_given_back_after_an_error_too(capfd):
     with pytest.raises(RobotModelError, match="broken"), captured_stderr():
         raise RobotModelError("broken")
     os.write(2, b"after\n")
     assert capfd.readouterr().err == "after\n"
 
 
-def test_a_reader_that_fails_names_its_last_printed_line(tmp_path, monkeypatch, capfd):
-    def reader(_: str) -> None:
-        os.write(2, b"Warning: this\nError: no such thing\n")
-        raise ValueError("The model contains an error.")
+def test_a_model_that_was_reduced_before_is_the_same_arm(tmp_path):
+    for name, text in (("arm.xml", mjcf()), ("arm.urdf", urdf())):
+        path = written(tmp_path, name, text)
+        first = load_arm(path)
+        for folder in ("once", "twice"):
+            path = written(tmp_path / folder, name, minimal_model(path).text)
+        last = load_arm(path)
+        assert last.joint_names == first.joint_names
+        for field in ("translation", "rotation", "axis", "lower", "upper"):
+            # One more body around it, which neither turns nor moves.
+            np.testing.assert_allclose(getattr(last, field), getattr(first, field), rtol=0, atol=1e-15)
 
-    monkeypatch.setitem(load_arm.__globals__["READERS"], "urdf", reader)
-    (tmp_path / "arm.urdf").write_text(urdf())
-    with pytest.raises(RobotModelError, match=r"arm\.urdf: Pinocchio cannot read it: Error: no such thing$"):
-        load_arm(tmp_path / "arm.urdf")
-    assert capfd.readouterr().err == ""
 
-
-LIMITED = [
-    ("false", "", np.inf),
-    ("false", 'limited="true"', 175.0),
-    ("true", "", 175.0),
-    ("true", 'limited="false"', np.inf),
+ARM = ("shoulder", "elbow", "wrist")
+TENDON = '<tendon><fixed name="t"><joint joint="{}"/></fixed></tendon><equality><tendon tendon1="t"/></equality>'
+CHAINS = [
+    (menagerie(), "wrist_link", ARM),
+    (menagerie(), "elbow_link", ARM[:2]),
+    (menagerie(hand=HAND, tail=FINGERS), "wrist_link", ARM),
+    (menagerie(hand=HAND, tail=FINGERS), "hand", ARM),
+    (menagerie(hand=HAND), "left", (*ARM, "finger1")),
+    (menagerie(world=TABLE), None, ARM),
+    (menagerie(world=TABLE), "wrist_link", ARM),
+    (ros(), "tool0", ARM),
+    (ros(), "elbow_link", ARM[:2]),
+    (ros(more=GRIPPER), "tool0", ARM),
+    (ros(more=GRIPPER), "finger_l", (*ARM, "grip")),
+    # Ties among what is locked.
+    (menagerie(hand=HAND, tail=TENDON.format("finger1")), "wrist_link", ARM),
+    (menagerie(hand=HAND, tail='<equality><weld body1="left" body2="hand"/></equality>'), "hand", ARM),
+    (menagerie(hand=HAND, tail='<equality><connect body1="left" body2="right"/></equality>'), "wrist_link", ARM),
+    (menagerie(hand=HAND, tail='<equality><joint joint1="finger1"/></equality>'), "wrist_link", ARM),
+    (
+        menagerie(
+            hand='<body name="a"><site name="s"/></body><body name="b"><site name="t"/></body>',
+            tail='<equality><weld site1="s" site2="t"/></equality>',
+        ),
+        "wrist_link",
+        ARM,
+    ),
+    # Faults outside the chain.
+    (menagerie(world='<frame pos="1 0 0"><body name="shelf"><joint/></body></frame>'), "wrist_link", ARM),
+    (menagerie(world='<body name="bag"><composite type="cable"/></body>'), "wrist_link", ARM),
+    (menagerie(head='<default><default class="jaw"><joint axs="1"/></default></default>'), "wrist_link", ARM),
+    (menagerie(hand='<body name="gimbal"><joint axis="1 0 0"/><joint axis="0 1 0"/></body>'), "wrist_link", ARM),
+    (menagerie(hand='<body name="camera" pos="0 O 0"/>'), "wrist_link", ARM),
+    (ros(more='<link name="lamp"/><link name="lamp"/><joint name="l" type="blinking"/><link/>'), "tool0", ARM),
 ]
 
 
-@pytest.mark.parametrize(("autolimits", "limited", "upper"), LIMITED)
-def test_a_range_limits_a_joint_where_the_file_says_so(tmp_path, autolimits, limited, upper):
-    text = mjcf(head=f'<compiler autolimits="{autolimits}"/>').replace("range=", f"{limited} range=")
-    (tmp_path / "arm.xml").write_text(text)
-    np.testing.assert_allclose(load_arm(tmp_path / "arm.xml").upper, np.deg2rad(upper), rtol=1e-15)  # rounding
+@pytest.mark.parametrize(("text", "flange", "joints"), CHAINS)
+def test_the_arm_is_what_leads_to_the_flange(tmp_path, text, flange, joints):
+    arm = read(tmp_path, text, flange)
+    assert arm.joint_names == joints
+    expected = [[0.0, 0.05, 0.15], [0.0, 0.0, 0.3]]
+    np.testing.assert_allclose(arm.translation[1:3], expected[: len(joints) - 1], rtol=1e-15)  # sums of frames
 
 
-@pytest.mark.parametrize(
-    ("name", "text", "line"),
-    [
-        ("arm.urdf", urdf(swap=("wrist_1_joint", "elbow_joint")), 5),
-        ("arm.xml", mjcf(swap=("wrist_1_joint", "elbow_joint")), 6),
-    ],
-)
-def test_the_first_of_two_elements_of_a_name_is_told_by_its_line_alone_wherever_the_file_lies(
-    tmp_path, name, text, line
-):
-    folder = tmp_path / "cell: 4"
-    folder.mkdir()
-    (folder / name).write_text(text)
-    with pytest.raises(RobotModelError, match=rf"'elbow_joint' appears twice; the first one is in line {line}$"):
-        load_arm(folder / name)
+FAULTS = [
+    (menagerie(hand=HAND), None, "joint finger2 branches off.*as flange"),
+    (menagerie(hand=HAND, tail=FINGERS), None, "kind joint ties joints.*as flange"),
+    (menagerie(hand=HAND, tail=FINGERS), "left", "kind joint ties joints"),
+    (
+        menagerie(tail='<equality><connect body1="wrist_link" body2="shoulder_link"/></equality>'),
+        "wrist_link",
+        "connect",
+    ),
+    (menagerie(tail='<equality><weld body1="elbow_link"/></equality>'), "wrist_link", "kind weld"),
+    (menagerie(tail='<equality><weld site1="a" site2="b"/></equality>'), "wrist_link", "kind weld"),
+    (menagerie(tail=TENDON.format("elbow")), "wrist_link", "kind tendon"),
+    (menagerie(tail='<equality><tendon tendon1="t"/></equality>'), "wrist_link", "kind tendon"),
+    (menagerie(), "wrist_lnk", "flange 'wrist_lnk': .*'wrist_link'"),
+    (ros(), "tool", "flange 'tool': .*'tool0'"),
+    (ros(more=GRIPPER), None, "joint 'grip_r': it mimics.*as flange"),
+    (ros(more=GRIPPER), "finger_r", "joint 'grip_r': it mimics"),
+    (menagerie(), "base", "no moving joint"),
+    (menagerie(hand='<frame><body name="palm"><joint name="turn"/></body></frame>'), "palm", "frame"),
+    (
+        menagerie().replace('<body name="base" childclass="arm">', '<body name="base"><freejoint/>'),
+        None,
+        "freejoint: type 'free'",
+    ),
+]
 
 
-def test_a_model_that_was_reduced_before_is_the_same_arm(tmp_path):
-    path = tmp_path / "arm.xml"
-    path.write_text(mjcf())
-    for name in ("once.xml", "twice.xml"):
-        reduced = minimal_model(path).text
-        path = tmp_path / name
-        path.write_text(reduced)
-    first, last = load_arm(tmp_path / "arm.xml"), load_arm(path)
-    assert last.joint_names == first.joint_names
-    for field in ("translation", "rotation", "axis", "lower", "upper"):
-        # One more body around it, which neither turns nor moves.
-        np.testing.assert_allclose(getattr(last, field), getattr(first, field), rtol=0, atol=1e-15)
+@pytest.mark.parametrize(("text", "flange", "message"), FAULTS)
+def test_what_is_no_serial_arm_is_refused_in_one_line(tmp_path, text, flange, message):
+    with pytest.raises(RobotModelError, match=message) as caught:
+        read(tmp_path, text, flange)
+    assert "\n" not in str(caught.value)

@@ -19,9 +19,8 @@ from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
 from scenarios.experiments.nominal_links import nominal_links
 from scenarios.experiments.robot_models import read_arm
-from scenarios.gains_in_use.model_update.edits import model_text
-from scenarios.gains_in_use.model_update.link_values import LinkValues
-from scenarios.gains_in_use.model_update.mjcf import mjcf_link_changes
+from scenarios.gains_in_use.model_patch import patched_model
+from scenarios.gains_in_use.model_values import BareFile
 from scenarios.results.models.links import links_document
 from scenarios.support.errors import ScenarioError
 
@@ -257,16 +256,17 @@ def test_a_model_of_other_frames_or_with_another_tool_is_refused(cell, capsys, s
 def test_a_compiler_that_changes_masses_is_refused(setting, tmp_path):
     content = f'<mujoco><compiler angle="degree"/><compiler {setting} boundinertia="0"/></mujoco>'.encode()
     (tmp_path / "arm.xml").write_bytes(content)
-    with pytest.raises(ScenarioError, match="would override the masses that bodies state"):
-        mjcf_link_changes(model_text(tmp_path / "arm.xml"), [])
+    with pytest.raises(ScenarioError, match=f"compiler {setting[:8]}"):
+        patched_model(tmp_path / "arm.xml", [], [])
 
 
-def test_a_link_of_an_included_file_is_refused(tmp_path):
-    content = b'<mujoco><include file="arm.xml"/><worldbody/></mujoco>'
-    (tmp_path / "arm.xml").write_bytes(content)
-    link = LinkValues(joint="elbow", mass=1.3, com=(0.1, 0.2, 0.3), inertia=(0.2,) * 3 + (0.01,) * 3, motor=None)
-    with pytest.raises(ScenarioError, match="joint elbow: the file has no joint of this name"):
-        mjcf_link_changes(model_text(tmp_path / "arm.xml"), [link])
+def test_a_link_of_an_included_file_is_refused(cell):
+    told(cell, "arm.xml")
+    links = BareFile.model_validate_json((cell / "bare.json").read_bytes()).consistent
+    assert links is not None
+    (cell / "scene.xml").write_text('<mujoco><include file="arm.xml"/><worldbody/></mujoco>')
+    with pytest.raises(ScenarioError, match="joint shoulder_pan_joint: the file has no joint of this name"):
+        patched_model(cell / "scene.xml", [], links.links)
 
 
 def test_links_as_drawn_have_the_torques_of_the_file(cell, motion):

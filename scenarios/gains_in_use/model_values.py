@@ -1,6 +1,8 @@
-"""Identified values of each joint in SI, or why there are none: scale of efforts, damping, friction loss, armature.
+"""Identified values of a model file in SI, or why there are none: scale of efforts, friction, armature, links.
 
-Friction and base parameters are from the output of `rx90 identify --json` for bare motions.
+Friction, base parameters and links are from the output of `rx90 identify --json` for bare motions. Base parameter k of
+the arm, in units of the reference joint's current, times the gain of that joint is in SI; friction is in units of the
+joint's own current. Of rotor inertia Ia, only an `Ia` that is a base parameter by itself is written.
 """
 
 from dataclasses import dataclass
@@ -9,18 +11,29 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ident.arm_parameters.bare import BareArm
+from ident.arm_parameters.links import ModelLinks, nearest_links
 from ident.diagnosis.alternative import two_digits
+from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.support.arrays import Array
+from ident.support.errors import NoBody
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
 from scenarios.experiments.files.gains import GainEntry, GainsFile
-from scenarios.results.models.links import Links
+from scenarios.experiments.nominal_links import KINEMATICS_ONLY, is_placeholder, nominal_links
+from scenarios.results.models.links import Link, Links, links_document, same_frames
 from scenarios.support.errors import ScenarioError
+from sim.errors import ModelFileError
 
 NO_NOMINAL = "no data-sheet gains are given (--nominal)"
 NO_BARE = "no identification of bare motions is given (--arm)"
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
+SAME = 1e-6
+"""Largest difference due to rounding in a file: of frames, in metres or of unit vectors, and of gains, relative."""
+FAR = 4.0
+"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 
 
 class _Part(BaseModel):
@@ -157,16 +170,78 @@ def joint_values(
         raise ScenarioError(f"bare motions of joints {found}; robot {structure.arm.name} has {', '.join(names)}")
     if bare is not None and bare.reference > len(names):
         raise ScenarioError(f"reference = {bare.reference}: robot {structure.arm.name} has {len(names)} joints")
+    unit = None if bare is None else _gain(gains.gains[bare.reference - 1])
     return tuple(
         JointValues(
             name=name,
             effort=_effort(gains.gains[j], None if nominal is None else nominal.gains[j], most),
             damping=_friction(gains.gains[j], bare, j, "Fv", most),
             friction=_friction(gains.gains[j], bare, j, "Fc", most),
-            armature=_armature(structure, gains, bare, j, most),
+            armature=Unknown(NO_BARE) if bare is None or unit is None else _armature(structure, unit, bare, j, most),
         )
         for j, name in enumerate(names)
     )
+
+
+def _gain(entry: GainEntry) -> Known:
+    """Return a gain with its sign, or why there is none."""
+    if entry.estimate is None or entry.std is None:
+        return Unknown(f"the gain of joint {entry.joint} is refused")
+    return Value(entry.estimate, abs(entry.std / entry.estimate))
+
+
+def _effort(entry: GainEntry, nominal: GainEntry | None, most: float) -> Known:
+    if nominal is None:
+        return Unknown(NO_NOMINAL)
+    gain, old = _gain(entry), _gain(nominal)
+    if isinstance(gain, Unknown):
+        return gain
+    if isinstance(old, Unknown):
+        return Unknown(f"the data sheet has no gain of joint {entry.joint}")
+    return _sure(abs(gain.value / old.value), gain.rel_std, most)
+
+
+def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: float) -> Known:
+    """Return friction times gain, for the law `v = Fv dq + Fc sign(dq) + off` [drive units]."""
+    if bare is None:
+        return Unknown(NO_BARE)
+    gain, own = _gain(entry), {each.parameter: each for each in bare.joints[j].friction}
+    if isinstance(gain, Unknown):
+        return gain
+    curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
+    if curved and name == "Fv":
+        return Unknown(f"viscous friction is not linear in speed ({', '.join(curved)})")
+    if name in own:
+        return _times(own[name], gain, most)
+    if any(each.startswith(f"{name} in motion") for each in own):
+        return Unknown("differs between motions; identify one, or --option friction_per_motion=false")
+    return Unknown("not identified")
+
+
+def _armature(structure: Structure, unit: Known, bare: BareFile, j: int, most: float) -> Known:
+    """Return Ia if it is a base parameter, not regrouped with the inertia of links."""
+    name = f"Ia{j + 1}"
+    if set(structure.base.groups().get(name, {})) != {name}:
+        return Unknown("regrouped with link inertia: only their sum is identifiable")
+    found = next((each for each in bare.base_parameters if each.parameter == name), None)
+    if found is None:
+        return Unknown("not identifiable from these motions")
+    return unit if isinstance(unit, Unknown) else _times(found, unit, most)
+
+
+def _times(found: Found, gain: Value, most: float) -> Known:
+    """Return a parameter in SI from drive units; an estimate of 0 has no relative standard deviation."""
+    value = found.estimate * gain.value
+    if value <= 0.0:
+        return Unknown(f"identified as {value:.3g}, not positive")
+    return _sure(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5), most)
+
+
+def _sure(value: float, rel_std: float, most: float) -> Known:
+    if rel_std > most:
+        found, limit = two_digits(100.0 * rel_std), f"{100.0 * most:g} %"
+        return Unknown(f"identified as {value:.3g}, with a standard deviation of {found} %, more than {limit}")
+    return Value(value, rel_std)
 
 
 def unstated_parameters(
@@ -196,76 +271,72 @@ def unstated_parameters(
         k = int(np.argmax(np.abs(inertia)))  # the base parameter that it is, or is regrouped with
         if motor[j] == 0.0 and isinstance(unit, Value) and base.names[k] in known:
             shown = known[base.names[k]]
-            found += max(shown.estimate * unit.value - stated[k], 0.0) * inertia / inertia[k]
+            found += max((shown.estimate * unit.value - stated[k]) / inertia[k], 0.0) * inertia
             covariance += np.outer(inertia, inertia) * (shown.std * unit.value / inertia[k]) ** 2
     return found, covariance
 
 
-def _gain(entry: GainEntry) -> Value | Unknown:
-    """Return a gain with its sign, or why there is none."""
-    if entry.estimate is None or entry.std is None:
-        return Unknown(f"the gain of joint {entry.joint} is refused")
-    return Value(entry.estimate, abs(entry.std / entry.estimate))
+def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
+    """Return the physically consistent links nearest to the model's, or why there are none.
+
+    Args:
+        in_si: Base parameters with known gains, None without any.
+        structure: Identifiable structure of the arm.
+        model: Model file, whose masses are used here.
+        flange: Last body of the arm, if the file has more bodies.
+    """
+    if in_si is None:
+        return Unknown(NO_GAINS)
+    try:
+        nominal = nominal_links(model, flange)
+        if is_placeholder(nominal):
+            return Unknown(KINEMATICS_ONLY)
+        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
+    except (ModelFileError, NoBody) as error:
+        return Unknown(str(error))
+    return links_document(found, nominal, structure.arm)
 
 
-def _effort(entry: GainEntry, nominal: GainEntry | None, most: float) -> Known:
-    if nominal is None:
-        return Unknown(NO_NOMINAL)
-    gain, old = _gain(entry), _gain(nominal)
-    if isinstance(gain, Unknown):
-        return gain
-    if isinstance(old, Unknown):
-        return Unknown(f"the data sheet has no gain of joint {entry.joint}")
-    return _sure(abs(gain.value / old.value), gain.rel_std, most)
+def link_values(bare: BareFile | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
+    """Return links whose centre of mass is in the frame of the body in the model file.
 
+    Args:
+        bare: Results of bare motions.
+        gains: The gains of the updated model.
+        arm: The arm of the file.
+        nominal: Links of the file.
 
-def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: float) -> Known:
-    """Return friction times gain, for the law `v = Fv dq + Fc sign(dq) + off` [drive units]."""
+    Raises:
+        ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
+            contradict the data.
+    """
     if bare is None:
-        return Unknown(NO_BARE)
-    gain, own = _gain(entry), {each.parameter: each for each in bare.joints[j].friction}
-    if isinstance(gain, Unknown):
-        return gain
-    curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
-    if curved and name == "Fv":
-        return Unknown(f"viscous friction is not linear in speed ({', '.join(curved)})")
-    if name not in own:
-        several = any(each.startswith(f"{name} in motion") for each in own)
-        return Unknown(
-            "differs between motions; identify one, or --option friction_per_motion=false"
-            if several
-            else "not identified"
+        raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
+    if (found := bare.consistent) is None:
+        raise ScenarioError(
+            "--links: --arm has no physically consistent set: "
+            f"{bare.consistent_reason or 'it was written by an older version'}; identify bare motions with --gains"
         )
-    return _times(own[name], gain, most)
-
-
-def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: int, most: float) -> Known:
-    """Return Ia if it is a base parameter, not regrouped with the inertia of links."""
-    if bare is None:
-        return Unknown(NO_BARE)
-    name = f"Ia{j + 1}"
-    found = next((each for each in bare.base_parameters if each.parameter == name), None)
-    group = structure.base.groups().get(name, {})
-    if set(group) != {name}:
-        return Unknown("regrouped with link inertia: only their sum is identifiable")
-    unit = _gain(gains.gains[bare.reference - 1])
-    if found is None:
-        return Unknown("not identifiable from these motions")
-    return unit if isinstance(unit, Unknown) else _times(found, unit, most)
-
-
-def _times(found: Found, gain: Value, most: float) -> Known:
-    """Return a parameter in SI from drive units; an estimate of 0 has no relative standard deviation."""
-    value = found.estimate * gain.value
-    if value <= 0.0:
-        return Unknown(f"identified as {value:.3g}, not positive")
-    return _sure(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5), most)
-
-
-def _sure(value: float, rel_std: float, most: float) -> Known:
-    if rel_std > most:
-        return Unknown(
-            f"identified as {value:.3g}, with a standard deviation of {two_digits(100.0 * rel_std)} %, more than "
-            f"{100.0 * most:g} %"
+    if (names := tuple(each.name for each in found.links)) != arm.joint_names:
+        raise ScenarioError(f"--links: --arm is of joints {', '.join(names)}, not of those of MODEL")
+    for each in found.links:
+        if not same_frames(each, arm, nominal.carried, tolerance=SAME):
+            raise ScenarioError(
+                f"--links: MODEL has another frame for joint {each.name}, or other bodies fixed to its link, than the "
+                "model that bare motions were identified with; identify them with this file"
+            )
+    if found.farthest_deviations > FAR:
+        raise ScenarioError(
+            f"--links: base parameter {found.farthest_parameter} of physically consistent links differs by "
+            f"{found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g}); check model, "
+            "gains and data"
         )
-    return Value(value, rel_std)
+    for joint, entry in zip(bare.joints, gains.gains, strict=True):  # masses are proportional to gains
+        used, own = joint.gain, entry.estimate
+        if used is not None and own is not None and abs(used / own - 1.0) > SAME:
+            raise ScenarioError(
+                f"--links: --arm was identified with a gain of {used:.4g} on joint {joint.joint}, but --gains has "
+                f"{own:.4g}; identify the bare motions with these gains"
+            )
+    places = [(np.array(each.com) + nominal.offset[each.joint - 1]).tolist() for each in found.links]
+    return tuple(each.model_copy(update={"com": com}) for each, com in zip(found.links, places, strict=True))

@@ -52,8 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
     from scenarios.command_line.writing import right_to_write
-    from scenarios.design.new_robot import Given, described, moved
-    from scenarios.design.robot_folder import FILES, as_read, check_no_other_robot, write_new_robot
+    from scenarios.design.new_robot import Given
+    from scenarios.design.robot_folder import FILES, check_no_other_robot, moved, new_robot, write_new_robot
     from scenarios.reports.new_robot import new_robot_report
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
@@ -67,13 +67,13 @@ def main(options: argparse.Namespace) -> Status:
         rated_load=options.rated_load,
         payload=options.payload,
     )
-    new = described(options.model, options.out, given)
+    new = new_robot(options.model, options.out, given)
     more = max(USUAL, 4 * options.evaluations)
     advice = (
         f"try more motions (--evaluations {more}), other motions (--seed), another pose (--home) or a lighter payload "
         "(--payload)"
     )
-    found = moved(new, as_read(new), partial(_searched, options), advice=advice)
+    found = moved(new, partial(_searched, options), advice=advice)
     with held.writing():
         write_new_robot(new, found, held.folder)
     show(new_robot_report(new, found, held.folder), options)

@@ -1,23 +1,39 @@
-"""Folder of a user's robot: `robot.toml`, `scenario.toml` and a motion; every number with its origin."""
+"""Folder of a new robot: a motion searched for it, and `robot.toml`, `scenario.toml` and the motion as files."""
 
 import os
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from ident.payload.payload import INERTIA_KEYS, MOMENTS, Payload
+from ident.diagnosis.alternative import two_digits
+from ident.estimation.estimators import DEFAULT
+from ident.model.structure import structure_of
+from ident.payload.files import payload_to_table
+from ident.payload.payload import MOMENTS, Payload
+from ident.support.arrays import Array
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
-from scenarios.design.new_robot import SHOWN, Found, NewRobot
-from scenarios.design.rules_of_thumb import Stated, assumed
+from scenarios.design.excitation import Design, Problem
+from scenarios.design.fitting import about_a_pose, first_fitted, quickened
+from scenarios.design.limits import robot_limits
+from scenarios.design.new_robot import DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
+from scenarios.design.search import Found as Point
+from scenarios.design.search import Series
 from scenarios.design.searched_motion import percents
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.toml_text import schema_line, toml_value
+from scenarios.experiments.payload_frames import check_same_payload
+from scenarios.prediction.deviations import drawn, prediction_of
 from scenarios.support.errors import ScenarioError, UnreadableFile
+from sim.clearance import CLEARANCE, Clearance
+from sim.errors import NoPositionError, RobotError, TrajectoryError
+from sim.plant import Plant
 from sim.robot import Robot
 from sim.robot_files import read_robot
+from sim.trajectory import FourierTrajectory
 
 ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
 FILES = (ROBOT, SCENARIO, MOTION)
@@ -34,27 +50,114 @@ UNITS = {
     "max_acceleration": ("rad/s^2", "m/s^2"),
 }
 """Units of the tables of `[drives]`, for revolute and prismatic joints."""
-SWING = (20.0, 30.0)
-"""Range of the rotor resonance on an elastic transmission [Hz]; measured joints have 20 to 31."""
+HARMONICS, DURATION = 6, 20.0
+"""Harmonics of the motion, and period [s]."""
+ATTEMPTS = 3
+"""Number of searches with other seeds if a motion cannot be scaled to its limits."""
+SHOWN = 0.04
+"""Largest predicted relative standard deviation of a gain that the scenario requires.
+
+Above 0.1 a gain is refused, and for a weak arm friction increases the standard deviation to up to 2.5 times the
+predicted one.
+"""
+Searching = Callable[[Design, Series, int], Sequence[Point]]
+"""Yields successively better motions of the search with this seed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Found:
+    """A motion within the robot's limits, and the predicted relative standard deviation of each gain, shape (n,)."""
+
+    motion: FourierTrajectory
+    predicted: Array
+
+    @property
+    def tolerance(self) -> tuple[float, ...]:
+        """Tolerances: four predicted standard deviations of each gain, at least 2 %."""
+        return tuple(float(f"{max(0.02, 4.0 * min(float(each), 1.0)):.2g}") for each in self.predicted)
+
+    @property
+    def identifiable(self) -> tuple[bool, ...]:
+        """Joints whose gains should be identifiable."""
+        return tuple(bool(each <= SHOWN) for each in self.predicted)
+
+
+def new_robot(path: Path, folder: Path, given: Given) -> NewRobot:
+    """Read a model file, complete it by defaults, and choose its home pose.
+
+    Raises:
+        RobotModelError: If identification and simulation read the file differently; otherwise as `described`.
+    """
+    new = described(path, folder, given)
+    robot = as_read(new)
+    check_same_payload(new.arm, robot)
+    clearance = Clearance(Plant(robot=robot, drives=robot.drives, payload=new.load.body), margin=3.0 * CLEARANCE)
+    return with_home(new, clearance, clearance.always_near, given.home)
+
+
+def moved(new: NewRobot, searched: Searching, *, advice: str) -> Found:
+    """Search for a motion that identifies all gains.
+
+    Raises:
+        TrajectoryError: If none is found.
+        RobotError: If the payload that the arm can carry identifies no gain.
+    """
+    robot, body = as_read(new), new.load.body
+    plant = Plant(robot=robot, drives=robot.drives, payload=body)
+    problem = Problem(
+        plant=plant,
+        structure=structure_of(new.arm),
+        limits=robot_limits(plant),
+        joints=np.arange(new.arm.n),
+        carried=drawn(new.load.payload),
+        prediction=prediction_of(DEFAULT),
+    )
+    design = Design(problem)
+    series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
+    bests: list[FourierTrajectory] = []
+
+    def searches() -> Iterator[Sequence[Point]]:
+        for attempt in range(ATTEMPTS):
+            kept = searched(design, series, attempt)
+            bests.append(series.motion(kept[-1].x))
+            yield kept
+
+    try:
+        motion = first_fitted(design, series, searches())
+    except NoPositionError as error:
+        raise TrajectoryError(f"{error}: --payload KG; or name a pose that can be held and is clear, --home") from error
+    except TrajectoryError as error:
+        smaller = [small for best in bests for small in about_a_pose(design, best)]
+        if not smaller:
+            said = f"robot {new.name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}"
+            raise TrajectoryError(said) from error
+        motion = min(smaller, key=design.cost)
+    motion = quickened(design, motion)
+    found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
+    if any(found.identifiable):
+        return found
+    raise RobotError(
+        f"robot {new.name}: the torque limits allow a payload of {body.mass:.2g} kg, which determines no gain "
+        f"better than {two_digits(100.0 * found.predicted.min())} %; correct effort or force ranges, or masses of "
+        "the links, or state what the arm may carry with --rated-load"
+    )
 
 
 def robot_text(new: NewRobot) -> str:
     """Return the text of the robot file."""
-    names = ", ".join(f"{k} {name}" for k, name in enumerate(new.arm.joint_names, 1))
     lines = [
         schema_line("robot"),
-        f"# Joints: {names}",
+        f"# Joints: {', '.join(f'{k} {name}' for k, name in enumerate(new.arm.joint_names, 1))}",
         "# A first version: replace assumed values by known ones. origin is published, measured or assumed, one",
         "# word or one per joint. Units of a prismatic joint are in brackets.",
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are those of this file",
     ]
     if new.end.flange is not None:
-        lines.append(
-            f"flange = {toml_value(new.end.flange)}  # last body of the arm; joints outside the chain to it are locked"
-        )
-    if new.load.rated is not None:
-        words = assumed(np.array([new.load.rated]), "given to rx90 new-robot")
+        flange = toml_value(new.end.flange)
+        lines.append(f"flange = {flange}  # last body of the arm; joints outside the chain to it are locked")
+    if new.rated_load is not None:
+        words = assumed(np.array([new.rated_load]), "given to rx90 new-robot")
         lines += ["", "[rated_load]  # kg; upper limit of what `rx90 payload` designs", *_stated(words, several=False)]
     lines += ["", "[home]  # rad (m)", *_stated(new.home)]
     for name, stated in new.drives.items():
@@ -64,13 +167,23 @@ def robot_text(new: NewRobot) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _stated(stated: Stated, *, several: bool = True) -> list[str]:
+    one = len(set(stated.origin)) == 1
+    value = [float(f"{x:.6g}") for x in stated.value]
+    return [
+        f"value = {value if several else value[0]!r}",
+        f"origin = {toml_value(stated.origin[0] if one else stated.origin)}",
+        f"source = {toml_value(stated.source)}",
+    ]
+
+
 def scenario_text(new: NewRobot, found: Found) -> str:
     """Return the text of the scenario file."""
     true, believed = (_payload(new.load.payload, deviations=each) for each in (False, True))
-    soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
+    resonance, zeros = DEFAULTS["resonance"], DEFAULTS["zeros"]
+    soft = [1.0 / (float(ia) * (2.0 * np.pi * resonance.second) ** 2) for ia in new.drives["rotor_inertia"].value]
     soft = [float(f"{c:.3g}") for c in soft]
-    zeros = [0.00175 if turns else 0.0001 for turns in new.arm.revolute]
-    more = [float(f"{c * ((SWING[1] / SWING[0]) ** 2 - 1.0):.3g}") for c in soft]
+    more = [float(f"{c * ((resonance.second / resonance.value) ** 2 - 1.0):.3g}") for c in soft]
     truth = ", ".join("true" if each else "false" for each in found.identifiable)
     return f"""{schema_line("scenario")}
 extends = "any-arm"          # controller, sensors and error sources that all arms share
@@ -93,17 +206,32 @@ payload = {believed}  # as it is
 gain = {list(found.tolerance)!r}  # relative; four predicted standard deviations, 2 % at least
 identifiable = [{truth}]  # predicted standard deviations [%]: {percents(found.predicted)}; limit: {100.0 * SHOWN:g}
 
-[sources."joint elasticity"]  # assumed: rotor resonances on the transmissions at {SWING[0]:g} to {SWING[1]:g} Hz
+[sources."joint elasticity"]  # assumed: {resonance.source}
 target = "plant.errors.joint_compliance"
 distribution = "uniform"
 parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), m/N for a prismatic joint
 shared = true
 
-[sources."zeros of joints"]  # assumed: 0.1 degrees, 0.1 mm for a prismatic joint: a calibrated arm
+[sources."zeros of joints"]  # assumed: {zeros.source}
 target = "plant.errors.zero_error"
 distribution = "norm"
-parameters = {{ scale = {zeros!r} }}  # rad, m for a prismatic joint
+parameters = {{ scale = {[zeros.value if turns else zeros.second for turns in new.arm.revolute]!r} }}  # rad, m for a \
+prismatic joint
 """
+
+
+def _payload(payload: Payload, *, deviations: bool) -> str:
+    """Return a payload as a table in one line without zeros, with or without its standard deviations."""
+    table: dict[str, object] = {}
+    for key, value in payload_to_table(payload).items():
+        if key == "known" or (key.endswith("_std") and not deviations):
+            continue
+        if isinstance(value, dict):
+            kept = {name: x for name, x in value.items() if x or (name in MOMENTS and any(value.values()))}
+            table |= {key: kept} if kept else {}
+        elif np.any(np.array(value)):
+            table[key] = value
+    return toml_value(table)
 
 
 def as_read(new: NewRobot) -> Robot:
@@ -145,25 +273,3 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
         raise ScenarioError(
             f"{path}: is of another robot, {shown(name)} from {shown(there)}; give another folder, or add --force"
         )
-
-
-def _payload(payload: Payload, *, deviations: bool) -> str:
-    """Return a payload as a table in one line, with or without its standard deviations."""
-    keys = ("mass", "com", "inertia", *("mass_std", "com_std", "inertia_std") * deviations)
-    values = {key: getattr(payload, key) for key in keys}
-    for key in ("inertia", "inertia_std"):
-        if any(values.get(key, ())):
-            pairs = zip(INERTIA_KEYS, values[key], strict=True)
-            values[key] = {name: x for name, x in pairs if x or name in MOMENTS}
-    return toml_value({key: value for key, value in values.items() if np.any(value) or isinstance(value, dict)})
-
-
-def _stated(stated: Stated, *, several: bool = True) -> list[str]:
-    words = set(stated.origin)
-    origin = toml_value(stated.origin[0]) if len(words) == 1 else toml_value(stated.origin)
-    value = [float(f"{x:.6g}") for x in stated.value]
-    return [
-        f"value = {value if several else value[0]!r}",
-        f"origin = {origin}",
-        f"source = {toml_value(stated.source)}",
-    ]

@@ -9,8 +9,8 @@ import numpy as np
 import scenarios.design.results as results
 from ident.diagnosis.alternative import two_digits
 from scenarios.design.excitation import near_words
-from scenarios.design.new_robot import CLEAR, Found, NewRobot
-from scenarios.design.robot_folder import FILES, SCENARIO
+from scenarios.design.new_robot import CLEAR, NewRobot
+from scenarios.design.robot_folder import FILES, SCENARIO, Found
 from scenarios.reports.content import NONE, Line, Mood, Paragraph, Report, column, percent, table
 from scenarios.reports.gains import joints_named
 from scenarios.reports.motion import length_units

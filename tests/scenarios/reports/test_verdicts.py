@@ -11,7 +11,8 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
 from scenarios.benchmark.scoreboard.results import BoardGain, BoardPrediction, Entry, Scoreboard
-from scenarios.design.new_robot import Found, Given, described
+from scenarios.design.new_robot import Given
+from scenarios.design.robot_folder import Found, new_robot
 from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
 from scenarios.experiments.studies.joint_rows import StudyRows
 from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
@@ -207,7 +208,7 @@ def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_b
 
 @pytest.mark.parametrize(("rated", "moods"), [(0.7, [Mood.DOUBTFUL]), (1.9, [])])
 def test_a_payload_above_the_rated_load_is_a_warning_that_stands_out(tmp_path, rated, moods):
-    new = described(ROOT / "examples" / "arm.urdf", tmp_path, Given(rated_load=rated, payload=1.3))
+    new = new_robot(ROOT / "examples" / "arm.urdf", tmp_path, Given(rated_load=rated, payload=1.3))
     still = np.zeros((new.arm.n, 3))
     motion = FourierTrajectory(still[:, 0], still, still, 1.0)
     parts = new_robot_report(new, Found(motion=motion, predicted=np.full(new.arm.n, 0.01)), tmp_path).parts

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
+.PHONY: demo test test-slow latest mutants lint bench scale real diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -56,6 +56,11 @@ bench: .venv/ready
 
 scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
 	$(BIN)/python -m bench.scale --write
+
+DOWNLOADS ?= $(REAL_RECORDINGS)
+
+real: .venv/ready  # docs/real-robots.md, from the recordings of bench/recordings/sources.toml in the folder DOWNLOADS
+	$(BIN)/python bench/real.py $(DOWNLOADS)
 
 diagnosis: .venv/ready  # what a diagnosis says of sound logs and of faults; REAL_RECORDINGS names a folder of real ones; two hours, goes on from what out/diagnosis holds
 	$(BIN)/python docs/diagnosis.py

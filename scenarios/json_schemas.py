@@ -18,7 +18,6 @@ from scenarios.benchmark.comparison.statistics import Comparison
 from scenarios.benchmark.methods.answer import AnswerFile
 from scenarios.benchmark.methods.answers import Answers
 from scenarios.benchmark.paper.result import PaperResult
-from scenarios.benchmark.scoreboard.results import Scoreboard
 from scenarios.design.payload_design import PayloadDesign
 from scenarios.design.results import NewRobot, Recorded, Searched
 from scenarios.experiments.files.attribute_docs import attribute_docs
@@ -49,7 +48,6 @@ RESULTS: dict[str, type[BaseModel]] = {
     "new-robot": NewRobot,
     "payload-design": PayloadDesign,
     "identify-bare": BareResult,
-    "scoreboard": Scoreboard,
     "verify": Verification,
     "verify-motions": CrossValidation,
     "verify-gains": GainComparison,

@@ -37,7 +37,6 @@ LONG = (
     "test_first_load",
     "test_common_delay",
     "test_identify_groups",
-    "test_scoreboard",
     "test_check",
     "test_protocol_runs",
     "test_pages",

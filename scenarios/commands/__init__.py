@@ -34,7 +34,6 @@ GROUPS: dict[str, dict[str, str]] = {
         "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "compare methods on scenarios, your own included",
-        "scoreboard": "run methods on public recordings that you downloaded",
     },
     "report": {"report": "write a saved result as one HTML page"},
     "schemas": {"schema": "JSON Schemas of files and of --json output"},
@@ -42,7 +41,7 @@ GROUPS: dict[str, dict[str, str]] = {
 """Commands in the order of use, each with a one-line summary."""
 NEEDED = {
     **dict.fromkeys(("excite", "payload", "paper", "sensitivity", "monte-carlo", "compare"), "study"),
-    **dict.fromkeys(("report", "scoreboard"), "pages"),
+    "report": "pages",
     "view": "film",
 }
 """The package extra that a command needs, if any."""

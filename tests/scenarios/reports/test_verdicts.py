@@ -10,7 +10,6 @@ from places import ROOT
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
-from scenarios.benchmark.scoreboard.results import BoardGain, BoardPrediction, Entry, Scoreboard
 from scenarios.design.new_robot import Given
 from scenarios.design.robot_folder import Found, new_robot
 from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
@@ -25,7 +24,6 @@ from scenarios.reports.new_robot import new_robot_report
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.predict import _within, prediction_report
-from scenarios.reports.scoreboard import scoreboard_report
 from scenarios.reports.torque import torque_report
 from scenarios.reports.unseen import unseen_verdict
 from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
@@ -215,34 +213,6 @@ def test_a_payload_above_the_rated_load_is_a_warning_that_stands_out(tmp_path, r
     warnings = [part for part in parts if isinstance(part, Paragraph) and part.text.startswith("WARNING")]
     assert [part.mood for part in warnings] == moods
     assert all(part.text == "WARNING: payload: 1.3 kg is above the rated load, 0.7 kg." for part in warnings)
-
-
-def board(**found) -> Scoreboard:
-    entry = Entry(name="E", source="s", licence="l", status="run", untried=False, missing=[], reason=None, get="g",
-                  published_by=None, **found)  # fmt: skip
-    return Scoreboard(folder="here", methods=["m"], entries=[entry])
-
-
-@pytest.mark.parametrize(
-    ("std", "shown"), [(0.407, ["12.42", "6.6"]), (0.62, ["12.4", "10.0"]), (None, ["12.4164", "-"])]
-)
-def test_a_gain_of_the_scoreboard_has_the_digits_of_two_standard_deviations(std, shown):
-    gain = BoardGain(
-        set="A", method="m", joint=1, gain=12.41637, std=std, published=None, rel_difference=None, reason=None
-    )
-    (table,) = [part for part in scoreboard_report(board(gains=[gain])).parts if getattr(part, "title", "") == "Gains"]
-    assert [[cell.text for cell in row[3:5]] for row in table.rows] == [shown]
-
-
-@pytest.mark.parametrize(("joints", "text"), [([1, 2, 3, 4], "1 to 4"), ([2, 5], "2 and 5"), ([3], "3")])
-def test_predicted_joints_of_the_scoreboard_are_a_range_where_they_are_one(joints, text):
-    one = BoardPrediction(gains="m", set="A", log="b.csv", joints=joints, rel_error=0.05)
-    (rows,) = [
-        part.rows
-        for part in scoreboard_report(board(predictions=[one])).parts
-        if isinstance(part, Table) and part.title.startswith("Currents")
-    ]
-    assert [cell.text for cell in rows[0]] == ["A", "b.csv", "m", text, "5.0"]
 
 
 @pytest.mark.parametrize(

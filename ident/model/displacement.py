@@ -16,8 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.model.inverse_dynamics import drive_torques
-from ident.model.link_motion import joint_rotation, lever, rotation_terms
+from ident.model.inverse_dynamics import drive_torques, joint_pose
 from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
 from ident.support.arrays import Array
 
@@ -164,13 +163,13 @@ def _poses(arm: Arm, q: Array) -> Array:
     """Pose of each link's frame, shape (n, 3, 4, samples)."""
     pose = np.empty((arm.n, 3, 4, q.shape[1]))
     for j in range(arm.n):
-        E, arrow = joint_rotation(arm, j, rotation_terms(arm, j), q[j]).swapaxes(0, 1), lever(arm, j, q[j])
+        E, arrow = joint_pose(arm, j, q[j])
         if j == 0:
-            pose[j, :, :3] = E
+            pose[j, :, :3] = E.swapaxes(0, 1)
             for k, x in enumerate(arrow):
                 pose[j, k, 3] = x
         else:
-            pose[j, :, :3] = np.einsum("abs,bcs->acs", pose[j - 1, :, :3], E)
+            pose[j, :, :3] = np.einsum("abs,cbs->acs", pose[j - 1, :, :3], E)
             pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
     return pose
 

@@ -214,7 +214,8 @@ def _link_torques(arm: Arm, links: Sequence[LinkMotion], chi: Array) -> Array:
 def _wrench(inertial: Array, link: LinkMotion) -> Array:
     """Return moment J dw + w x J w + MS x a about a link's origin, then force M a + L MS, (2, 3, samples)."""
     XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = inertial
-    J, MS = np.array([[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]]), [float(MX), float(MY), float(MZ)]
+    J = np.array([[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]])
+    MS: Vector = [float(MX), float(MY), float(MZ)]
     w, dw, a = link.vectors
     wrench = np.stack((J @ dw, M * a))
     add_cross(wrench[0], w, list(J @ w))

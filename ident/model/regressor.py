@@ -1,7 +1,7 @@
 """The vectorised inverse dynamic regressor: joint torque is linear in the standard parameters (paper, eq. 9).
 
-In the frame of link i, with w, dw and a its motion (`inverse_dynamics`), and u, p the angular velocity of link i and the
-velocity of its origin for unit speed of joint j, the torque of joint j is
+In the frame of link i, with w, dw and a its motion (`inverse_dynamics`), and u, p the angular velocity of link i and
+the velocity of its origin for unit speed of joint j, the torque of joint j is
 
     tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
 

@@ -21,7 +21,7 @@ from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.pass_rule import FALSE_ALARM
 from scenarios.experiments.studies.statistics import Coverage, joint_statistics
 from scenarios.experiments.trials import run_trials
-from scenarios.reports.content import (
+from scenarios.rendering.content import (
     NONE,
     Column,
     Figure,

@@ -15,7 +15,7 @@ from ident.diagnosis.candidates import SHOWN, TIE, WORTH
 from ident.diagnosis.catalog.zeros import LARGEST
 from ident.diagnosis.comparison import BLOCKS
 from ident.diagnosis.diagnosis import MATTERS, SPOILS
-from scenarios.reports.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells
+from scenarios.rendering.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells
 
 TILTED = "base tilt 2 mrad"
 """A condition whose base is tilted: to say so is right."""

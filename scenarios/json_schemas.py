@@ -30,9 +30,9 @@ from scenarios.experiments.studies.statistics import StudyResult
 from scenarios.gains_in_use.results import GainComparison, Patched, Torques
 from scenarios.gains_in_use.weighing import CrossValidation, FoundPayload, Verification
 from scenarios.prediction.budget import PredictedBudget
-from scenarios.results.models.bare import BareResult
-from scenarios.results.models.check import Check
-from scenarios.results.models.run import Result
+from scenarios.results.bare import BareResult
+from scenarios.results.check import Check
+from scenarios.results.gains import Result
 from scenarios.results.problem_folder import ProblemFile
 from scenarios.results.written import Converted, ListedScenarios, Written
 from sim.robot_files import RobotTable

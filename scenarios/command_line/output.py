@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scenarios.command_line.process import write
-from scenarios.reports.content import Report
-from scenarios.reports.renderers import RENDERERS, Page, renderer
+from scenarios.rendering import RENDERERS, Page, renderer
+from scenarios.rendering.content import Report
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -15,7 +15,7 @@ import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, console
 from scenarios.command_line.process import complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
-from scenarios.reports.content import Paragraph, Report
+from scenarios.rendering.content import Paragraph, Report
 from scenarios.support.errors import StudyError
 
 if TYPE_CHECKING:

@@ -41,7 +41,8 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
     from scenarios.experiments.nominal_links import model_links
-    from scenarios.reports.check import check_report
+    from scenarios.rendering.content import Paragraph
+    from scenarios.results.check import Check
     from scenarios.results.log_folder import save_logs
     from scenarios.support.errors import ScenarioError
 
@@ -73,7 +74,7 @@ def main(options: argparse.Namespace) -> Status:
             undelay=policy_of(options).undelay,
             links=model_links(robot.model, robot.flange) if options.loaded else None,
         )
-    report = check_report(checked, robot.structure.arm, every=options.all)
+    result = Check.of(checked, robot.structure.arm)
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
         with saving.writing():
@@ -86,9 +87,11 @@ def main(options: argparse.Namespace) -> Status:
                 motions=list(map(Motion, recordings, carried)),
                 observing=checked.observing,
                 gains=limits,
-                document=report.document,
+                result=result,
                 payload=payload,
                 about=None if robot.gain is None else tuple(robot.gain.tolist()),
             )
-    show(report, options)
+    hint = Paragraph("--all lists every check, and the motion of each joint.")
+    report = result.report(result.headline, *(() if options.all else (hint,)), mood=result.mood)
+    show(report.in_full if options.all else report, options)
     return Status.MISSED if checked.found.severity is Severity.WRONG else Status.PASSED

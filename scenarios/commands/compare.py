@@ -116,7 +116,7 @@ def _sealed(options: argparse.Namespace) -> Status:
     """Write sealed problems."""
     from scenarios.benchmark.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
     from scenarios.experiments.files.loading import load_scenario
-    from scenarios.reports.content import Paragraph, Report
+    from scenarios.rendering.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
         raise ScenarioError("expected scenarios and -n N, to be sealed")

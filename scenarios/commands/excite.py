@@ -71,7 +71,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.build import setup_without_motion
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.files.motions import write_motion
-    from scenarios.reports.content import Report
+    from scenarios.rendering.content import Report
     from sim.errors import TrajectoryError
 
     command = found_by(options)

@@ -64,7 +64,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.motion import in_order_of_time
     from ident.unseen import predict_unseen
     from scenarios.experiments.nominal_links import model_links
-    from scenarios.reports.identify import estimate_report
+    from scenarios.results.gains import Result
 
     files = mounted_files(options.given)
     alone = identify_bare.wanted(options, loaded=any(each.payload is not None for each in files))
@@ -112,7 +112,8 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)
-    report = estimate_report(found, structure.arm, identify_s, cost, unseen)
+    result = Result.of_identification(found, identify_s, cost, unseen)
+    title = f"Drive gains of {structure.arm.name} by {options.method}"
     if saving is not None:
         from scenarios.results.fit_rows import fit_of
         from scenarios.results.log_folder import save_logs
@@ -121,19 +122,19 @@ def main(options: argparse.Namespace) -> Status:
             save_logs(
                 saving.folder,
                 kind="identification",
-                title=f"Drive gains of {structure.arm.name} by {options.method}",
+                title=title,
                 command=options.command_line,
                 robot=robot,
                 motions=motions,
                 observing=found.observing,
                 gains=limits,
-                document=report.document,
+                result=result,
                 method=options.method,
                 options=own,
                 fit=fit_of(found.prepared, found.estimate),
             )
-    show(report, options)
-    return Status.PASSED if unseen is None or unseen.passed else Status.MISSED
+    show(result.report(title), options)
+    return Status.PASSED if result.unseen is None or result.unseen.passed else Status.MISSED
 
 
 def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:

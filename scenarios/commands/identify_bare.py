@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ident.recordings.motion import Motion
-from scenarios.reports.content import Report
+from scenarios.rendering.content import Report
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
 
@@ -77,7 +77,7 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     )
     links = known_links(answer.in_si, robot.structure, robot.model, robot.flange)
     arm = robot.structure.arm
-    report = bare_report(bare_result(answer, links, arm), arm.revolute)
+    result = bare_result(answer, links, arm)
     if saving is not None:
         from scenarios.results.log_folder import save_logs
 
@@ -91,10 +91,10 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
                 motions=motions,
                 observing=answer.observing,
                 gains=limits,
-                document=report.document,
+                result=result,
                 method=options.method,
                 options=own,
                 payload=payload,
                 believed=options.gains,
             )
-    return report
+    return bare_report(result, arm.revolute)

@@ -1,7 +1,6 @@
 """`rx90 run`."""
 
 import argparse
-from dataclasses import replace
 
 import scenarios.command_line.arguments as arguments
 import scenarios.command_line.gains as gains_arguments
@@ -25,18 +24,17 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.run import run
-    from scenarios.reports.content import Line, Paragraph
-    from scenarios.reports.run import run_report
+    from scenarios.rendering.content import Line, Paragraph
+    from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file
     from scenarios.results.run_folder import identify_command, origin, run_files, save_run, scene_digest
 
-    setup, held = setup_of(load_scenario(options.scenario)), None
+    setup, held, more = setup_of(load_scenario(options.scenario)), None, ()
     if options.save is not None:
         held = right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
     out = gains_arguments.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
         result = run(setup, options.seed, stages=stages)
-    report = run_report(result)
     if out is not None:
         gains_arguments.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
@@ -44,7 +42,7 @@ def main(options: argparse.Namespace) -> Status:
             scene = scene_digest(setup.scenario)
             save_run(result, held.folder, command=options.command_line, named=options.scenario, scene=scene)
         saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
-        again = Line(identify_command(result.setup, held.folder))
-        report = replace(report, parts=(*report.parts, saved, again))
-    show(report, options)
+        more = (saved, Line(identify_command(result.setup, held.folder)))
+    title = f"Scenario {setup.scenario.name}, seed {options.seed}: {setup.scenario.table.description}"
+    show(Result.of_run(result).report(title, *more), options)
     return Status.PASSED if result.passed else Status.MISSED

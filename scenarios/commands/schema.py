@@ -7,7 +7,7 @@ from pathlib import Path
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status, write
 from scenarios.experiments.files.toml_text import ENDING, FOLDER
-from scenarios.reports.content import Paragraph, Report, pairs_table
+from scenarios.rendering.content import Paragraph, Report, pairs_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -37,7 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario
-    from scenarios.reports.content import Report
+    from scenarios.rendering.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted

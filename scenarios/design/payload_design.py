@@ -23,8 +23,8 @@ from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
 from scenarios.experiments.build import Setup, body_of
 from scenarios.experiments.files.mountings import mountings
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
+from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
-from scenarios.support.result_model import ResultModel
 from sim.clearance import CLEARANCE, Clearance
 from sim.shapes import Flange, flange_of
 from sim.trajectory import FourierTrajectory

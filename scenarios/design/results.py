@@ -4,7 +4,7 @@ import math
 
 from pydantic import Field
 
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
 
 
 class NewRobot(ResultModel):

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from ident.arm_parameters.links import ModelLinks
-from ident.model.structure import BaseParameters
+from ident.model.base import BaseParameters
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.naming import one_line

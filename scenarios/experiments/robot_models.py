@@ -13,7 +13,6 @@ import numpy as np
 
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
-from ident.model.inverse_dynamics import joint_pose
 from ident.support.arrays import Array
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
@@ -94,11 +93,21 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
     R, p = np.eye(3), np.zeros(3)
     anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
     for j in range(arm.n):
-        E, arrow = joint_pose(arm, j, q[j : j + 1])
-        p = p + R @ [float(np.squeeze(x)) for x in arrow]
-        R = R @ E[..., 0].T
-        anchor[j], axis[j] = p, R @ arm.axis[j]
+        p, R = p + R @ arm.translation[j], R @ arm.rotation[j]
+        axis[j] = R @ arm.axis[j]
+        if arm.revolute[j]:
+            R = R @ _turned(arm.axis[j], float(q[j]))
+        else:
+            p = p + axis[j] * q[j]
+        anchor[j] = p
     return anchor, axis
+
+
+def _turned(axis: Array, angle: float) -> Array:
+    """Rotation about a unit axis (Rodrigues)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
 
 
 def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:

@@ -19,9 +19,9 @@ from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
 from ident.recordings.motion import Motion
 from scenarios.gains_in_use.model_values import Unknown
-from scenarios.results.models.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
-from scenarios.results.models.diagnoses import diagnosed_values
-from scenarios.results.models.links import Links
+from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
+from scenarios.results.diagnoses import diagnosed_values
+from scenarios.results.links import Links
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

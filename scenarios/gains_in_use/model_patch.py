@@ -17,7 +17,7 @@ from xml.etree import ElementTree as ET
 from ident.model.files.xml_tree import read_document
 from ident.payload.payload import INERTIA_KEYS
 from scenarios.gains_in_use.model_values import JointValues, Known, Unknown, Value
-from scenarios.results.models.links import Link
+from scenarios.results.links import Link
 from scenarios.support.errors import ScenarioError
 
 COMMENT = (

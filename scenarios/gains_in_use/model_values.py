@@ -23,7 +23,7 @@ from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
 from scenarios.experiments.files.gains import GainEntry, GainsFile
 from scenarios.experiments.nominal_links import KINEMATICS_ONLY, is_placeholder, nominal_links
-from scenarios.results.models.links import Link, Links, links_document, same_frames
+from scenarios.results.links import Link, Links, links_document, same_frames
 from scenarios.support.errors import ScenarioError
 from sim.errors import ModelFileError
 

@@ -11,8 +11,8 @@ from ident.support.naming import one_line
 from ident.unseen import Unseen
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.gains_in_use.model_patch import Change
-from scenarios.results.models.unseen import ResultUnseen
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
+from scenarios.results.unseen import ResultUnseen
 
 
 class Torques(ResultModel):

@@ -14,9 +14,9 @@ from ident.estimation.cross_validation import JointPrediction
 from ident.identification import Identification
 from ident.model.parameters import UNITS
 from ident.unseen import Unseen
-from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
-from scenarios.results.models.unseen import ResultUnseen
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
+from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values
+from scenarios.results.unseen import ResultUnseen
 
 
 class Deviations(ResultModel):

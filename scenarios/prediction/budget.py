@@ -4,7 +4,7 @@ import numpy as np
 from pydantic import Field
 
 from ident.diagnosis.diagnose import horizon
-from ident.diagnosis.diagnosis import Diagnosed
+from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
 from ident.numerics.normal import normal_cdf
 from ident.support.errors import IdentificationError
@@ -12,9 +12,9 @@ from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.moments import Moments
 from scenarios.prediction.predictor import NO_SPECTRUM, predictor_of
-from scenarios.results.models.diagnoses import ResultExclusion, diagnosed_values
+from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.results.diagnoses import diagnosed_values
 from scenarios.support.errors import ScenarioError
-from scenarios.support.result_model import ResultModel
 from sim.errors import SimulationError
 from sim.feedforward_currents import check_torque_limits
 
@@ -51,7 +51,7 @@ class PredictedBudget(ResultModel):
         description="Joints whose gain the scenario requires and that have none, with the reason"
     )
     unpredicted: list[dict[str, str]] = Field(description="Sources without a prediction, with the reason")
-    excluded: list[ResultExclusion] = Field(description="Faults that logs of these motions will exclude")
+    excluded: list[FromOne[Exclusion]] = Field(description="Faults that logs of these motions will exclude")
     untold: list[str] = Field(description="Faults that logs of these motions cannot reveal")
 
 

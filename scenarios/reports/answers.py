@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
-from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Report, Table, column, plus_minus, table
+from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Report, Table, column, plus_minus, table
 
 MEANING = "Gains with two standard deviations, if the method estimates these."
 

@@ -6,7 +6,7 @@ from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.support.arrays import Array
 from scenarios.gains_in_use.model_values import FAR
-from scenarios.reports.content import (
+from scenarios.rendering.content import (
     Column,
     Mood,
     Paragraph,
@@ -15,17 +15,18 @@ from scenarios.reports.content import (
     Table,
     cells,
     column,
+    joints_named,
     number,
     percent,
     places_of,
     rounded,
+    sentence,
     table,
     two_sigma,
 )
-from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
-from scenarios.reports.gains import joints_named, reason_paragraph, sentence
-from scenarios.results.models.bare import BareJoint, BareParameter, BareResult, ExpectedGains
-from scenarios.results.models.links import Links
+from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains
+from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs
+from scenarios.results.links import Links
 
 PARAMETERS = (
     Column(title="Parameter", words=True),
@@ -73,7 +74,7 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}
     warnings = prediction_warnings(shares)
     parts += [Paragraph(sentence(f"WARNING: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
-    parts += [reason_paragraph(each.joint, each.reason) for each in joints if each.reason is not None]
+    parts += [Paragraph(sentence(f"Joint {each.joint}: {each.reason}")) for each in joints if each.reason is not None]
     parts += [
         Paragraph(_off_words(each.joint, each.off, each.off_std or 0.0, result.reference))
         for each in joints

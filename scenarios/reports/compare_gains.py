@@ -8,8 +8,20 @@ from ident.diagnosis.alternative import two_digits
 from ident.estimation.gain_comparison import GainComparison, Moved, Together
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import gain_comparison_result
-from scenarios.reports.content import Cell, Mood, Paragraph, Part, Report, Table, column, percent, table, two_sigma
-from scenarios.reports.gains import gain_unit, joints_named
+from scenarios.rendering.content import (
+    Cell,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    column,
+    joints_named,
+    percent,
+    table,
+    two_sigma,
+)
+from scenarios.results.gains import common_unit, gain_units
 
 
 def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Report:
@@ -34,7 +46,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
 
 def _changes(found: GainComparison, A: GainsFile, B: GainsFile) -> Table:
     """Return the table of gains, changes, and changes relative to the common factor (not for a single joint)."""
-    unit = gain_unit(np.array([A.gains[joint].unit == TURNING for joint in found.joints]))
+    unit = common_unit(gain_units([A.gains[joint].unit == TURNING for joint in found.joints]))
     apart = found.apart if len(found.joints) > 1 else (None,)
 
     def gain(file: GainsFile) -> Callable[[tuple[int, Moved, Moved | None]], str]:

@@ -14,7 +14,7 @@ from scenarios.benchmark.comparison.statistics import (
     MethodSummary,
 )
 from scenarios.experiments.studies.statistics import Coverage
-from scenarios.reports.content import (
+from scenarios.rendering.content import (
     NONE,
     Cell,
     Heading,
@@ -26,9 +26,9 @@ from scenarios.reports.content import (
     column,
     number,
     percent,
+    sentence,
     table,
 )
-from scenarios.reports.gains import sentence
 
 RULE = (
     f"Score: the number of gains within {100.0 * RANKED_BY:g} % minus the number of wrong gains, over the number of "

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from ident.recordings.files import Log
 from ident.recordings.formats.description import Channels
-from scenarios.reports.content import NONE, ColumnOf, Paragraph, Part, Report, column, table
+from scenarios.rendering.content import NONE, ColumnOf, Paragraph, Part, Report, column, table
 from scenarios.results.written import converted
 
 

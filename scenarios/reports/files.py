@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from scenarios.reports.content import Figure, Report
-from scenarios.reports.renderers import Page, renderer
+from scenarios.rendering import Page, renderer
+from scenarios.rendering.content import Figure, Report
 
 DPI = 110
 

@@ -4,9 +4,20 @@ from collections.abc import Sequence
 
 from scenarios.experiments.studies.joint_rows import StudyRows
 from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
-from scenarios.reports.content import Cell, Figure, Mood, Paragraph, Part, Report, Table, column, percent, table
+from scenarios.rendering.content import (
+    Cell,
+    Figure,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    column,
+    joints_named,
+    percent,
+    table,
+)
 from scenarios.reports.error_density import panels, varies
-from scenarios.reports.gains import joints_named
 from scenarios.reports.plots import monte_carlo as plots
 
 MOODS = {True: Mood.PLAIN, False: Mood.BAD}

@@ -11,9 +11,7 @@ from ident.diagnosis.alternative import two_digits
 from scenarios.design.excitation import near_words
 from scenarios.design.new_robot import CLEAR, NewRobot
 from scenarios.design.robot_folder import FILES, SCENARIO, Found
-from scenarios.reports.content import NONE, Line, Mood, Paragraph, Report, column, percent, table
-from scenarios.reports.gains import joints_named
-from scenarios.reports.motion import length_units
+from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Report, column, joints_named, percent, table
 from sim.clearance import CLEARANCE
 
 
@@ -21,8 +19,9 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     """Return the report: joints in order, limits with marks of assumed ones, next command."""
     torque, speed = new.drives["current_limit"], new.drives["max_velocity"]
     arm = new.arm
-    place, rate = (", ".join(f"{unit}{per}" for unit in length_units(arm)) for per in ("", "/s"))
-    effort = ", ".join({"rad": "N m", "m": "N"}[unit] for unit in length_units(arm))
+    units = [unit for unit, there in (("rad", arm.revolute.any()), ("m", not arm.revolute.all())) if there]
+    place, rate = (", ".join(f"{unit}{per}" for unit in units) for per in ("", "/s"))
+    effort = ", ".join({"rad": "N m", "m": "N"}[unit] for unit in units)
     joints = table(
         range(arm.n),
         column("Joint", lambda j: j + 1),

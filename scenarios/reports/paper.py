@@ -6,8 +6,19 @@ import scenarios.benchmark.paper.published as published
 from ident.model.parameters import INERTIAL, UNITS
 from scenarios.benchmark.paper.experiment import IDENTIFIED
 from scenarios.benchmark.paper.result import Claim, PaperPayload, PaperResult
-from scenarios.reports.content import NONE, Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells
-from scenarios.reports.gains import reason_paragraph
+from scenarios.rendering.content import (
+    NONE,
+    Cell,
+    Column,
+    Figure,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    sentence,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,7 +30,9 @@ FIGURE_3 = "figure3"
 def paper_report(found: PaperResult, torques: "pd.DataFrame", seed: int) -> Report:
     """Return the report: verdict, tables, figure and claims. Figure 3 shows `torques`, the rows of case 2."""
     parts: list[Part] = [_table_2(found), _table_3(found)]
-    parts += [reason_paragraph(each.joint, each.reason) for each in found.gains if each.reason is not None]
+    parts += [
+        Paragraph(sentence(f"Joint {each.joint}: {each.reason}")) for each in found.gains if each.reason is not None
+    ]
     parts += [_table_4(found), _patterns(found), _second_payload(found), _all_parameters(found)]
 
     def draw() -> "Drawing":

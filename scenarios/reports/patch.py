@@ -5,9 +5,8 @@ import re
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from scenarios.gains_in_use.results import Patched
-from scenarios.reports.content import Mood, Paragraph, Part, Report, column, table, two_sigma
-from scenarios.reports.gains import sentence
-from scenarios.reports.unseen import TOLD, unseen_parts, unseen_verdict
+from scenarios.rendering.content import Mood, Paragraph, Part, Report, column, sentence, table, two_sigma
+from scenarios.results.unseen import TOLD, unseen_parts, unseen_verdict
 
 NOTES = (
     "Efforts are scaled like the gains. Damping and friction are the joint's viscous and Coulomb friction [N "

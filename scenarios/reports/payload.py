@@ -2,7 +2,7 @@
 
 from scenarios.design.payload_design import DesignedJoint, DesignedPayload, PayloadDesign
 from scenarios.prediction.deviations import RESIDUAL
-from scenarios.reports.content import NONE, Cell, Mood, Paragraph, Part, Report, Table, column, percent, table
+from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Report, Table, column, percent, table
 
 
 def payload_report(design: PayloadDesign) -> Report:

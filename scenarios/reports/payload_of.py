@@ -7,9 +7,9 @@ from ident.payload_identification.payload_body import CENTRE, FoundBody
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import DIFFERS, Weighed
 from scenarios.gains_in_use.weighing import found_payload_result
-from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, plus_minus
-from scenarios.reports.diagnoses import doubt_paragraphs
-from scenarios.reports.gains import quantity_row, sentence
+from scenarios.rendering.content import Column, Mood, Paragraph, Part, Report, Table, plus_minus, sentence
+from scenarios.results.diagnoses import doubt_paragraphs
+from scenarios.results.gains import quantity_row
 
 COLUMNS = (
     Column(title="Payload", words=True),

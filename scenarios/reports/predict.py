@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.diagnosis import Diagnosed
 from scenarios.prediction.budget import Cost, PredictedBudget
-from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
-from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.reports.gains import budget_verdict
+from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.results.diagnoses import horizon_paragraphs
+from scenarios.results.gains import budget_verdict
 
 MEANING = (
     "First-order rms relative error from each source alone, at its declared size. All together: sums of "

@@ -15,8 +15,8 @@ from scenarios.design.controller_files import SampledMotion
 from scenarios.design.results import Recorded
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import BARE
-from scenarios.reports.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
-from scenarios.reports.diagnoses import horizon_paragraphs
+from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
+from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file
 
 KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"

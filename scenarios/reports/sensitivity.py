@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
-from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report, Table, column, percent, table
-from scenarios.reports.gains import budget_verdict
+from scenarios.rendering.content import Figure, Heading, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.plots.sensitivity import chart
+from scenarios.results.gains import budget_verdict
 
 SHOWN = 6
 """Number of sources per joint on a screen; files have all."""

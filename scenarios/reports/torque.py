@@ -6,8 +6,17 @@ from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import Torques
-from scenarios.reports.content import Paragraph, Report, column, percent, plus_minus, rounded, table
-from scenarios.reports.gains import joints_named, sentence
+from scenarios.rendering.content import (
+    Paragraph,
+    Report,
+    column,
+    joints_named,
+    percent,
+    plus_minus,
+    rounded,
+    sentence,
+    table,
+)
 
 INCLUDED = (
     "Torque of the drive, current times gain. It includes friction and the amplifier's offset, which currents "

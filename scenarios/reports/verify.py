@@ -15,7 +15,7 @@ from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTH
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
-from scenarios.reports.content import (
+from scenarios.rendering.content import (
     NONE,
     Cell,
     Mood,
@@ -26,12 +26,12 @@ from scenarios.reports.content import (
     column,
     percent,
     plus_minus,
+    sentence,
     table,
     two_sigma,
 )
-from scenarios.reports.diagnoses import doubt_paragraphs
-from scenarios.reports.gains import sentence
-from scenarios.reports.unseen import unseen_parts, unseen_verdict
+from scenarios.results.diagnoses import doubt_paragraphs
+from scenarios.results.unseen import unseen_parts, unseen_verdict
 
 VERDICTS = {
     AGREES: Cell(AGREES, Mood.GOOD),

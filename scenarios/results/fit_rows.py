@@ -20,7 +20,7 @@ from ident.recordings.formats.parquet import arrow_array
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices
 from ident.support.naming import one_line
-from scenarios.results.models.check import CheckLog
+from scenarios.results.motion import CheckLog
 from scenarios.support.errors import ScenarioError
 
 ROWS = "fit-rows.parquet"
@@ -91,11 +91,6 @@ class Fit:
     motions: tuple[CheckLog, ...]
     begins: tuple[float, ...]
 
-    def residual_share(self, joint: int) -> float | None:
-        """Return the norm of a joint's residual over that of its currents (joint from 0); None without rows."""
-        own = [each for each in self.rows if each.joint == joint]
-        return float(np.linalg.norm(own[0].residual) / np.linalg.norm(own[0].V)) if own else None
-
 
 class _Joint(BaseModel):
     """Data of a joint's `FitRows` besides its arrays."""
@@ -129,7 +124,7 @@ def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
         rows=tuple(fit_rows(problem, estimate, joint, logs) for joint in joints),
         correlation=tuple(lag_one(all_rows, joint) for joint in joints),
         row_period=all_rows.row_period,
-        motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing)) for each in logs),
+        motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing), arm) for each in logs),
         begins=begins(logs),
     )
 

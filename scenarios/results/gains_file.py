@@ -27,7 +27,7 @@ from scenarios.experiments.files.gains import (
     RecordingEntry,
 )
 from scenarios.experiments.files.toml_text import schema_line, toml_value
-from scenarios.support.result_model import to_json
+from scenarios.rendering.result import to_json
 from scenarios.support.versions import versions
 
 

@@ -1,6 +1,6 @@
 """Folder of `--save` of an identification or check: logs, result and record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
@@ -12,10 +12,10 @@ from ident.payload.files import write_payload
 from ident.payload.payload import Payload
 from ident.recordings.motion import Motion
 from scenarios.experiments.named_robots import NamedRobot
+from scenarios.rendering.result import ResultModel, to_json
 from scenarios.results.fit_rows import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions
 from scenarios.results.record import RECORD, RESULT, Kind, RecordFile, digests_of, now, write_record
-from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 ASKED = "payload.toml"
@@ -39,7 +39,7 @@ def save_logs(
     motions: Sequence[Motion],
     observing: ObserveOptions,
     gains: GainOptions,
-    document: Mapping[str, object],
+    result: ResultModel,
     method: str | None = None,
     options: object | None = None,
     payload: Payload | None = None,
@@ -58,7 +58,7 @@ def save_logs(
         motions: Recordings and payloads, in order.
         observing: Filters and thresholds.
         gains: Limits for accepting a gain.
-        document: The result for programs.
+        result: The result.
         method: Method of an identification.
         options: Options of the method, a dataclass.
         payload: The planned payload of a check or of bare motions.
@@ -70,7 +70,7 @@ def save_logs(
         OSError: If the folder cannot be written.
     """
     tables, arm = write_motions(motions, folder), write_model(robot.model, robot.flange, folder)
-    (folder / RESULT).write_text(to_json(document) + "\n", encoding="utf-8")
+    (folder / RESULT).write_text(to_json(result.model_dump(mode="json")) + "\n", encoding="utf-8")
     named = [name for each in tables for name in (each.recording, each.payload) if name is not None]
     named += [arm, RESULT]
     if payload is not None:

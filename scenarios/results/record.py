@@ -22,9 +22,9 @@ from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
+from scenarios.rendering.result import ResultModel, to_json
 from scenarios.results.problem_folder import GivenProblem, MotionTable, Name, ProblemFile, given_problem, read_stated
 from scenarios.support.errors import ForeignProblem, ScenarioError
-from scenarios.support.result_model import ResultModel, to_json
 
 RECORD, RESULT = "record.json", "result.json"
 Kind = Literal["run", "identification", "check", "bare"]

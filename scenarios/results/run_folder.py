@@ -15,9 +15,10 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.toml_text import schema_line
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Run, as_identified
+from scenarios.rendering.result import to_json
 from scenarios.results.fit_rows import ROWS, fit_of, write_fit
+from scenarios.results.gains import Result
 from scenarios.results.gains_file import Origin
-from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import MODELS, MotionTable, RobotTable, write_model
 from scenarios.results.record import (
     RECORD,
@@ -30,7 +31,6 @@ from scenarios.results.record import (
     option_words,
     write_record,
 )
-from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from ident.recordings.files import Log
 from ident.recordings.formats.resolution import signal_of
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
 
 
 class Written(ResultModel):

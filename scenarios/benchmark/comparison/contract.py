@@ -26,9 +26,9 @@ from scenarios.benchmark.methods.call import Limits, call
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
+from scenarios.rendering.result import ResultModel
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import MethodError
-from scenarios.support.result_model import ResultModel
 
 EXACT = 1e-8
 """Largest relative error with exact data; filters and differentiation cause 1e-9."""

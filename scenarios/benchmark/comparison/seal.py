@@ -23,9 +23,9 @@ from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.run import simulate
+from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress, counted
-from scenarios.support.result_model import ResultModel
 from scenarios.support.seeds import SEEDS
 
 PROBLEMS, TRUTH, SEAL = "problems", "truth", "seal.json"

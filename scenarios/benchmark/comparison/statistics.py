@@ -11,7 +11,7 @@ from pydantic import Field
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.study import METHOD
 from scenarios.experiments.studies.statistics import Coverage, coverage
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
 """Columns of a comparison that its statistics use."""

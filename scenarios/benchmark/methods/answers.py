@@ -13,10 +13,10 @@ from scenarios.benchmark.methods.answer import AnswerGain
 from scenarios.benchmark.methods.call import Call, Limits, call
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
+from scenarios.rendering.result import ResultModel
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress, counted
-from scenarios.support.result_model import ResultModel
 
 ANSWERS = "answers.json"
 Model = TypeVar("Model", bound=BaseModel)

@@ -25,7 +25,7 @@ from scenarios.benchmark.methods import estimator, function
 from scenarios.benchmark.methods.answer import read_answer
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
-from scenarios.results.models.run import Result
+from scenarios.results.gains import Result
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import (
     MethodCrashed,

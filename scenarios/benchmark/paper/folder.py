@@ -15,9 +15,9 @@ from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun
 from scenarios.benchmark.paper.result import PaperCase, PaperFit, PaperGain, PaperParameter, PaperPayload, PaperResult
+from scenarios.rendering.result import to_json
 from scenarios.results.record import digests_of
 from scenarios.support.errors import ScenarioError
-from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"

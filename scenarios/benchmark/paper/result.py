@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import ConfigDict, Field
 
 from ident.model.parameters import INERTIAL
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
 
 
 class _Finite(ResultModel):

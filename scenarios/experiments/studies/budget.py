@@ -13,8 +13,8 @@ from ident.support.arrays import Array, Indices
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.folder import StudyFolder
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL
+from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import StudyError
-from scenarios.support.result_model import ResultModel
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 """Columns of a sensitivity study that the budget uses."""

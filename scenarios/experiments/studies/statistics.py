@@ -13,7 +13,7 @@ from ident.support.arrays import Mask
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.joint_rows import JointRows, StudyRows
 from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, pass_rule
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
 
 SUMMARY = "summary.parquet"
 CONFIDENCE = 0.95

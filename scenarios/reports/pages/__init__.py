@@ -6,15 +6,15 @@ from pathlib import Path
 
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS
-from scenarios.reports.content import Report
+from scenarios.rendering.content import Report
 from scenarios.results.record import RECORD, RESULT
 from scenarios.support.errors import ScenarioError
 
 PAGES = {
-    "run": "identification",
-    "identification": "identification",
-    "check": "check",
-    "bare": "bare",
+    "run": "logs",
+    "identification": "logs",
+    "check": "logs",
+    "bare": "logs",
     "monte-carlo": "monte_carlo",
     "sensitivity": "sensitivity",
     "comparison": "comparison",

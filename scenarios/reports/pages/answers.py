@@ -7,9 +7,9 @@ from statistics import median
 
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
+from scenarios.rendering.content import Heading, Paragraph, Part, Report, Table, column, pairs_table, table
+from scenarios.rendering.plot import TONES, Axis, Plot, about, intervals
 from scenarios.reports.answers import MEANING, answers_report, side_by_side
-from scenarios.reports.content import Heading, Paragraph, Part, Report, Table, column, pairs_table, table
-from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
 from scenarios.support.errors import ScenarioError
 
 UNKNOWN = (

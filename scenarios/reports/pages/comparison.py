@@ -5,11 +5,11 @@ from pathlib import Path
 
 from ident.support.naming import one_line
 from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison
+from scenarios.rendering.content import Heading, Part, Report
+from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
 from scenarios.reports.comparison import comparison_report
-from scenarios.reports.content import Heading, Part, Report
-from scenarios.reports.pages import provenance
 from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
-from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
+from scenarios.results import provenance
 from scenarios.support.errors import ScenarioError
 
 DOCUMENT = "report.json"

@@ -12,11 +12,11 @@ from scipy import stats
 from scenarios.experiments.studies.joint_rows import JointRows, rows_in
 from scenarios.experiments.studies.statistics import Coverage, JointStatistics, coverage, study_result
 from scenarios.experiments.studies.stored import StoredStudy, read_study
-from scenarios.reports.content import Figure, Heading, Line, Paragraph, Part, Report, column, percent, table
+from scenarios.rendering.content import Figure, Heading, Line, Paragraph, Part, Report, column, percent, table
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
 from scenarios.reports.error_density import panels, promised, reach
 from scenarios.reports.monte_carlo import monte_carlo_report
-from scenarios.reports.pages import provenance
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
+from scenarios.results import provenance
 
 BINS, WORST = 40, 5
 NEEDED = ("seed", "joint", "rel_error", "z")

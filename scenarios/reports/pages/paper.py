@@ -9,11 +9,11 @@ import scenarios.benchmark.paper.published as published
 from scenarios.benchmark.paper.experiment import IDENTIFIED
 from scenarios.benchmark.paper.folder import read_paper, read_torques
 from scenarios.benchmark.paper.result import PaperCase, PaperResult
-from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
-from scenarios.reports.pages import provenance
-from scenarios.reports.pages.torque_plots import TOLD, torque_plot
+from scenarios.rendering.content import Figure, Heading, Paragraph, Part, Report
+from scenarios.rendering.plot import Axis, Plot, Reference, Tone, about, intervals
 from scenarios.reports.paper import paper_report
-from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
+from scenarios.results import provenance
+from scenarios.results.fit_plots import TORQUES, torque_plot
 from scenarios.results.fit_rows import FitRows
 
 DRAWN = 2
@@ -34,7 +34,7 @@ def page(folder: Path) -> Report:
     verdict, *said = (part for part in told.parts if part is not figure)
     tables, claims = said[: -len(found.checks)], said[-len(found.checks) :]
     parts: list[Part] = [verdict, *claims, gain_plot(found), mass_plot(found), *tables]
-    parts += [Heading(figure.caption), Paragraph(TOLD), *figure_3(torques, found.cases[DRAWN - 1])]
+    parts += [Heading(figure.caption), Paragraph(TORQUES), *figure_3(torques, found.cases[DRAWN - 1])]
     about = {"Seed": str(saved.seed), "Versions": provenance.versions_in_words(saved.versions)}
     parts += provenance.repeated({"Original command": saved.command}, about, saved.files)
     return Report(told.title, tuple(parts), told.document)

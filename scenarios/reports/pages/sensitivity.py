@@ -8,10 +8,10 @@ import numpy as np
 
 from scenarios.experiments.studies.budget import BudgetJoint, ranking, study_budget
 from scenarios.experiments.studies.stored import read_study
-from scenarios.reports.content import Figure, Heading, Report
-from scenarios.reports.pages import provenance
-from scenarios.reports.plot import MANY, TONES, Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.rendering.content import Figure, Heading, Report
+from scenarios.rendering.plot import MANY, TONES, Axis, Mark, Plot, Reference, Series, Tone, values
 from scenarios.reports.sensitivity import sensitivity_report
+from scenarios.results import provenance
 
 OTHERS = "All others"
 LARGEST = 10

@@ -11,7 +11,7 @@ from PIL import Image
 
 from ident.support.naming import one_line
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.reports.content import Paragraph, Picture, Report
+from scenarios.rendering.content import Paragraph, Picture, Report
 from scenarios.results.record import RECORD
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError

@@ -24,8 +24,8 @@ from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.study import carry_out, study_identity
+from scenarios.rendering import RENDERERS, Page, renderer
 from scenarios.reports.comparison import comparison_report
-from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.support.errors import ScenarioError, StudyError
 
 QUIET = Console(quiet=True)

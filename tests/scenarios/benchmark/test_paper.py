@@ -14,10 +14,10 @@ from scenarios.benchmark.paper import published
 from scenarios.benchmark.paper.experiment import checks_of, run_paper
 from scenarios.benchmark.paper.folder import case_rows, paper_result, write_raw_numbers
 from scenarios.cli import main
-from scenarios.reports.content import Paragraph, Table
+from scenarios.rendering.content import Paragraph, Table
+from scenarios.rendering.plot import Plot
 from scenarios.reports.pages import page_of
 from scenarios.reports.paper import paper_report
-from scenarios.reports.plot import Plot
 from scenarios.support.errors import ScenarioError
 
 

@@ -24,8 +24,8 @@ from scenarios.cli import main
 from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.experiments.named_robots import named_robot
 from scenarios.experiments.robots import ROBOTS
-from scenarios.reports.check import check_report
-from scenarios.reports.diagnoses import words_of
+from scenarios.results.check import Check
+from scenarios.results.diagnoses import words_of
 from scenarios.support.errors import ScenarioError, UnknownName
 
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
@@ -141,7 +141,7 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
         ),
         indistinguishable=("the zero of q1", "the sign of q6"),
     )
-    report = check_report(Checked(logs=(), found=found), ur_arm)
+    report = Check.of(Checked(logs=(), found=found), ur_arm)
     assert report.title == ("WRONG: 1 fault and 1 warning (3 checks of ur-like logs): the gain of joint 2 off by 3.7 %")
     assert [part.text for part in report.parts[2:]] == [
         "1 check without a finding; --all lists them.",

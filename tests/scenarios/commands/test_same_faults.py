@@ -15,7 +15,7 @@ from weighed_cell import MODEL, PLAIN, TWO_WEIGHTS
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.reports.content import Table
+from scenarios.rendering.content import Table
 from scenarios.reports.pages import page_of
 from scenarios.results.fit_rows import read_fit
 

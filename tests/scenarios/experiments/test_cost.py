@@ -18,9 +18,9 @@ from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import INERTIAS, MOMENTS, CostTruth, judge_cost
 from scenarios.experiments.run import Run, Trial, as_identified, ready_trial, run, run_batch
-from scenarios.reports.content import Heading
+from scenarios.rendering.content import Heading
 from scenarios.reports.pages import page_of
-from scenarios.results.models.run import Result
+from scenarios.results.gains import Result
 from scenarios.results.run_folder import run_files
 
 WEIGHT = 4.275

@@ -15,7 +15,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import grouped, motion_names, mountings
 from scenarios.experiments.files.settings import value_at, with_settings
 from scenarios.experiments.run import run
-from scenarios.results.models.run import Result
+from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError
 
 

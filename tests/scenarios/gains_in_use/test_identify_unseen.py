@@ -12,7 +12,7 @@ from weighed_cell import MODEL, PLAIN, heavier, identified, light
 import ident
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
-from scenarios.results.models.run import Result
+from scenarios.results.gains import Result
 from scenarios.results.record import read_result
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

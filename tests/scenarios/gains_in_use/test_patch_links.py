@@ -21,7 +21,7 @@ from scenarios.experiments.nominal_links import nominal_links
 from scenarios.experiments.robot_models import read_arm
 from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.model_values import BareFile
-from scenarios.results.models.links import links_document
+from scenarios.results.links import links_document
 from scenarios.support.errors import ScenarioError
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]

@@ -20,7 +20,7 @@ from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 from scenarios.experiments.nominal_links import PLACEHOLDER, is_placeholder, model_base, nominal_links
-from scenarios.results.models.links import links_document
+from scenarios.results.links import links_document
 from sim.errors import ModelFileError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

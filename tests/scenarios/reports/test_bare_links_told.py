@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenarios.reports.bare import links_parts
-from scenarios.results.models.links import Links
+from scenarios.results.links import Links
 
 
 @pytest.mark.parametrize(

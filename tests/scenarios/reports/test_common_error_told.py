@@ -3,7 +3,7 @@
 from joint_masses import weighing
 
 from ident.diagnosis.diagnosis import Diagnosed
-from scenarios.reports.content import Cell, Mood, Table
+from scenarios.rendering.content import Cell, Mood, Table
 from scenarios.reports.verify import verification_report
 
 

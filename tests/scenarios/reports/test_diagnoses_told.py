@@ -5,16 +5,15 @@ from pathlib import Path
 
 import numpy as np
 from estimates import gain_estimate
+from scenarios.reports.identify import kept_paragraphs, summary
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.identification import Identification
-from scenarios.reports.content import Mood
-from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
-from scenarios.reports.gains import note_paragraphs
-from scenarios.reports.identify import kept_paragraphs, summary
-from scenarios.results.models.run import Result
+from scenarios.rendering.content import Mood
+from scenarios.rendering.result import to_json
+from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
+from scenarios.results.gains import Result, note_paragraphs
 from scenarios.results.record import RESULT, read_result
-from scenarios.support.result_model import to_json
 
 DOUBT = Diagnosis(
     name="zero",

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import page_folders
 import pytest
+from scenarios.reports.pages.gain_plots import error_plot
 
 from ident.estimation.estimators import estimator
 from ident.estimation.problem import ObservedMotion
@@ -17,15 +18,13 @@ from ident.preparation import SIMULATED, prepare
 from ident.recordings.files import read_recording
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.reports.content import Heading, Line, Mood, Paragraph, Picture, Report, Table
-from scenarios.reports.diagnoses import TOGETHER
-from scenarios.reports.gains import joints_named
+from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Picture, Report, Table, joints_named
+from scenarios.rendering.plot import Plot
 from scenarios.reports.pages import kind_of, page_of
-from scenarios.reports.pages.gain_plots import error_plot
 from scenarios.reports.pages.still import with_picture
-from scenarios.reports.plot import Plot
+from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
-from scenarios.results.models.run import Result
+from scenarios.results.gains import Result
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError

@@ -6,24 +6,24 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from page_parts import identified
+from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
+from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
+from scenarios.reports.pages.identification import with_warnings
+from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
+from scenarios.reports.pages.torque_plots import MOST, torque_plot
 from scipy import stats
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.samples.motion import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
-from scenarios.reports.content import Mood, Paragraph
-from scenarios.reports.diagnoses import diagnosis_parts
-from scenarios.reports.motion import coverage_plot as motion_plot
-from scenarios.reports.motion import motion_table
-from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
-from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
-from scenarios.reports.pages.identification import with_warnings
-from scenarios.reports.pages.provenance import named
-from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
-from scenarios.reports.pages.torque_plots import MOST, torque_plot
+from scenarios.rendering.content import Mood, Paragraph
+from scenarios.results.check import CheckLog
+from scenarios.results.diagnoses import diagnosis_parts
 from scenarios.results.fit_rows import FitRows, begins
-from scenarios.results.models.check import CheckLog
-from scenarios.results.models.gains import ResultGain
+from scenarios.results.gains import ResultGain
+from scenarios.results.motion import coverage_plot as motion_plot
+from scenarios.results.motion import motion_table
+from scenarios.results.provenance import named
 
 
 def gains(*found: JointResult) -> list[ResultGain]:

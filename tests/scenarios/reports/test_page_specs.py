@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from scenarios.reports.content import Facts, Heading, Paragraph, Picture, Report
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone
-from scenarios.reports.renderers import Page, renderer
-from scenarios.reports.renderers.html import sections
-from scenarios.reports.renderers.html.specs import ROW, STRIPE, drawn_plots, specification
+from scenarios.rendering import Page, renderer
+from scenarios.rendering.content import Facts, Heading, Paragraph, Picture, Report
+from scenarios.rendering.drawing import ROW, STRIPE, drawn_plots, specification
+from scenarios.rendering.html import sections
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone
 
 JOINTS = Axis(title="joint", categories=("10", "9", "2"))
 BARS = Series(label="bars", mark=Mark.BARS, x=("10", "2"), y=(3.5, 1.5), low=(3.0, 1.0), high=(4.5, 2.5))

@@ -12,10 +12,10 @@ from scenarios.benchmark.methods.answers import AnswerRow, AnswersFile, write_mo
 from scenarios.cli import main
 from scenarios.experiments.studies import folder as studied
 from scenarios.experiments.studies.parts import checked_part
-from scenarios.reports.content import Heading, Line, Mood, Table
+from scenarios.rendering.content import Heading, Line, Mood, Table
+from scenarios.rendering.plot import TONES, Plot
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.monte_carlo import NORMAL
-from scenarios.reports.plot import TONES, Plot
 from scenarios.support.errors import ScenarioError
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from page_parts import Elements
 
-from scenarios.reports.content import (
+from scenarios.rendering import Page, renderer
+from scenarios.rendering.content import (
     VERDICT,
     Cell,
     Column,
@@ -23,10 +24,8 @@ from scenarios.reports.content import (
     Table,
     cells,
 )
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
-from scenarios.reports.renderers import Page, renderer
-from scenarios.reports.renderers.html.scripts import script_code, script_json
-from scenarios.reports.renderers.html.specs import STYLES, specification
+from scenarios.rendering.drawing import STYLES, script_code, script_json, specification
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
 EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
 DRAWN = Plot(

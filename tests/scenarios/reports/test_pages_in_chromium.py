@@ -10,9 +10,9 @@ import page_folders
 import pytest
 
 from scenarios.cli import main
-from scenarios.reports.content import rounded
+from scenarios.rendering import Page, renderer
+from scenarios.rendering.content import rounded
 from scenarios.reports.pages import kind_of, page_of
-from scenarios.reports.renderers import Page, renderer
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 MISSING = [name for name in ("playwright", "axe_playwright_python") if importlib.util.find_spec(name) is None]

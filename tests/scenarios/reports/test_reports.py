@@ -6,8 +6,8 @@ import pytest
 
 from ident.estimation.all_joints.terms import SHARES
 from ident.estimation.estimators.nls import FRICTIONS
-from scenarios.reports.bare import TERMS
-from scenarios.reports.content import (
+from scenarios.rendering import RENDERERS, Page, renderer
+from scenarios.rendering.content import (
     Column,
     Figure,
     Heading,
@@ -24,9 +24,9 @@ from scenarios.reports.content import (
     rounded,
     table,
 )
-from scenarios.reports.gains import quantity_row
-from scenarios.reports.renderers import RENDERERS, Page, renderer
-from scenarios.reports.renderers.text import blocks, continued, fold
+from scenarios.rendering.text import blocks, continued, fold
+from scenarios.reports.bare import TERMS
+from scenarios.results.gains import quantity_row
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from scenarios.reports.content import Paragraph, Report
+from scenarios.rendering.content import Paragraph, Report
 from scenarios.reports.pages.still import still, why_another, with_picture
 from scenarios.support.errors import UnknownName
 from sim.errors import RobotError

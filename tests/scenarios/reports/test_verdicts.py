@@ -17,16 +17,15 @@ from scenarios.experiments.studies.joint_rows import StudyRows
 from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
-from scenarios.reports.content import Mood, Paragraph, Table, plus_minus
-from scenarios.reports.gains import budget_verdict
+from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
 from scenarios.reports.monte_carlo import monte_carlo_report
 from scenarios.reports.new_robot import new_robot_report
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.predict import _within, prediction_report
 from scenarios.reports.torque import torque_report
-from scenarios.reports.unseen import unseen_verdict
-from scenarios.results.models.unseen import ResultUnseen, UnseenJoint
+from scenarios.results.gains import budget_verdict
+from scenarios.results.unseen import ResultUnseen, UnseenJoint, unseen_verdict
 from sim.trajectory import FourierTrajectory
 
 

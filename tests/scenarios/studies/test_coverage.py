@@ -18,8 +18,8 @@ from scenarios.experiments.studies.calibration import GRID, Band, Calibration, c
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.statistics import Coverage, joint_statistics
 from scenarios.experiments.trials import run_trials
-from scenarios.reports.content import Paragraph
-from scenarios.reports.renderers import Page, renderer
+from scenarios.rendering import Page, renderer
+from scenarios.rendering.content import Paragraph
 
 sys.path.append(str(ROOT / "docs"))  # where the page of coverage is made
 from coverage_claims import Target, curves, joint_claims

@@ -13,7 +13,7 @@ from scenarios.experiments.studies.budget import Budget, budgets, sobol_indices
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity
 from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.experiments.studies.study import study_identity
-from scenarios.reports.content import Paragraph
+from scenarios.rendering.content import Paragraph
 from scenarios.reports.sensitivity import sensitivity_report
 from scenarios.support.errors import StudyError
 

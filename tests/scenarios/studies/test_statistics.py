@@ -9,7 +9,7 @@ from scenarios import assert_scenario
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
 from scenarios.experiments.studies.statistics import joint_statistics, study_result, write_summary
-from scenarios.reports.content import Figure, Paragraph, Report
+from scenarios.rendering.content import Figure, Paragraph, Report
 from scenarios.reports.error_density import panels
 from scenarios.reports.files import write_figures
 from scenarios.reports.monte_carlo import monte_carlo_report

@@ -16,14 +16,14 @@ from scenarios.experiments.studies.budget import NEEDED, Budget, BudgetJoint, In
 from scenarios.experiments.studies.joint_rows import JointRows
 from scenarios.experiments.studies.statistics import joint_statistics
 from scenarios.experiments.studies.stored import StoredStudy
-from scenarios.reports.content import Paragraph, Table
+from scenarios.rendering.content import Paragraph, Table
+from scenarios.rendering.plot import Plot
 from scenarios.reports.error_density import MOST as MOST_CLAIMS
 from scenarios.reports.error_density import panels, promised, reach, varies
 from scenarios.reports.pages import sensitivity
 from scenarios.reports.pages.monte_carlo import _refused, _worst, coverage_plot, error_plot, pass_plot
 from scenarios.reports.pages.sensitivity import cost_plot
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
-from scenarios.reports.plot import Plot
 from scenarios.reports.sensitivity import sensitivity_report
 from scenarios.support.errors import StudyError
 

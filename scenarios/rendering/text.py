@@ -15,10 +15,10 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from scenarios.reports.content import (
+from scenarios.rendering import Page
+from scenarios.rendering.content import (
     Cell,
     Column,
-    Facts,
     Figure,
     Heading,
     Line,
@@ -29,8 +29,7 @@ from scenarios.reports.content import (
     Report,
     Table,
 )
-from scenarios.reports.plot import Plot
-from scenarios.reports.renderers import Page
+from scenarios.rendering.plot import Plot
 
 WIDE = 10_000
 """Characters per line if unlimited."""
@@ -70,7 +69,7 @@ def render(report: Report, page: Page) -> str:
 
 
 def _is_text(part: Part) -> bool:
-    return not isinstance(part, Figure | Plot | Picture | Facts) and not (isinstance(part, Table) and part.file_only)
+    return not isinstance(part, Figure | Plot | Picture) and not (isinstance(part, Heading | Table) and part.file_only)
 
 
 def _together(before: Part | None, part: Part) -> bool:
@@ -93,7 +92,7 @@ def _print(part: Part, console: Console, width: int) -> None:
             _print_words(text, "bold", console, width)
         case Table():
             _print_table(part, console, width)
-        case Figure() | Plot() | Picture() | Facts():
+        case Figure() | Plot() | Picture():
             pass
 
 

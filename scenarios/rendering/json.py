@@ -1,8 +1,8 @@
 """A report as one JSON object."""
 
-from scenarios.reports.content import Report
-from scenarios.reports.renderers import Page
-from scenarios.support.result_model import to_json
+from scenarios.rendering import Page
+from scenarios.rendering.content import Report
+from scenarios.rendering.result import to_json
 
 
 def render(report: Report, page: Page) -> str:

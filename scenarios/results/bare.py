@@ -3,9 +3,9 @@
 from pydantic import Field
 
 from ident.arm_parameters.parameter_values import Parameter
-from scenarios.results.models.diagnoses import DiagnosedResult
-from scenarios.results.models.links import Links
-from scenarios.support.result_model import ResultModel
+from scenarios.rendering.result import ResultModel
+from scenarios.results.diagnoses import DiagnosedResult
+from scenarios.results.links import Links
 
 
 class BareParameter(ResultModel):

@@ -1,10 +1,14 @@
-"""Texts of diagnoses: findings, excluded faults, and faults that cannot be checked."""
+"""Diagnoses of logs and of an estimate, in results: their JSON, with joints from 1, and their texts and tables."""
 
 from collections.abc import Sequence
 from pathlib import PurePath
+from typing import Any
 
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from scenarios.reports.content import Cell, Heading, Mood, Paragraph, Part, Table, column, table
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from scenarios.rendering.content import Cell, Heading, Mood, Paragraph, Part, Table, column, many, table
+from scenarios.rendering.result import FromOne, ResultModel
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
@@ -12,6 +16,33 @@ VERDICTS = LABELS | {Severity.GOOD: "good"}
 """Words of the severities in a table."""
 TOGETHER = "All logs together"
 """Title of the checks of no single log."""
+
+
+class DiagnosedResult(ResultModel):
+    """Diagnoses of logs and of an estimate, the last part of a result."""
+
+    diagnoses: list[FromOne[Diagnosis]] = Field(description="One entry per check, the worst first")
+    excluded: list[FromOne[Exclusion]] = Field(description="Faults that the logs exclude")
+    untold: list[str] = Field(description="Faults that the logs cannot reveal")
+
+    @property
+    def found(self) -> Diagnosed:
+        """Return the diagnoses, with joints from 0."""
+        return Diagnosed(
+            diagnoses=tuple(self.diagnoses), excluded=tuple(self.excluded), indistinguishable=tuple(self.untold)
+        )
+
+    @model_serializer(mode="wrap")
+    def _at_the_end(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        values: dict[str, Any] = handler(self)
+        last = {key: values.pop(key) for key in DiagnosedResult.model_fields if key in values}
+        return values | last
+
+
+def diagnosed_values(found: Diagnosed) -> dict[str, Any]:
+    """Return the values of a `DiagnosedResult`."""
+    untold = [*found.indistinguishable, *found.indistinguishable_together]
+    return {"diagnoses": list(found.diagnoses), "excluded": list(found.excluded), "untold": untold}
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
@@ -29,13 +60,12 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
     """Return a diagnosis in words: severity, logs, finding, advice or indistinguishable faults."""
     logs = [PurePath(log).name for log in diagnosis.logs] if several else []
     named = ", ".join(log for log in logs if log not in diagnosis.sentence)
-    place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
+    said = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: {diagnosis.sentence}"
     if diagnosis.rivals:
         more = f" and {len(diagnosis.rivals) - 1} more" if diagnosis.rivals[1:] else ""
-        return f"{place}{diagnosis.sentence}. These logs do not distinguish it from: {diagnosis.rivals[0]}{more}."
+        return f"{said}. These logs do not distinguish it from: {diagnosis.rivals[0]}{more}."
     advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
-    stop = "" if diagnosis.sentence.endswith("?") else "."
-    return f"{place}{diagnosis.sentence}{stop}{advice}"
+    return f"{said}{'' if said.endswith('?') else '.'}{advice}"
 
 
 def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:
@@ -44,16 +74,11 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
     With `every`, include faults of which only some cases are excluded, and those of all joints; `expected` for logs
     that are not recorded yet.
     """
-    exclude, tell = (
-        ("Logs of these motions will exclude", "They will not determine")
-        if expected
-        else ("Excluded", "Cannot be checked with these logs")
-    )
+    exclude = "Logs of these motions will exclude" if expected else "Excluded"
+    tell = "They will not determine" if expected else "Cannot be checked with these logs"
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    together = found.indistinguishable_together if every else ()
-    indistinguishable = (*found.indistinguishable, *together)
-    parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
-    return [*parts, *([Paragraph(f"{tell}: {'; '.join(indistinguishable)}.")] if indistinguishable else [])]
+    hidden = (*found.indistinguishable, *(found.indistinguishable_together if every else ()))
+    return [Paragraph(f"{said}: {'; '.join(of)}.") for said, of in ((exclude, excluded), (tell, hidden)) if of]
 
 
 def counted(found: Diagnosed) -> str:
@@ -63,13 +88,8 @@ def counted(found: Diagnosed) -> str:
     return " and ".join(many(count, what) for what, count in each.items() if count)
 
 
-def many(count: int, what: str) -> str:
-    """`1 check`, `2 checks`."""
-    return f"{count} {what}{'' if count == 1 else 's'}"
-
-
-def every_line(diagnoses: Sequence[Diagnosis]) -> list[Table]:
-    """Return a table of checks for each log and one for all logs together, the worst first."""
+def every_check(diagnoses: Sequence[Diagnosis]) -> list[Table]:
+    """Return a table of checks for each log and one for all logs together, the worst first; not on a screen."""
     of_log = dict[str, list[Diagnosis]]()
     for each in diagnoses:
         of_log.setdefault(", ".join(PurePath(log).name for log in each.logs) or TOGETHER, []).append(each)
@@ -80,13 +100,14 @@ def every_line(diagnoses: Sequence[Diagnosis]) -> list[Table]:
             column("Verdict", lambda each: Cell(VERDICTS[each.severity], MOODS[each.severity]), words=True),
             column("Found", lambda each: each.sentence, words=True),
             title=log,
+            file_only=True,
         )
         for log, own in of_log.items()
     ]
 
 
 def diagnosis_parts(found: Diagnosed) -> list[Part]:
-    """Return a table of all diagnoses and conclusions, none without checks."""
-    parts: list[Part] = [*every_line(found.diagnoses)]
-    parts += horizon_paragraphs(found, every=True)
-    return [Heading("Diagnoses"), *parts] if parts else []
+    """Return the conclusions, and for files the tables of all checks."""
+    tables = every_check(found.diagnoses)
+    head: list[Part] = [Heading("Diagnoses", file_only=True)] if tables or found.excluded else []
+    return [*head, *tables, *horizon_paragraphs(found)]

@@ -1,12 +1,13 @@
 """Content of a report: paragraphs, tables, figures, and the result as one JSON object."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from scenarios.reports.plot import Plot
+from ident.support.naming import enumerated
+from scenarios.rendering.plot import Plot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -118,10 +119,12 @@ class Heading:
     Attributes:
         text: The words.
         folded: Whether a page shows the content below only on request.
+        file_only: Whether it is omitted on a screen.
     """
 
     text: str
     folded: bool = False
+    file_only: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,14 +160,7 @@ class Picture:
     height: int
 
 
-@dataclass(frozen=True, slots=True)
-class Facts:
-    """Key facts on a page, as names and values; text output has them elsewhere."""
-
-    pairs: tuple[tuple[str, str], ...]
-
-
-Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture | Facts
+Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +178,12 @@ class Report:
     parts: tuple[Part, ...]
     document: Mapping[str, object]
     mood: Mood = Mood.PLAIN
+
+    @property
+    def in_full(self) -> "Report":
+        """Return the report with all its tables on a screen."""
+        parts = [replace(each, file_only=False) if isinstance(each, Table) else each for each in self.parts]
+        return replace(self, parts=tuple(parts))
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:
@@ -256,11 +258,17 @@ def column(
 
 
 def table(
-    items: Iterable[Item], *columns: ColumnOf[Item], title: str = "", shown: int | None = None, rest: str = ""
+    items: Iterable[Item],
+    *columns: ColumnOf[Item],
+    title: str = "",
+    shown: int | None = None,
+    rest: str = "",
+    file_only: bool = False,
 ) -> Table:
-    """Return a table with one row per item; `title`, `shown` and `rest` as in `Table`."""
+    """Return a table with one row per item; `title` to `file_only` as in `Table`."""
     rows = tuple(tuple(_cell(each.cell(item)) for each in columns) for item in items)
-    return Table(title=title, columns=tuple(each.column for each in columns), rows=rows, shown=shown, rest=rest)
+    heads = tuple(each.column for each in columns)
+    return Table(title=title, columns=heads, rows=rows, shown=shown, rest=rest, file_only=file_only)
 
 
 def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | None = None, rest: str = "") -> Table:
@@ -272,3 +280,25 @@ def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | 
 
 def _cell(value: str | int | Cell | None) -> Cell:
     return value if isinstance(value, Cell) else Cell(NONE if value is None else str(value))
+
+
+def joints_named(joints: Sequence[int]) -> str:
+    """`joint 2`, `joints 1 and 4` or `joints 1 to 5`, of joints from 1."""
+    return f"{'joints' if joints[1:] else 'joint'} {joint_numbers(joints)}"
+
+
+def joint_numbers(joints: Sequence[int]) -> str:
+    """`2`, `1 and 4` or `1 to 5`, of joints from 1."""
+    if len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1)):
+        return f"{joints[0]} to {joints[-1]}"
+    return enumerated([str(joint) for joint in joints])
+
+
+def sentence(text: str) -> str:
+    """Return a text with a full stop, unless it is a question."""
+    return text if text.endswith("?") else f"{text}."
+
+
+def many(count: int, what: str) -> str:
+    """`1 check`, `2 checks`."""
+    return f"{count} {what}{'' if count == 1 else 's'}"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 
-from scenarios.reports.content import Report
+from scenarios.rendering.content import Report
 
 RENDERERS = {
     "text": "aligned tables for a terminal",

@@ -1,17 +1,24 @@
-"""Plots of each joint's residual: spectrum, dependence on position and speed, outliers."""
+"""Plots of a fit, from its rows: torques measured and reconstructed, spectrum and trends of residuals, outliers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import signal, stats
 
 from ident.support.arrays import Array
-from scenarios.reports.content import Paragraph, Part, column, table
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
-from scenarios.results.fit_rows import FitRows
+from scenarios.rendering.content import Heading, Paragraph, Part, column, table
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+from scenarios.results.fit_rows import Fit, FitRows
 
 POINTS, BINS, BANDS = 150, 10, 24
 """Number of points of a scatter plot, of bins of its means, and of frequencies of a spectrum."""
+MOST = 1600
+"""Largest number of points of a line, more than the pixels of a screen."""
+TORQUES = (
+    "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model, motions "
+    "in sequence. Below: the residual, on a separate scale."
+)
 SPECTRUM = (
     "White residuals have a spectrum of 1, with 95 % of points between the dashed lines. Larger values at low "
     "frequency indicate slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
@@ -24,6 +31,64 @@ AGAINST = (
 FAR = 4.0
 """Standard deviations above which a row is an outlier."""
 LISTED = 12
+
+
+def fit_parts(fit: Fit, names: tuple[str, ...]) -> list[Part]:
+    """Return the plots of a fit and the table of its outliers; `names` are those of the motions."""
+    spectra = zip(fit.rows, fit.correlation, strict=True)
+    parts: list[Part] = [Heading("Torques, measured and reconstructed"), Paragraph(TORQUES)]
+    parts += [torque_plot(each, names, fit.begins) for each in fit.rows]
+    parts += [Heading("Residual: spectrum", folded=True), Paragraph(SPECTRUM)]
+    parts += [spectrum_plot(each, fit.row_period, lag) for each, lag in spectra]
+    for what in ("position", "speed"):
+        parts += [Heading(f"Residual against {what}", folded=True), Paragraph(AGAINST)]
+        parts += [against(each, what) for each in fit.rows]
+    return [*parts, Heading("Outliers"), *outliers(fit.rows, names)]
+
+
+def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
+    """Return the plot of measured and reconstructed torque of a joint, and of the residual.
+
+    `begins` has the start times of the motions and the end of the last one [s].
+    """
+    step = one_in(len(rows.t), MOST)
+    measured, predicted = rows.scale * rows.V, rows.scale * (rows.V - rows.residual)
+
+    def line(label: str, numbers: Array, tone: Tone) -> Series:
+        t, y = rows.broken(numbers)
+        keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
+        return Series(label=label, mark=Mark.LINE, tone=tone, x=values(t[keep]), y=values(y[keep]))
+
+    time = Axis(title="time", unit="s")
+    title = f"Joint {rows.joint + 1}"
+    strip = Plot(
+        title=f"{title}, residual",
+        caption="",
+        x=time,
+        y=Axis(title="residual", unit=rows.unit if rows.unit != "drive units" else "units"),
+        series=(line("Residual", rows.scale * rows.residual, Tone.FIRST),),
+        references=(Reference("", 0.0),),
+        zoom=True,
+        height=50,
+    )
+    share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
+    what = "Gain times current" if rows.unit != "drive units" else "Current (the gain is refused)"
+    every = "every row" if step == 1 else f"one row in {step}"
+    return Plot(
+        title=title,
+        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(rows.t)}.",
+        x=replace(time, title="", unit=""),
+        y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
+        series=(line("Measured", measured, Tone.FIRST), line("Reconstructed", predicted, Tone.SECOND)),
+        bands=tuple((float(a), float(b)) for a, b in np.round(rows.still, 3)),
+        bands_label="Near a reversal (excluded)",
+        references=tuple(
+            Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)
+        ),
+        zoom=True,
+        height=170,
+        strip=strip,
+    )
 
 
 def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:

@@ -8,7 +8,7 @@ import numpy as np
 from ident.model.arm import Arm
 from ident.payload.files import read_payload
 from ident.payload.payload import Payload
-from scenarios.reports.content import Heading, Line, Paragraph, Part, pairs_table
+from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RecordFile
 
@@ -68,12 +68,6 @@ def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Map
 def versions_in_words(versions: Mapping[str, object]) -> str:
     """Names with versions, on one line."""
     return ", ".join(f"{name} {version}" for name, version in versions.items())
-
-
-def named(paths: Sequence[str]) -> tuple[str, ...]:
-    """Return names of files without folders and endings, or unchanged if these are ambiguous."""
-    stems = tuple(Path(path).stem for path in paths)
-    return stems if len(set(stems)) == len(stems) else tuple(paths)
 
 
 def _couplings(pairs: Sequence[tuple[int, int]]) -> str:

@@ -1,15 +1,13 @@
 """Report as Markdown: all rows of all tables, figures by the names of their files."""
 
-from scenarios.reports.content import Column, Facts, Figure, Heading, Line, Paragraph, Picture, Report, Table
-from scenarios.reports.plot import Plot
-from scenarios.reports.renderers import Page
+from scenarios.rendering import Page
+from scenarios.rendering.content import Column, Figure, Heading, Line, Paragraph, Picture, Report, Table
+from scenarios.rendering.plot import Plot
 
 
 def render(report: Report, page: Page) -> str:
     """Render title and parts, separated by empty lines."""
-    drawn = [
-        _part(part) for part in report.parts if not isinstance(part, Plot | Picture | Facts)
-    ]  # only pages show these
+    drawn = [_part(part) for part in report.parts if not isinstance(part, Plot | Picture)]  # only pages show these
     return "\n\n".join([f"# {report.title}", *drawn]) + "\n"
 
 

@@ -1,0 +1,227 @@
+"""Plots by Matplotlib: static SVG for pages, whose colours are names of the style sheet, and figures for files."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import MaxNLocator
+
+from ident.support.arrays import Array
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, Value
+
+COLOURS = {
+    "paper": "#ffffff", "ink": "#1b1f24", "soft": "#57606a", "grid": "#d0d7de", "band": "#e4e8ee", "quiet": "#6e7781",
+    "first": "#1f5fa8", "second": "#b93f12", "third": "#1c7a57", "fourth": "#7a3ea1", "fifth": "#8a6d00",
+    "sixth": "#b0286f",
+}  # fmt: skip
+"""Colours by their names in the style sheet (`page.css`), where they differ in the dark and on paper."""
+WIDTH, WIDE = 430, 620
+"""Width of a plot, and of one along time [pixel]."""
+ROW = 19
+"""Least height of a category [pixel]."""
+SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
+    "svg.fonttype": "none",
+    "font.size": 10.5,
+    "font.family": "sans-serif",
+    "text.color": COLOURS["ink"],
+    "axes.labelcolor": COLOURS["ink"],
+    "axes.edgecolor": COLOURS["grid"],
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.unicode_minus": True,
+    "axes.formatter.use_mathtext": False,
+    "axes.formatter.limits": (-4, 5),
+    "axes.linewidth": 1.0,
+    "grid.color": COLOURS["grid"],
+    "grid.linewidth": 0.7,
+    "xtick.color": COLOURS["grid"],
+    "ytick.color": COLOURS["grid"],
+    "xtick.labelcolor": COLOURS["ink"],
+    "ytick.labelcolor": COLOURS["ink"],
+    "legend.frameon": False,
+    "legend.fontsize": 9.5,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """Appearance of a tone: colour, dash pattern [points], shape of points, width of lines, opacity of bars."""
+
+    colour: str
+    dash: tuple[float, ...]
+    shape: str
+    width: float
+    fill: float
+
+
+STYLES = {
+    Tone.FIRST: Style(COLOURS["first"], (), "o", 1.6, 1.0),
+    Tone.SECOND: Style(COLOURS["second"], (4.0, 1.6), "s", 1.2, 0.65),
+    Tone.THIRD: Style(COLOURS["third"], (2.5, 1.0), "^", 1.4, 0.35),
+    Tone.FOURTH: Style(COLOURS["fourth"], (6.0, 2.0, 1.0, 2.0), "D", 1.2, 0.15),
+    Tone.FIFTH: Style(COLOURS["fifth"], (1.0, 2.0), "P", 1.3, 0.8),
+    Tone.SIXTH: Style(COLOURS["sixth"], (8.0, 3.0), "v", 1.5, 0.5),
+    Tone.QUIET: Style(COLOURS["quiet"], (), "o", 1.0, 0.25),
+}
+"""Every tone differs from the others in shape, dash or opacity as well, without its colour."""
+
+
+def svg(plot: Plot, number: int) -> str:
+    """Return a plot as an SVG element without size, and with colours of the style sheet.
+
+    `number` distinguishes its identifiers from those of other plots on a page.
+    """
+    with rc_context({**SETTINGS, "svg.hashsalt": f"plot{number}"}):
+        drawn = StringIO()
+        figure([plot], titles=False).savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
+    text = drawn.getvalue()
+    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text[text.index("<svg") :], flags=re.DOTALL)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)  # of no use, and the same in every figure
+    text = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", text)  # the family is that of the page
+    text = re.sub(r"(\d\.\d\d)\d+(?=[^<>]*/?>)", r"\1", text)  # hundredths of a pixel
+    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    for name, colour in COLOURS.items():
+        text = text.replace(colour, f"var(--{name})")
+    return re.sub(r"\s*\n\s*", "\n", text)
+
+
+def figure(plots: Sequence[Plot], *, across: int = 1, titles: bool = True, title: str = "") -> Figure:
+    """Draw plots in a grid, each with the strip below it, if it has one; `titles` also draws their titles."""
+    with rc_context(SETTINGS):
+        down, across = -(-len(plots) // across), min(across, len(plots))
+        heights = [max(map(_height, plots[k * across : (k + 1) * across])) for k in range(down)]
+        wide = sum(WIDE if any(each.zoom for each in plots[k::across]) else WIDTH for k in range(across))
+        size = (wide / 72.0, sum(heights) / 72.0 + 0.4 * bool(title))
+        whole = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03))
+        if title:
+            whole.suptitle(title, fontsize=12)
+        grid = whole.add_gridspec(down, across, height_ratios=heights)
+        for k, plot in enumerate(plots):
+            place = grid[k // across, k % across]
+            if plot.strip is None:
+                axes = whole.add_subplot(place)
+            else:
+                inner = place.subgridspec(2, 1, height_ratios=[plot.height, plot.strip.height], hspace=0.0)
+                axes = whole.add_subplot(inner[0])
+                below = whole.add_subplot(inner[1], sharex=axes)
+                axes.tick_params(labelbottom=False)
+                _draw(below, plot.strip)
+            _draw(axes, plot)
+            if titles:
+                axes.set_title(plot.title, fontsize=10.5, loc="left", fontweight="bold", pad=20 if _labels(plot) else 6)
+            if _labels(plot):
+                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderpad=0.2, columnspacing=1.2)
+        return whole
+
+
+def _height(plot: Plot) -> int:
+    rows = max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot))))
+    return rows + 40 + 18 * bool(_labels(plot)) + (0 if plot.strip is None else plot.strip.height + 10)
+
+
+def _labels(plot: Plot) -> list[str]:
+    return [*(each.label for each in plot.series if each.label), *([plot.bands_label] if plot.bands else [])]
+
+
+def _draw(axes: Axes, plot: Plot) -> None:
+    for k, (start, stop) in enumerate(plot.bands):
+        axes.axvspan(start, stop, color=COLOURS["band"], lw=0.0, zorder=0.5, label=plot.bands_label if not k else None)
+    for axis, name in ((plot.x, "x"), (plot.y, "y")):
+        _scale(axes, axis, name, strip=plot.height < 80)
+    for each in plot.series:
+        _series(axes, each, plot)
+    for each in plot.references:
+        _reference(axes, each)
+    if plot.y.zero:
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, 0.0), max(high, 0.0))
+    if plot.x.zero:
+        axes.set_xlim(min(axes.get_xlim()[0], 0.0), max(axes.get_xlim()[1], 0.0))
+    if plot.zoom:
+        axes.margins(x=0.01)
+
+
+def _scale(axes: Axes, axis: Axis, name: str, *, strip: bool) -> None:
+    own = axes.xaxis if name == "x" else axes.yaxis
+    axes.set(**{f"{name}label": axis.words})
+    if axis.categories:
+        at = np.arange(len(axis.categories))
+        own.set_ticks(at, labels=list(axis.categories))
+        axes.set(**{f"{name}lim": (-0.6, len(at) - 0.4) if name == "x" else (len(at) - 0.4, -0.6)})
+        own.grid(visible=False)
+    elif axis.log:
+        axes.set(**{f"{name}scale": "log"})
+    else:
+        own.set_major_locator(MaxNLocator(6 if name == "x" else 3 if strip else 5))
+
+
+def _numbers(values: Sequence[Value], axis: Axis) -> Array:
+    """Return coordinates; of a category its place."""
+    places = {name: float(k) for k, name in enumerate(axis.categories)}
+    return np.array([math.nan if v is None else places[v] if isinstance(v, str) else v for v in values])
+
+
+def _beside(plot: Plot) -> list[str]:
+    """Return the labels of series that share categories and are drawn beside each other."""
+    if not plot.x.categories and not plot.y.categories:
+        return []
+    among = [each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
+    return [each.label for each in among if each.mark is Mark.BARS or each.tone is not Tone.QUIET]
+
+
+def _series(axes: Axes, series: Series, plot: Plot) -> None:
+    style, upright, beside = STYLES[series.tone], not plot.y.categories, _beside(plot)
+    x, y = _numbers(series.x, plot.x), _numbers(series.y, plot.y)
+    low, high = (_numbers(ends, plot.y if upright else plot.x) for ends in (series.low, series.high))
+    at, value = (x, y) if upright else (y, x)
+    width, label = 0.75, series.label or None
+    if len(beside) > 1 and series.label in beside:
+        width /= len(beside)
+        at = at + (beside.index(series.label) - 0.5 * (len(beside) - 1)) * width
+    bar, rule = (axes.bar, axes.vlines) if upright else (axes.barh, axes.hlines)
+    look: dict[str, Any] = {"color": style.colour, "label": label}
+    match series.mark:
+        case Mark.LINE:
+            dash = (0.0, style.dash) if style.dash else "solid"
+            axes.plot(x, y, lw=style.width, ls=dash, **look)
+        case Mark.POINTS:
+            axes.plot(x, y, style.shape, ms=2.2, mew=0.0, alpha=0.75, **look)
+        case Mark.BARS | Mark.STACK:
+            stack = series.mark is Mark.STACK
+            start, size = (low, high - low) if stack else (0.0, value)
+            face: dict[str, Any] = {
+                "alpha": max(style.fill, 0.15),
+                "edgecolor": COLOURS["ink"],
+                "linewidth": 0.5,
+                **look,
+            }
+            bar(at, size, width, start, **face)
+            if len(low) and not stack:
+                rule(at, low, high, color=COLOURS["ink"], lw=1.0)
+        case Mark.INTERVALS if series.tone is Tone.QUIET:
+            span: dict[str, Any] = {"color": COLOURS["band"], "zorder": 0.6, "label": label}
+            bar(at, high - low, 0.2, low, **span)  # `barh` names the third argument height, and the fourth left
+        case Mark.INTERVALS:
+            rule(at, low, high, color=style.colour, lw=1.8)
+            axes.plot(*((at, value) if upright else (value, at)), style.shape, ms=5.0, **look)
+
+
+def _reference(axes: Axes, reference: Reference) -> None:
+    look: dict[str, Any] = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
+    words: dict[str, Any] = {"fontsize": 9.0, "clip_on": False, "xytext": (3, -3), "textcoords": "offset points"}
+    if reference.upright:
+        axes.axvline(reference.at, **look)
+        axes.annotate(reference.label, (reference.at, 1.0), xycoords=("data", "axes fraction"), va="top", **words)
+    else:
+        axes.axhline(reference.at, **look)
+        words["xytext"] = (-3, 3)
+        axes.annotate(reference.label, (1.0, reference.at), xycoords=("axes fraction", "data"), ha="right", **words)

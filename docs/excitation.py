@@ -10,9 +10,20 @@ import numpy as np
 from opening import write_page
 from threadpoolctl import threadpool_limits
 
-from scenarios.design.excitation import SMALL_SIZES, Design, design_problem
-from scenarios.design.fitting import best_fitted, with_better
-from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search, starts
+from scenarios.design.excitation import Design, design_problem
+from scenarios.design.search import (
+    SMALL_SIZES,
+    STEP,
+    Found,
+    Judge,
+    Series,
+    best_fitted,
+    judge_here,
+    random_point,
+    search,
+    starts,
+    with_better,
+)
 from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import TrajectoryError

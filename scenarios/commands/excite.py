@@ -1,26 +1,28 @@
 """`rx90 excite`."""
 
 import argparse
+import re
 import shlex
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status, complain, ending, printable
-from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
+from scenarios.command_line.searching import searched
 from scenarios.command_line.writing import right_to_write
+from scenarios.experiments.workers.processes import PROCESSES
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from ident.support.arrays import Mask
     from scenarios.design.excitation import Design, Problem
-    from scenarios.design.search import Searchable
+    from scenarios.design.search import Searchable, Series
     from scenarios.experiments.build import Setup
     from scenarios.experiments.files.schema import Scenario
     from sim.trajectory import FourierTrajectory
 
-OPTIONS = ("seed", "harmonics", "duration", "evaluations")
-"""Options that affect the motion."""
 PROTOCOLS = {
     "motion": "joints move together, up to their limits",
     "holds": "slow sweeps between poses that are held; --duration 72 and --evaluations 3000 unless given",
@@ -31,6 +33,14 @@ USUAL = {
 }
 """Defaults of a search."""
 AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenario's error sources"}
+HARMONICS = arguments.count_from(
+    2, 100, "a motion with 1 cannot begin and end at rest, a search cannot handle more than 100"
+)
+DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
+EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a day")
+FASTEST = 5.0
+"""Highest harmonic [Hz] that the search samples twice per period."""
+STOPPED = re.compile(r"# Stopped after (\d+) of \d+ motions")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,10 +51,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
     add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
-    add_search_arguments(parser)
-    parser.set_defaults(harmonics=None, duration=None, evaluations=None)  # defaults depend on the protocol
-    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
+    add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
+    add("--harmonics", type=HARMONICS, help="harmonics of the series (default 20)")
+    add("--duration", type=DURATION, help="period [s] (default 20)")
+    add("--evaluations", type=EVALUATIONS, help="number of motions to try (default 40000)")
+    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
+    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
@@ -56,21 +69,13 @@ def main(options: argparse.Namespace) -> Status:
     _fill_in(options)
     import numpy as np
 
-    from scenarios.design.excitation import Design
-    from scenarios.design.fitting import best_fitted
+    from scenarios.design.excitation import Design, percents
     from scenarios.design.results import Searched, finite
-    from scenarios.design.search import Series
-    from scenarios.design.searched_motion import (
-        Unfinished,
-        first_motion,
-        own_motion,
-        percents,
-        search_comments,
-        unfinished,
-    )
+    from scenarios.design.search import Series, best_fitted
     from scenarios.experiments.build import setup_without_motion
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.files.motions import write_motion
+    from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
     from scenarios.rendering.content import Report
     from sim.errors import TrajectoryError
 
@@ -81,7 +86,7 @@ def main(options: argparse.Namespace) -> Status:
     problem, series, shown = _searchable(_problem(scenario, setup, options), options)
     design = Design(problem)
     if options.improve and before is None and isinstance(series, Series):
-        before = Unfinished(first_motion(setup.scenario, series), tried=0)
+        before = first_motion(setup.scenario, series), 0
     own = None if options.protocol == "holds" else own_motion(setup.scenario, design)
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
@@ -101,11 +106,16 @@ def main(options: argparse.Namespace) -> Status:
     if reason:
         complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
     if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
-        motion = _beside(own, motion, design, options)
+        motion = _beside(own, motion, design, improve=options.improve)
     deviations = np.where(shown, design.deviations(design.rows(motion)).total, np.inf)
-    wanted = found.tried if interrupt is None else options.evaluations
+    stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
+    comments = [
+        f"Found by: {command} --out FILE",
+        *[stopped] * (interrupt is not None and found.tried < options.evaluations),
+        f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
+        f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
+    ]
     with held.writing():
-        comments = search_comments(command, deviations, tried=found.tried, wanted=wanted)
         write_motion(motion, options.out, comments)
     if interrupt is not None:
         complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
@@ -126,20 +136,21 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _fill_in(options: argparse.Namespace) -> None:
-    """Set default options of the protocol."""
-    from scenarios.support.errors import ScenarioError
-
-    if options.protocol == "holds":
-        for name in ("harmonics", "improve"):
-            if getattr(options, name):
-                raise ScenarioError(
-                    f"--{name} cannot be combined with --protocol holds, whose motions are not a harmonic series"
-                )
+    """Set default options of the protocol, and check that the sampling rate of the search is sufficient."""
+    holds = options.protocol == "holds"
+    for name in ("harmonics", "improve") if holds else ():
+        if getattr(options, name):
+            raise ScenarioError(
+                f"--{name} cannot be combined with --protocol holds, whose motions are not a harmonic series"
+            )
     for name, value in USUAL[options.protocol].items():
         if getattr(options, name) is None:
             setattr(options, name, value)
-    if options.protocol == "motion":
-        check_harmonics(options)
+    if not holds and options.harmonics > FASTEST * options.duration:
+        raise ScenarioError(
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the highest harmonic is at "
+            f"{options.harmonics / options.duration:.3g} Hz; the search resolves up to {FASTEST:g} Hz"
+        )
 
 
 def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable, Mask]":
@@ -176,15 +187,45 @@ def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) 
     return replace(problem, added=sourced)
 
 
+def own_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | None":
+    """Return the motion of a scenario; None if there is none that this robot can carry out."""
+    from scenarios.experiments.files.motions import read_motion
+
+    try:
+        motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    except ScenarioError:
+        return None
+    return motion if motion.n == design.problem.plant.robot.n and design.keeps_limits(motion) else None
+
+
+def first_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
+    """Return the motion of a scenario as the start of a search.
+
+    Raises:
+        ScenarioError: If the parametrisation cannot represent the motion; if there is none.
+    """
+    from scenarios.experiments.files.motions import read_motion
+
+    motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    n, harmonics = motion.sine.shape
+    if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
+        raise ScenarioError(
+            f"{scenario.name}: motion {scenario.table.experiment.motion!r} has {harmonics} harmonics of {n} joints in "
+            f"{motion.duration:g} s; to improve it, search with --duration {motion.duration:g} and --harmonics "
+            f"{harmonics} or more, on an arm of {n} joints"
+        )
+    return motion
+
+
 def _beside(
-    own: "FourierTrajectory", found: "FourierTrajectory", design: "Design", options: argparse.Namespace
+    own: "FourierTrajectory", found: "FourierTrajectory", design: "Design", *, improve: bool
 ) -> "FourierTrajectory":
     """Return the motion to write if the scenario's own is better: its own if it was to be improved."""
     said = (
         "the scenario's own motion is better: the largest standard deviation of its gains is "
         f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(found):.3g} %"
     )
-    if options.improve:
+    if improve:
         complain(f"{said}; no better motion was found, so it is written")
         return own
     complain(f"{said}; try more --evaluations, or --improve, which starts from it")
@@ -195,8 +236,26 @@ def found_by(options: argparse.Namespace) -> str:
     """Return the command that finds the same motion."""
     words = ["rx90", "excite", options.scenario]
     words += ["--protocol", options.protocol] if options.protocol != "motion" else []
-    for name in (each for each in OPTIONS if getattr(options, each) is not None):
-        words += [f"--{name}", f"{getattr(options, name):.12g}"]
+    for name in ("seed", "harmonics", "duration", "evaluations"):
+        if getattr(options, name) is not None:
+            words += [f"--{name}", f"{getattr(options, name):.12g}"]
     words += ["--improve"] if options.improve else []
     words += ["--against", options.against] if options.against != "noise" else []
     return printable(shlex.join(words))
+
+
+def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | None":
+    """Return the best motion of a stopped search, and its number of motions, if a file has one of this command.
+
+    Raises:
+        ScenarioError: If the file is not a motion.
+    """
+    from scenarios.experiments.files.motions import read_motion
+
+    if not path.is_file():
+        return None
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    stopped = next((match for match in map(STOPPED.match, lines) if match), None)
+    if stopped is None or f"# Found by: {command} --out FILE" not in lines:
+        return None
+    return read_motion(path.name, path.parent), int(stopped[1])

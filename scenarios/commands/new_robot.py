@@ -9,7 +9,7 @@ import scenarios.command_line.arguments as arguments
 from ident.payload.payload import HEAVIEST, LIGHTEST
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status
-from scenarios.command_line.searching import kept_of, searched
+from scenarios.command_line.searching import searched
 from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
@@ -94,4 +94,7 @@ def _searched(options: argparse.Namespace, design: "Design", series: "Series", a
     chosen = argparse.Namespace(
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )
-    return kept_of(searched(design, series, chosen, None))
+    outcome = searched(design, series, chosen)
+    if outcome.interrupt is not None:
+        raise outcome.interrupt
+    return outcome.kept

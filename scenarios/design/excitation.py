@@ -1,17 +1,22 @@
-"""The design problem of a motion: accuracy of the gains to identify, and constraints."""
+"""The design problem of a motion: accuracy of the gains to identify, limits of the robot, distance to floor and arm.
+
+The cost of a motion is the logarithm of the predicted relative standard deviations of the gains to identify, mainly of
+the largest, plus thirty times the mean squared violation of limits and clearance.
+"""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from scipy import linalg
 
+from ident.model.arm import load_arm
 from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Indices
-from scenarios.design.limits import SHARES, Limits, robot_limits, worst_of
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.prediction.deviations import (
@@ -28,31 +33,130 @@ from scenarios.support.errors import ScenarioError
 from sim.clearance import CLEARANCE, Clearance
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
-from sim.errors import TrajectoryError
+from sim.errors import RobotError, TrajectoryError
 from sim.plant import Plant
 from sim.shapes import Solid
 from sim.trajectory import FourierTrajectory
 
+SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
+"""Share of each joint's limits that a designed motion may use, except that of the torque, `Limits.torque_share`."""
+HALF_TURN = np.pi
+"""Range to either side for a joint without limits [rad]; assumed because of cables."""
 EXCESS = 0.03
 """Largest relative violation of limits and clearance between samples of the search."""
 SAME_TORQUE = 1e-6
 """Largest difference between identification model and MuJoCo, relative to the torque; equal models give 1e-13."""
-SEARCHED_HZ = 10.0
-"""Sampling rate during the search [Hz]."""
-FITTED_HZ = 200.0
-"""Sampling rate for the final check of limits [Hz]."""
+SEARCHED_HZ, FITTED_HZ = 10.0, 200.0
+"""Sampling rate during the search, and for the final check of limits [Hz]."""
 SIZES = np.arange(1.0, 0.9, -0.01)
 """Factors on the amplitude of a motion, tried in this order until the limits are met."""
-SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
-"""Further factors if these are not enough; smaller motions give little information."""
 
 
 def objective(deviations: Array) -> float:
-    """Return the objective: logarithms of the standard deviations of the gains to identify, mainly of the largest.
-
-    `deviations` are relative standard deviations of the gains to identify, shape (w,).
-    """
+    """Return the objective for relative standard deviations of the gains to identify, shape (w,)."""
     return float(np.log(np.linalg.norm(deviations, ord=8)) + 0.2 * np.mean(np.log(deviations)))
+
+
+def percents(deviations: Array) -> str:
+    """Return predicted standard deviations of gains, shape (n,), as text in percent; a dash if not identifiable."""
+    return ", ".join(f"{100.0 * std:.2g}" if isfinite(std) else "-" for std in deviations)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits:
+    """Bounds of a motion; arrays have shape (n,), in rad or m, infinite if unbounded.
+
+    Attributes:
+        lower: Positions [rad].
+        upper: Positions [rad].
+        velocity: [rad/s].
+        acceleration: [rad/s^2].
+        torque: Joint torque at the current limit [N m].
+        torque_share: Share of it that a designed motion may use.
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+    torque_share: float = SHARES["torque"]
+
+    @property
+    def center(self) -> Array:
+        """Middle of the ranges."""
+        return 0.5 * (self.upper + self.lower)
+
+    @property
+    def half(self) -> Array:
+        """Half of the ranges."""
+        return 0.5 * (self.upper - self.lower)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Usable shares of the limits."""
+        return SHARES | {"torque": self.torque_share}
+
+    def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
+        """Return the excess over the usable shares of the limits, relative to the limits, at least zero.
+
+        Args:
+            motion: q, dq, ddq, each (N, n).
+            torques: Without and with payload [N m], shape (2, N, n).
+
+        Returns:
+            Excess in the order of `SHARES`, shape (4, N, n).
+        """
+        q, dq, ddq = motion
+        used = (
+            np.abs(q - self.center) / self.half,
+            np.abs(dq) / self.velocity,
+            np.abs(ddq) / self.acceleration,
+            np.abs(torques).max(axis=0) / self.torque,
+        )
+        return np.maximum(np.stack(used) - np.array([*self.shares.values()])[:, None, None], 0.0)
+
+    def largest_scale(self, trajectory: FourierTrajectory) -> Array:
+        """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
+        q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
+        center = trajectory.center
+        room = SHARES["range"] * np.minimum(self.upper - center, center - self.lower)
+        scales = (
+            room / np.abs(q - center).max(axis=0),
+            SHARES["speed"] * self.velocity / np.abs(dq).max(axis=0),
+            SHARES["acceleration"] * self.acceleration / np.abs(ddq).max(axis=0),
+        )
+        return np.minimum.reduce(scales)
+
+
+def robot_limits(plant: Plant) -> Limits:
+    """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
+
+    Raises:
+        RobotError: If a prismatic joint has no range.
+    """
+    robot = plant.robot
+    arm = load_arm(robot.model, flange=robot.flange)
+    endless = ~np.isfinite(arm.upper - arm.lower)
+    for j in np.flatnonzero(endless & (arm.revolute == 0)):
+        raise RobotError(
+            f"robot {robot.name}: prismatic joint {arm.joint_names[j]} has no range; state one in {robot.model}"
+        )
+    return Limits(
+        lower=np.where(endless, robot.home - HALF_TURN, arm.lower),
+        upper=np.where(endless, robot.home + HALF_TURN, arm.upper),
+        velocity=robot.max_velocity,
+        acceleration=robot.max_acceleration,
+        torque=plant.drives.current_limit * np.abs(plant.drives.gain),
+    )
+
+
+def worst_of(excess: Array, names: tuple[str, ...], shares: Mapping[str, float] = SHARES) -> str:
+    """Return the most exceeded limit, in words. `excess` is that of `Limits.excess`, shape (4, N, n)."""
+    kind, _, joint = np.unravel_index(int(excess.argmax()), excess.shape)
+    what, share = list(shares.items())[int(kind)]
+    used = 100.0 * (float(excess.max()) + share)
+    return f"takes {used:.0f} % of the {what} of joint {names[int(joint)]}, where {100.0 * share:g} % may be used"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -176,28 +280,35 @@ class Design:
             errors = np.hypot(errors, added(trajectory, searched_hz))
         return objective(errors[self.problem.joints]) + 30.0 * float(over @ over) / searched_hz
 
-    def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
-        """Return the motion, scaled about its centre until it meets all limits on a fine grid.
-
-        Factors `sizes` are tried in this order.
-
-        Raises:
-            TrajectoryError: If no factor is enough.
-        """
-        smaller = trajectory
-        for size in sizes:
-            sine, cosine = size * trajectory.sine, size * trajectory.cosine
-            smaller = FourierTrajectory(trajectory.center, sine, cosine, trajectory.duration)
-            if self.keeps_limits(smaller):
-                return smaller
-        broken = self.broken(self.rows(smaller, FITTED_HZ))
-        raise TrajectoryError(f"even scaled to {100.0 * sizes[-1]:.0f} %, the motion {broken}")
+    def can_hold(self, q: Array) -> bool:
+        """Return whether a position (n,) meets all limits at rest."""
+        return not self.excess(self.rows(resting(q), 1.0)).any()
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Return whether limits are met on a fine grid; a coarse grid rejects most others at lower cost."""
         return all(
             self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (self.problem.searched_hz, FITTED_HZ)
         )
+
+    def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
+        """Return the motion, scaled about its centre by the first of some factors that meets all limits on a fine grid.
+
+        Raises:
+            TrajectoryError: If no factor is enough.
+        """
+        smaller = trajectory
+        for size in sizes:
+            smaller = scaled(trajectory, size)
+            if self.keeps_limits(smaller):
+                return smaller
+        broken = self.broken(self.rows(smaller, FITTED_HZ))
+        raise TrajectoryError(f"even scaled to {100.0 * sizes[-1]:.0f} %, the motion {broken}")
+
+
+def scaled(motion: FourierTrajectory, size: float, about: Array | None = None) -> FourierTrajectory:
+    """Return a motion scaled about a position (n,), its centre by default."""
+    center = motion.center if about is None else about + size * (motion.center - about)
+    return FourierTrajectory(center, size * motion.sine, size * motion.cosine, motion.duration)
 
 
 def resting(q: Array) -> FourierTrajectory:

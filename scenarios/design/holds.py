@@ -14,8 +14,7 @@ import numpy as np
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Mask
-from scenarios.design.excitation import Problem
-from scenarios.design.limits import SHARES, Limits
+from scenarios.design.excitation import SHARES, Limits, Problem
 from scenarios.prediction.deviations import Carried, Deviations, MotionRows, Prediction
 from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory, at_rest
@@ -41,7 +40,6 @@ LEAST_LOAD = 1e-6
 """Share of the payload's largest torque at rest below which gravity does not load a joint."""
 STILL = 1e-6
 """Weight of a row at rest, so that no column is zero."""
-Predicting = Callable[[Carried], Deviations]
 SEARCHED_HZ = 4.0
 """Sampling rate during the search for such slow motions [Hz]."""
 SHORTEST = 36.0
@@ -78,25 +76,21 @@ class Holds:
 
     def motion(self, x: Array) -> FourierTrajectory:
         """Return the motion of a point, shape ((LEGS + 1) n,)."""
-        lower, upper = self.limits.lower, self.limits.upper
-        poses = 0.5 * (upper + lower) + 0.5 * (upper - lower) * x.reshape(LEGS + 1, self.n)
+        poses = self.limits.center + self.limits.half * x.reshape(LEGS + 1, self.n)
         series = poses.T @ _cosines()
         return at_rest(series[:, 0], np.zeros((self.n, HARMONICS)), series[:, 1:], self.duration)
 
     def drawn(self, start: Array, rng: np.random.Generator) -> Array:
         """Return the point of a random motion about a position."""
-        lower, upper = self.limits.lower, self.limits.upper
-        about = (start - 0.5 * (upper + lower)) / (0.5 * (upper - lower))
+        about = (start - self.limits.center) / self.limits.half
         largest = SHARES["range"] * rng.uniform(0.1, 1.0)
         return np.clip(about + largest * rng.uniform(-1.0, 1.0, (LEGS + 1, self.n)), -1.0, 1.0).ravel()
 
     def point(self, motion: FourierTrajectory) -> Array:
         """Return the point of a motion, or of the nearest motion of this kind."""
-        lower, upper = self.limits.lower, self.limits.upper
         series = np.column_stack((motion.center, motion.cosine[:, :HARMONICS]))
-        kept = _cosines()[:, : series.shape[1]]
-        poses = np.linalg.lstsq(kept.T, series.T)[0]
-        return ((poses - 0.5 * (upper + lower)) / (0.5 * (upper - lower))).ravel()
+        poses = np.linalg.lstsq(_cosines()[:, : series.shape[1]].T, series.T)[0]
+        return ((poses - self.limits.center) / self.limits.half).ravel()
 
 
 @lru_cache(maxsize=1)
@@ -124,26 +118,24 @@ def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
         ScenarioError: If the payload loads none of these joints at rest.
     """
     structure = problem.structure
-    fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
-    unloaded = ~_loaded_at_rest(structure, problem.carried)
+    q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
+    still = np.zeros_like(q)
+    columns = regressor(structure.arm, q, still, still)[:, :, structure.payload_columns]
+    torque = np.abs(columns @ problem.carried.chi).max(axis=0)
+    unloaded = torque <= LEAST_LOAD * torque.max()
     wanted = problem.joints[~unloaded[problem.joints]]
     if not len(wanted):
         raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")
+    fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
     speed = np.minimum(problem.limits.velocity, fast / SHARES["speed"])
     limits = replace(problem.limits, velocity=speed, torque_share=TORQUE_SHARE)
-    prediction = partial(_counted, problem.prediction, slow)
+    prediction = partial(_weighted, problem.prediction, slow)
     return replace(problem, limits=limits, joints=wanted, prediction=prediction, searched_hz=SEARCHED_HZ), unloaded
 
 
-def _loaded_at_rest(structure: Structure, what: Carried) -> Mask:
-    """Return a mask of joints that the payload loads in some pose, shape (n,)."""
-    q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
-    still = np.zeros_like(q)
-    torque = np.abs(regressor(structure.arm, q, still, still)[:, :, structure.payload_columns] @ what.chi).max(axis=0)
-    return torque > LEAST_LOAD * torque.max()
-
-
-def _counted(prediction: Prediction, slow: Array, rows: MotionRows, structure: Structure) -> Predicting:
+def _weighted(
+    prediction: Prediction, slow: Array, rows: MotionRows, structure: Structure
+) -> Callable[[Carried], Deviations]:
     """Return the prediction with row weights by joint speed, 1/2 at `slow`, shape (n,)."""
     speed = rows.motion[1] ** 2
     share = np.maximum(speed / (speed + slow**2), STILL)

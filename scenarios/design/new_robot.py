@@ -19,7 +19,7 @@ from ident.payload.files import read_payload
 from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
-from scenarios.design.limits import HALF_TURN
+from scenarios.design.excitation import HALF_TURN
 from scenarios.design.model_facts import ArmEnd, ModelFacts, arm_end, check_stated_numbers, model_facts
 from scenarios.experiments.build import body_of
 from scenarios.experiments.robot_models import read_arm

@@ -16,8 +16,7 @@ from scipy import optimize
 from ident.payload.files import payload_to_table
 from ident.payload.payload import Known, Payload
 from ident.support.arrays import Array
-from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, design_problem, objective
-from scenarios.design.limits import SHARES
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, objective
 from scenarios.design.results import finite
 from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
 from scenarios.experiments.build import Setup, body_of

@@ -16,13 +16,10 @@ from ident.payload.payload import MOMENTS, Payload
 from ident.support.arrays import Array
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
-from scenarios.design.excitation import Design, Problem
-from scenarios.design.fitting import about_a_pose, first_fitted, quickened
-from scenarios.design.limits import robot_limits
+from scenarios.design.excitation import Design, Problem, percents, robot_limits
 from scenarios.design.new_robot import DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
 from scenarios.design.search import Found as Point
-from scenarios.design.search import Series
-from scenarios.design.searched_motion import percents
+from scenarios.design.search import Series, about_a_pose, first_fitted, quickened
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.toml_text import schema_line, toml_value
 from scenarios.experiments.payload_frames import check_same_payload

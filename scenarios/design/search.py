@@ -1,29 +1,27 @@
-"""Search for a motion that minimises the largest predicted standard deviation of the gains.
+"""Search for a motion that minimises the largest predicted standard deviation of the gains, and its selection.
 
 The search starts with the best of 300 random motions, and continues with CMA-ES. The cost is not smooth where the
-sample that limits the motion changes; gradient descent stops there with standard deviations 1.5 times as large.
+sample that limits the motion changes; gradient descent stops there with standard deviations 1.5 times as large. The
+motion to carry out is the best one of the search if it meets its limits also between the samples after a reduction by
+at most 10 %, otherwise the same motion with a smaller amplitude, or an earlier one.
 """
 
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Protocol
 
 import cma
 import numpy as np
 from scipy import special
 
 from ident.support.arrays import Array, Mask
-from scenarios.design.excitation import Design, Problem, resting
-from scenarios.design.limits import SHARES, Limits
-from sim.errors import NoPositionError
+from scenarios.design.excitation import SEARCHED_HZ, SHARES, Design, Limits, Problem, scaled
+from sim.errors import NoPositionError, TrajectoryError
 from sim.trajectory import FourierTrajectory, at_rest
-
-if TYPE_CHECKING:
-    from scenarios.design.holds import Holds
 
 FIRST = 300
 """Number of random motions at the start."""
@@ -31,16 +29,35 @@ STEP, SMALL_STEP = 0.2, 0.05
 """Initial step size, from a random motion and from the result of a search."""
 LEAST_SHARE = 0.25
 """Smallest amplitude of a joint, as a share of the largest: a joint at rest gives no information on its parameters."""
-
 POSITIONS, ADMISSIBLE = 2000, 30
 """Number of random positions if home is not feasible, and number of feasible ones that are used."""
+APART = 0.01
+"""Smallest cost difference of stored motions: 1 % of a standard deviation. Closer motions usually fail together."""
+SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
+"""Factors on a motion for which a reduction by 10 % is not enough; smaller motions give little information."""
+LEAST_SIZES = (0.3, 0.25, 0.2, 0.15, 0.1)
+"""Further factors for a motion that can be scaled only about one of its positions."""
+QUICKEST = 1.5
+"""Highest harmonic of an accelerated motion [Hz]: position loops of arms follow it, and filters of logs pass it."""
 
 Judge = Callable[[Sequence[Array]], list[float]]
 """Function that returns the costs of motions."""
 
 
-Searchable: TypeAlias = "Series | Holds"
-"""Parametrisation of motions in a search."""
+class Searchable(Protocol):
+    """Parametrisation of motions in a search."""
+
+    def motion(self, x: Array) -> FourierTrajectory:
+        """Return the motion of a point."""
+        ...
+
+    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
+        """Return the point of a random motion about a position."""
+        ...
+
+    def point(self, motion: FourierTrajectory) -> Array:
+        """Return the point of a motion."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -90,13 +107,7 @@ class Series:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Found:
-    """State of a search.
-
-    Attributes:
-        x: Best point so far.
-        cost: Its cost.
-        tried: Number of motions tried, without the random ones at the start.
-    """
+    """State of a search: the best point, its cost, and the number of motions tried without the random ones."""
 
     x: Array
     cost: float
@@ -112,11 +123,11 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     Raises:
         NoPositionError: If there are none.
     """
-    if admissible(design, home[None])[0]:
+    if design.can_hold(home):
         return home[None]
     limits = design.problem.limits
-    center, half = 0.5 * (limits.upper + limits.lower), 0.5 * SHARES["range"] * (limits.upper - limits.lower)
-    drawn = center + half * rng.uniform(-1.0, 1.0, (POSITIONS, len(home)))
+    half = SHARES["range"] * limits.half
+    drawn = limits.center + half * rng.uniform(-1.0, 1.0, (POSITIONS, len(home)))
     found = drawn[admissible(design, drawn)][:ADMISSIBLE]
     if not len(found):
         raise NoPositionError(
@@ -129,7 +140,7 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
 
 def admissible(design: Design, q: Array) -> Mask:
     """Return a mask of positions (k, n) that meet all limits at rest, shape (k,)."""
-    return np.array([not design.excess(design.rows(resting(each), 1.0)).any() for each in q], dtype=bool)
+    return np.array([design.can_hold(each) for each in q], dtype=bool)
 
 
 def random_point(series: Searchable, starts: Array, seed: int, judge: Judge) -> Found:
@@ -162,16 +173,12 @@ def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge)
     options = {"seed": seed + 1, "maxfevals": evaluations, "verbose": -9}
     strategy = cma.CMAEvolutionStrategy(first.x, step, options)
     while not strategy.stop():
-        tried = [np.asarray(x) for x in strategy.ask()]
-        costs = judge(tried)
-        strategy.tell(tried, costs)
-        best = int(np.argmin(costs))
+        points = [np.asarray(x) for x in strategy.ask()]
+        costs = judge(points)
+        strategy.tell(points, costs)
+        best, tried = int(np.argmin(costs)), found.tried + len(points)
         better = costs[best] < found.cost
-        found = Found(
-            x=tried[best] if better else found.x,
-            cost=costs[best] if better else found.cost,
-            tried=found.tried + len(tried),
-        )
+        found = Found(x=points[best] if better else found.x, cost=min(costs[best], found.cost), tried=tried)
         yield found
 
 
@@ -201,3 +208,96 @@ def costs_of(stated: bytes, points: Sequence[Array]) -> list[float]:
 def _judge(stated: bytes) -> Judge:
     problem, series = pickle.loads(stated)
     return judge_here(Design(problem), series)
+
+
+def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
+    """Return the stored motions, best last, with a new one if it is better."""
+    if not kept:
+        return (found,)
+    if found.cost >= kept[-1].cost:
+        return tuple(kept)
+    crowded = len(kept) > 1 and kept[-2].cost - kept[-1].cost < APART
+    return (*(kept[:-1] if crowded else kept), found)
+
+
+def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
+    """Return the best motion of a search if a reduction by 10 % is enough, otherwise the best alternative.
+
+    Alternatives are the same motion with a smaller amplitude, or an earlier one that costs less. Also returned is why
+    it is not the best, or an empty text. `kept` has at least one motion, the best last.
+
+    Raises:
+        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best.
+    """
+    best = series.motion(kept[-1].x)
+    try:
+        return design.fitted(best), ""
+    except TrajectoryError as error:
+        reason = str(error)
+    others = _each_fitted(design, [best], SMALL_SIZES)
+    most = min(map(design.cost, others), default=np.inf)
+    earlier = (series.motion(found.x) for found in reversed(kept[:-1]) if found.cost < most)
+    others += _each_fitted(design, earlier)
+    if not others:
+        raise TrajectoryError(f"no motion found can be scaled to the robot's limits; the best one: {reason}")
+    return min(others, key=design.cost), reason
+
+
+def _each_fitted(design: Design, motions: Iterable[FourierTrajectory], *sizes: Array) -> list[FourierTrajectory]:
+    """Return the first of some motions that can be scaled to the limits; empty if none can."""
+    for motion in motions:
+        try:
+            return [design.fitted(motion, *sizes)]
+        except TrajectoryError:
+            continue
+    return []
+
+
+def first_fitted(design: Design, series: Searchable, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
+    """Return the best motion of the first search for which a reduction by 10 % is enough, or the best alternative.
+
+    Searches are started only as needed.
+
+    Raises:
+        TrajectoryError: If none can be scaled to the limits; the message states the violation of the best of the last
+            search.
+    """
+    reason, motions = "", list[FourierTrajectory]()
+    for kept in searches:
+        try:
+            motion, why = best_fitted(design, series, kept)
+        except TrajectoryError as error:
+            reason = str(error)
+            continue
+        if not why:
+            return motion
+        motions.append(motion)
+    if not motions:
+        raise TrajectoryError(reason)
+    return min(motions, key=design.cost)
+
+
+def quickened(design: Design, motion: FourierTrajectory) -> FourierTrajectory:
+    """Return the motion, or the same path repeated faster within the period, whichever is more accurate.
+
+    Ranges and distances limit a search in few slow harmonics, far below the rated speeds of the joints. Repeated k
+    times, harmonic h of a path becomes harmonic k h.
+    """
+    best, harmonics = motion, motion.sine.shape[1]
+    for times in range(2, int(QUICKEST * motion.duration / harmonics) + 1):
+        sine, cosine = (np.zeros((motion.n, times * harmonics)) for _ in range(2))
+        sine[:, times - 1 :: times], cosine[:, times - 1 :: times] = motion.sine, motion.cosine
+        quick = FourierTrajectory(motion.center, sine, cosine, motion.duration)
+        if not design.keeps_limits(quick):
+            break
+        best = min(best, quick, key=design.cost)
+    return best
+
+
+def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
+    """Return the motion scaled about the middle of its feasible positions; empty if there are none."""
+    held = [q for q in design.rows(motion, SEARCHED_HZ).motion[0] if design.can_hold(q)]
+    if not held:
+        return []
+    sizes = (*SMALL_SIZES, *LEAST_SIZES)
+    return _each_fitted(design, (scaled(motion, size, held[len(held) // 2]) for size in sizes), np.ones(1))

@@ -10,8 +10,7 @@ from robot_folders import robot_folder
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
 from ident.payload.payload import Payload
-from scenarios.design.excitation import Problem
-from scenarios.design.limits import robot_limits
+from scenarios.design.excitation import Problem, robot_limits
 from scenarios.prediction.deviations import all_joints, carried
 from sim.plant import Plant
 from sim.robot_files import read_robot

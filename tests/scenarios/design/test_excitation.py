@@ -9,8 +9,7 @@ from robot_folders import arm_xml, robot_folder
 from ident.model.arm import load_arm
 from ident.model.structure import Structure, structure_of
 from ident.payload.payload import Payload
-from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
-from scenarios.design.limits import Limits, robot_limits
+from scenarios.design.excitation import EXCESS, Design, Limits, Problem, arm_model, robot_limits
 from scenarios.design.search import STEP, Series, judge_here, random_point, search
 from scenarios.prediction.deviations import carried, joint_by_joint
 from sim.errors import TrajectoryError
@@ -88,24 +87,6 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
             np.testing.assert_allclose(over.max(), expected, rtol=0, atol=1e-12)  # rounding of a ratio
     over = excess_of(plant, structure, tight(limits, lower=center - reach, upper=center + reach))
     np.testing.assert_allclose(over.max(), 0.1, rtol=0, atol=1e-12)
-
-
-def test_a_limit_that_a_motion_breaks_is_named_with_its_joint():
-    q, dq, ddq = (
-        np.array([[0.2, -0.4], [0.3, 0.5]]),
-        np.array([[1.1, -2.2], [0.7, 0.1]]),
-        np.array([[3.1, 4.2], [0, -5.3]]),
-    )
-    most = {"lower": np.array([0.1, -0.5]), "upper": np.array([0.4, 0.6]), "velocity": np.array([1.2, 2.3])}
-    allowed = Limits(**most, acceleration=np.array([3.2, 5.4]), torque=np.full(2, np.inf))
-    assert allowed.broken_by((q, dq, ddq)) == ()
-    for name, value, said in (
-        ("lower", [0.1, -0.3], "joint 2: positions"),
-        ("upper", [0.25, 0.6], "joint 1: positions"),
-        ("velocity", [1.2, 2.1], "joint 2: speed"),
-        ("acceleration", [3.0, 5.4], "joint 1: acceleration"),
-    ):
-        assert replace(allowed, **{name: np.array(value)}).broken_by((q, dq, ddq)) == (said,)
 
 
 def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_thirty_times_the_excess(plant, structure):

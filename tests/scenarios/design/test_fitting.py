@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from invented_arm import invented_problem
 
-from scenarios.design.excitation import EXCESS, FITTED_HZ, SMALL_SIZES, Design, Problem
-from scenarios.design.fitting import APART, best_fitted, first_fitted, with_better
-from scenarios.design.limits import SHARES, worst_of
-from scenarios.design.search import Found, Series
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, worst_of
+from scenarios.design.search import APART, SMALL_SIZES, Found, Series, best_fitted, first_fitted, with_better
 from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory
 

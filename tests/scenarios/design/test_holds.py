@@ -7,9 +7,8 @@ from invented_arm import invented_problem
 
 import scenarios.design.search as searching
 from scenarios.cli import main
-from scenarios.design.excitation import Design
+from scenarios.design.excitation import Design, worst_of
 from scenarios.design.holds import LEGS, Holds, hold_problem
-from scenarios.design.limits import worst_of
 from scenarios.experiments.build import changed, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion

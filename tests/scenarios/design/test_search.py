@@ -9,8 +9,8 @@ from robot_folders import robot_folder
 
 import scenarios.design.search as module
 from scenarios.cli import main
-from scenarios.design.excitation import Design, Problem, design_problem
-from scenarios.design.limits import HALF_TURN, Limits, robot_limits
+from scenarios.commands.excite import own_motion, unfinished
+from scenarios.design.excitation import HALF_TURN, Design, Limits, Problem, design_problem, robot_limits
 from scenarios.design.search import (
     LEAST_SHARE,
     SMALL_STEP,
@@ -23,7 +23,6 @@ from scenarios.design.search import (
     search,
     starts,
 )
-from scenarios.design.searched_motion import own_motion, unfinished
 from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
@@ -192,7 +191,7 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     command = "rx90 excite nominal --seed 5 --harmonics 3 --duration 6 --evaluations 60"
     before = unfinished(path, command)
     assert before is not None
-    assert before.tried == 30
+    assert before[1] == 30
     assert unfinished(path, command.replace("seed 5", "seed 3")) is None
     assert unfinished(tmp_path / "none.toml", command) is None
     resumed = []

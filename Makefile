@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench scale real diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas lock clean
+.PHONY: demo test test-slow latest mutants lint bench scale real docs pictures schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -62,60 +62,13 @@ DOWNLOADS ?= $(REAL_RECORDINGS)
 real: .venv/ready  # docs/real-robots.md, from the recordings of bench/recordings/sources.toml in the folder DOWNLOADS
 	$(BIN)/python bench/real.py $(DOWNLOADS)
 
-diagnosis: .venv/ready  # what a diagnosis says of sound logs and of faults; REAL_RECORDINGS names a folder of real ones; two hours, goes on from what out/diagnosis holds
-	$(BIN)/python docs/diagnosis.py
-
 docs: .venv/ready  # the site, into site/; open site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 
 pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/hero.py
 	$(BIN)/python docs/case.py
-	$(BIN)/python docs/accuracy.py
 	$(BIN)/python docs/architecture.py
-
-excitation: .venv/ready  # random against searched motions, on every built-in robot; ten minutes, goes on from what out/excitation holds
-	$(BIN)/python docs/excitation.py
-
-payloads: .venv/ready  # the weight that rx90 payload finds for every built-in robot; ten minutes, goes on from what out/payloads holds
-	$(BIN)/python docs/payloads.py
-
-COMPARED ?= $(wildcard out/methods/*)
-
-methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
-	$(BIN)/python docs/methods.py $(COMPARED)
-
-BUDGETS ?= out/budget out/budget-field
-
-error-budget: .venv/ready  # from the folders that rx90 sensitivity left
-	$(BIN)/python docs/error_budget.py $(BUDGETS)
-
-PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
-
-protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
-	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done
-	$(BIN)/python docs/protocols.py out/protocols
-
-holds: .venv/ready  # holds and slow sweeps against motions on four robots; an hour, goes on from what out/holds holds
-	$(BIN)/python docs/holds.py
-
-COVERED ?= $(wildcard out/coverage/*)
-
-coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
-	$(BIN)/python docs/coverage.py $(COVERED)
-
-STUDIES ?= nominal out/budget field out/budget-field
-
-predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
-	$(BIN)/python docs/predicted.py $(STUDIES)
-
-OTHERS ?=
-
-robots: .venv/ready  # half an hour; goes on from what out/robots holds; OTHERS names folders that rx90 new-robot has written of other arms
-	$(BIN)/python docs/robots.py $(OTHERS)
-
-verify: .venv/ready  # ten minutes
-	$(BIN)/python docs/verify.py out/verify
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.json_schemas

@@ -1,11 +1,13 @@
-"""What documents name is there: files, tests, names of code."""
+"""What documents and scripts name is there: files, tests, names of code, links, pages, commands' parts."""
 
+import ast
+import importlib
+import importlib.util
 import re
-import tomllib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import pytest
 import yaml
 from places import ROOT
 from recipes import RECIPES
@@ -15,43 +17,28 @@ DOCUMENTS = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 MADE = "commands|scenario|robot|payload|result|ident|sim|scenarios"
 GENERATED = re.compile(rf"(?:reference/(?:{MADE})|tutorial/python)\.md")
 """Pages that building the site makes; `make docs` checks links to them."""
-WRITTEN = {place for recipe in RECIPES.values() for place in recipe.new}
-"""Files that a reader of a recipe writes."""
 PLACE = re.compile(r"`((?:ident|sim|scenarios|rx90_mjcf|tests|docs|bench)/[\w./-]*)`")
-TESTS = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
-CODE = "\n".join(
-    path.read_text(encoding="utf-8")
-    for package in ("ident", "sim", "scenarios", "rx90_mjcf", "docs/adapters")
-    for path in (ROOT / package).rglob("*")
-    if path.suffix in (".py", ".toml")
-)
-SYMBOLS = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
+PACKAGES = ("ident", "sim", "scenarios", "rx90_mjcf")
+SCRIPTS = sorted(path for folder in ("docs", "bench", "examples") for path in (ROOT / folder).rglob("*.py"))
 
 
 def without_blocks(text: str) -> str:
     return re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_every_file_that_a_document_names_is_there(path):
-    missing = {place for place in PLACE.findall(path.read_text(encoding="utf-8")) if not (ROOT / place).exists()}
-    assert missing <= WRITTEN
-
-
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_every_test_that_a_document_names_is_one(path):
-    for name in re.findall(r"`(test_\w+)`", path.read_text(encoding="utf-8")):
-        assert f"def {name}(" in TESTS, name
-
-
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_every_name_with_an_underscore_is_in_the_code(path):
-    text = path.read_text(encoding="utf-8")
-    written = "\n".join(code for recipe in RECIPES.values() for code in recipe.new.values())
-    known = CODE + written if path.parent.name == "extending" else CODE
-    for name in re.findall(r"`\[?([a-z]{2,}(?:_[a-z0-9]{3,})+)(?: = [^`]*)?\]?`", without_blocks(text)):
-        if not name.startswith("test_") and f"`{name}`" not in SYMBOLS:
-            assert re.search(rf"\b{name}\b", known), name
+def test_files_tests_and_names_that_documents_state_are_there():
+    written = {place for recipe in RECIPES.values() for place in recipe.new}  # by the reader of a recipe
+    tests = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
+    code = "\n".join(text for recipe in RECIPES.values() for text in recipe.new.values())
+    for package in (*PACKAGES, "docs/adapters"):
+        for path in (ROOT / package).rglob("*"):
+            code += path.read_text(encoding="utf-8") if path.suffix in (".py", ".toml") else ""
+    known = set(re.findall(r"\w+", code)) | set(re.findall(r"`(\w+)`", (DOCS / "notation.md").read_text("utf-8")))
+    for path in DOCUMENTS:
+        text = path.read_text(encoding="utf-8")
+        assert {place for place in PLACE.findall(text) if not (ROOT / place).exists()} <= written, path
+        for name in re.findall(r"`\[?([a-z]{2,}(?:_[a-z0-9]{3,})+)(?: = [^`]*)?\]?`", without_blocks(text)):
+            assert f"def {name}(" in tests if name.startswith("test_") else name in known, (path, name)
 
 
 @cache
@@ -63,73 +50,80 @@ def anchors(path: Path) -> set[str]:
     return slugs | set(re.findall(r"\{#([\w-]+)\}", text))
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
-def test_every_link_within_the_project_leads_somewhere(path):
-    for target in re.findall(r"\]\(([^)\s]+)\)", without_blocks(path.read_text(encoding="utf-8"))):
-        if "://" in target:
-            continue
-        place, _, anchor = target.partition("#")
-        leads = (path.parent / place).resolve() if place else path
-        if leads.is_relative_to(DOCS) and GENERATED.fullmatch(leads.relative_to(DOCS).as_posix()):
-            continue
-        assert leads.exists(), target
-        assert not anchor or anchor in anchors(leads), target
+def test_every_link_within_the_project_leads_somewhere():
+    for path in DOCUMENTS:
+        for target in re.findall(r"\]\(([^)\s]+)\)", without_blocks(path.read_text(encoding="utf-8"))):
+            place, _, anchor = target.partition("#")
+            leads = (path.parent / place).resolve() if place else path
+            if "://" in target or (leads.is_relative_to(DOCS) and GENERATED.fullmatch(str(leads.relative_to(DOCS)))):
+                continue
+            assert leads.exists(), (path, target)
+            assert not anchor or anchor in anchors(leads), (path, target)
 
 
-def places(nav: object) -> set[str]:
-    """Pages of a navigation, however nested."""
+def pages(nav: object, title: str = "") -> dict[str, str]:
+    """Pages of a navigation with their titles, however nested."""
     if isinstance(nav, str):
-        return {nav}
-    return set().union(*map(places, nav.values() if isinstance(nav, dict) else nav))
+        return {nav: title}
+    each = nav.items() if isinstance(nav, dict) else (("", member) for member in nav)
+    return {place: name for key, member in each for place, name in pages(member, key).items()}
 
 
-def test_every_document_is_in_the_navigation_of_the_site():
-    text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
-    held = {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
-    shown = places(yaml.safe_load(text)["nav"])
-    assert held == {place for place in shown if not GENERATED.fullmatch(place)}
-
-
-def titles(nav: object) -> dict[str, str]:
-    """What a navigation calls each page, however nested."""
-    if isinstance(nav, str):
-        return {}
-    if isinstance(nav, list):
-        return {place: title for each in nav for place, title in titles(each).items()}
-    found = [{nav[title]: title} if isinstance(nav[title], str) else titles(nav[title]) for title in nav]
-    return {place: title for each in found for place, title in each.items()}
-
-
-def test_the_navigation_calls_a_page_as_its_heading_does():
-    nav = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
-    called = {place: title for place, title in titles(nav).items() if (DOCS / place).exists() and title != "Home"}
-    assert len(called) > 40
-    for place, title in called.items():
-        heading = re.search(r"^# (.*)$", (DOCS / place).read_text(encoding="utf-8"), re.MULTILINE)
-        assert heading[1] == title, place
+def test_every_document_is_in_the_navigation_of_the_site_under_its_heading():
+    shown = pages(yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"])
+    assert {str(p.relative_to(DOCS)) for p in DOCS.rglob("*.md")} == {p for p in shown if not GENERATED.fullmatch(p)}
+    for place, title in shown.items():
+        if (DOCS / place).exists() and title not in ("", "Home"):
+            heading = re.search(r"^# (.*)$", (DOCS / place).read_text(encoding="utf-8"), re.MULTILINE)
+            assert heading[1] == title, place
 
 
 def test_the_rates_on_the_page_of_studies_are_those_of_the_page_on_coverage():
-    page = (
-        (ROOT / "docs" / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]
-    )
+    page = (DOCS / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]
     expected = []
     for line in page.splitlines():
         row = [cell.strip() for cell in line.strip("|").split("|")]
         if row[0].isdigit() and row[1] != "0":
-            joint, bias, spread, below, one, two = (row[k].split()[0] for k in (0, 4, 5, 6, 8, 9))
-            expected.append(f"| {joint} | {bias} | {spread} | {below} | {one} | {two} |")
+            cells = (row[k].split()[0] for k in (0, 4, 5, 6, 8, 9))
+            expected.append(f"| {' | '.join(cells)} |")
     assert len(expected) == 5
-    studies = (DOCS / "how-to" / "studies.md").read_text(encoding="utf-8")
-    assert "\n".join(expected) in studies
-    assert "rx90 monte-carlo nominal -n 300" in studies
+    assert "\n".join(expected) in (DOCS / "how-to" / "studies.md").read_text(encoding="utf-8")
 
 
-def test_protocols_differ_in_what_is_mounted_and_draw_the_same():
-    one, two = (
-        tomllib.loads((ROOT / "docs" / "protocols" / f"{name}.toml").read_text(encoding="utf-8"))
-        for name in ("return", "two-weights")
-    )
-    assert one["random"] == two["random"]
-    assert one["experiment"]["pause"] == two["experiment"]["pause"]
-    assert len(one["random"]) == 3
+def dotted(node: ast.expr) -> str:
+    """A name with attributes, empty where it is neither."""
+    if isinstance(node, ast.Name):
+        return node.id
+    above = dotted(node.value) if isinstance(node, ast.Attribute) else ""
+    return f"{above}.{node.attr}" if above else ""
+
+
+def taken(code: str) -> Iterator[tuple[str, str]]:
+    """What a script takes from our modules: module and name."""
+    tree = ast.parse(code)
+    imports = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    ours = {name for name in imports if name.split(".")[0] in PACKAGES}
+    yield from ((name, "") for name in ours)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] in PACKAGES:
+            yield from ((str(node.module), each.name) for each in node.names)
+        elif isinstance(node, ast.Attribute) and dotted(node.value) in ours:
+            yield dotted(node.value), node.attr
+
+
+def there(module: str, name: str) -> bool:
+    try:
+        if importlib.util.find_spec(module) is None:
+            return False
+        return not name or hasattr(importlib.import_module(module), name) or there(f"{module}.{name}", "")
+    except ModuleNotFoundError:  # what stands before the last dot is none, or no package
+        return False
+
+
+def test_everything_that_scripts_take_from_the_packages_is_there():
+    for path in SCRIPTS:
+        missing = [each for each in taken(path.read_text(encoding="utf-8")) if not there(*each)]
+        assert missing == [], path
+    code = "import sim.record\nimport scenarios.nowhere\nfrom ident import payload, Cargo\nsim.record._gone = 1\n"
+    gone = [("ident", "Cargo"), ("scenarios.nowhere", ""), ("sim.record", "_gone")]
+    assert sorted(each for each in taken(code) if not there(*each)) == gone

@@ -51,9 +51,9 @@ MODULES = {
         "Errors": ("support.errors",),
     },
     "sim": {
-        "Plant": ("plant", "drives", "robot", "robot_files"),
-        "Record": ("record", "experiment", "sequence", "trajectory", "controller", "sensors"),
-        "Write an effect or a sensor": ("effects", "effects.effect", "sensors.effect"),
+        "Plant": ("plant", "robot", "robot_files"),
+        "Record": ("record", "experiment", "trajectory", "controller", "sensors"),
+        "Write an effect or a sensor": ("effects", "effects.effect", "sensors.sensor"),
         "Errors": ("errors",),
     },
     "scenarios": {

@@ -1,8 +1,6 @@
 """Adapters of libraries from elsewhere, `docs/adapters`: absent libraries are named, present ones called rightly."""
 
 import importlib
-import json
-import runpy
 import sys
 from dataclasses import replace
 from importlib.metadata import version
@@ -147,23 +145,6 @@ def test_packages_that_a_method_imports_are_recorded_with_their_versions():
     module.filelock = importlib.import_module("filelock")
     # neither pyarrow, which every study records, nor Python's own
     assert function.packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
-
-
-def test_the_page_has_the_scores_of_all_comparisons_and_external_methods_last(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "docs")
-    folders = []
-    for name, key in (("first", "External methods"), ("second", "Command")):
-        folders.append(tmp_path / name)
-        folders[-1].mkdir()
-        (folders[-1] / "report.json").write_text(json.dumps({"about": {key: "it"}}))
-        tables = "## a\n\n| Method | Score [%] |\n\n| Method | Joint | Gains |"
-        (folders[-1] / "report.md").write_text(f"# {name} compared\n\n{tables}\n\n{key}: it.\n")
-    text = runpy.run_path(str(ROOT / "docs" / "methods.py"))["document"](folders)
-    headings = [line for line in text.splitlines() if line.startswith("#")]
-    own = ["## second compared", "### a", "## External methods", "## first compared", "### a"]
-    assert headings == ["# Methods side by side", *own]
-    assert text.count("Score [%]") == 2
-    assert "Joint" not in text
 
 
 # With the libraries

@@ -91,6 +91,13 @@ def _insert(parent: ET.Element, child: ET.Element) -> None:
     parent.insert(0, child)
 
 
+def _part(parent: ET.Element, tag: str) -> ET.Element:
+    """Return a child, inserted if there is none."""
+    if (found := parent.find(tag)) is None:
+        _insert(parent, found := ET.Element(tag))
+    return found
+
+
 def _named(elements: Sequence[ET.Element]) -> dict[str, ET.Element]:
     return {each.get("name", ""): each for each in elements}
 
@@ -149,12 +156,8 @@ def _urdf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
     joints, bodies, found = _named(root.findall("joint")), _named(root.findall("link")), list[Change]()
     for link in links:
         name = next(child.get("link", "") for child in joints[link.name].iter("child"))
-        inertial = bodies[name].find("inertial")
-        mass, inertia, origin = (None if inertial is None else inertial.find(x) for x in ("mass", "inertia", "origin"))
-        if inertial is None or mass is None or inertia is None:
-            raise ScenarioError(f"link {name}: states no mass and inertia")
-        if origin is None:
-            _insert(inertial, origin := ET.Element("origin"))
+        inertial = _part(bodies[name], "inertial")
+        origin, mass, inertia = (_part(inertial, part) for part in ("origin", "mass", "inertia"))
         xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers(link.inertia.six)
         old = origin.get("xyz", "0 0 0") + (f"; rpy {turned}" if turned else "")
         stated = " ".join(inertia.get(key, "0") for key in INERTIA_KEYS)
@@ -263,8 +266,7 @@ def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
         if link.name not in bodies:
             raise ScenarioError(f"joint {link.name}: the file has no joint of this name, so its link cannot be written")
         body, joint = bodies[link.name]
-        if (inertial := body.find("inertial")) is None:
-            _insert(body, inertial := ET.Element("inertial"))
+        inertial = _part(body, "inertial")
         stated = {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": _numbers(link.inertia.six)}
         before = dict(inertial.attrib)
         before["fullinertia"] = " ".join(

@@ -70,8 +70,8 @@ pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/case.py
 	$(BIN)/python docs/architecture.py
 
-schemas: .venv/ready  # of scenario, payload and result files, into the package
-	$(BIN)/python -m scenarios.json_schemas
+schemas: .venv/ready  # of TOML files, into the package
+	$(BIN)/python -m scenarios.results.json_schemas
 
 # Names, versions and hashes only: no index address is recorded.
 lock: .venv/ready

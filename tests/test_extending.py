@@ -59,7 +59,7 @@ def followed(plain, tmp_path_factory) -> tuple[Path, Path, Outcomes]:
     outcomes = carried_out(
         [words for _, words in commands],
         work,
-        before="from scenarios.json_schemas import write_schemas; write_schemas()",
+        before="from scenarios.results.json_schemas import write_schemas; write_schemas()",
         environment={**os.environ, "PYTHONPATH": str(packages), **dict.fromkeys(ONE_THREAD, "1")},
     )
     return packages, work, {name: outcome for (name, _), outcome in zip(commands, outcomes, strict=True)}

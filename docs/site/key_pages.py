@@ -5,7 +5,7 @@ import re
 from typing import Any
 
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.json_schemas import schemas
+from scenarios.results.json_schemas import FILES, RESULTS, schema
 
 Schema = dict[str, Any]
 UNIT = re.compile(r" ?(?<!`)\[([^\]`]+)\]")
@@ -51,7 +51,7 @@ def heading(name: str) -> str:
 
 def key_pages() -> dict[str, str]:
     """The pages by their places."""
-    known = schemas()
+    known = {name: schema(name) for name in FILES | RESULTS}
     nominal = load_scenario("nominal").table.model_dump(mode="json")
     pages: dict[str, str] = {}
     others = tuple(name for name in known if name not in TITLES)

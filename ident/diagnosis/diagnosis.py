@@ -58,8 +58,8 @@ class Diagnosis:
         advice: The remedy, None if none is needed.
         joints: Joints concerned, from 0; empty for all.
         logs: Names of the logs concerned; empty for all.
-        value: Size of the fault, None without one.
-        std: Standard deviation of the size.
+        value: Size of the fault, in `unit`; None without one.
+        std: Standard deviation of the size, in `unit`.
         unit: Unit of both.
         z: Improvement of the predictions of the currents over the logs as they are, in standard errors; None for a
             check of samples.
@@ -97,7 +97,7 @@ class Exclusion:
         family: As `name` of a diagnosis.
         sentence: The excluded faults, such as `zeros beyond 1.3 (q2), 2.1 (q3) degrees`.
         joints: Joints concerned, from 0; empty for all.
-        limit: Size beyond which it is excluded, None if any size is.
+        limit: Size beyond which it is excluded, in `unit`; None if any size is.
         unit: Unit of the limit.
     """
 

@@ -2,36 +2,39 @@
 
 import argparse
 import json
-from pathlib import Path
 
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status, write
-from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.rendering.content import Paragraph, Report, pairs_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     said = "schema of a file or of a command's --json output (default: list all)"
-    parser.add_argument("name", nargs="?", metavar="NAME", choices=list(_files()), help=said)
+    parser.add_argument("name", nargs="?", metavar="NAME", help=said)
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Print a schema, or list all of them."""
-    files = _files()
+    from scenarios.experiments.files.toml_text import ENDING, FOLDER
+    from scenarios.results.json_schemas import FILES, RESULTS, schema
+    from scenarios.support.errors import UnknownName
+
+    names = FILES | RESULTS
     if options.name is not None:
-        write(files[options.name].read_text(encoding="utf-8"))
+        if options.name not in names:
+            raise UnknownName(f"no schema {options.name!r}; known: {', '.join(names)}")
+        write(json.dumps(schema(options.name), indent=2) + "\n")
         return Status.PASSED
-    about = {name: str(json.loads(path.read_text(encoding="utf-8"))["description"]) for name, path in files.items()}
-    first = {name: said.partition("\n")[0] for name, said in about.items()}
-    said = Paragraph(f"rx90 schema NAME prints one; the files are in {FOLDER}.")
-    document = {name: {"about": first[name], "file": str(path)} for name, path in files.items()}
-    parts = pairs_table("Schema", "Describes", first), said
-    show(Report("JSON Schemas of files and results", parts, document), options)
+    about = {name: str(schema(name)["description"]).partition("\n")[0] for name in names}
+    said = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
+    document = {
+        name: {"about": text} | ({"file": str(FOLDER / f"{name}{ENDING}")} if name in FILES else {})
+        for name, text in about.items()
+    }
+    show(
+        Report("JSON Schemas of files and results", (pairs_table("Schema", "Describes", about), said), document),
+        options,
+    )
     return Status.PASSED
-
-
-def _files() -> dict[str, Path]:
-    """Schemas by name."""
-    return {path.name.removesuffix(ENDING): path for path in sorted(FOLDER.glob(f"*{ENDING}"))}

@@ -80,7 +80,7 @@ class ResultGain(ResultModel):
     model_std: float | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
     residual_share: float | None = Field(
-        None, description="Norm of the joint's residuals over that of its currents, null without rows"
+        None, description="Ratio of the norms of the joint's residuals and currents, null without rows"
     )
 
     @classmethod

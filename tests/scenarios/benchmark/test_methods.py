@@ -20,7 +20,7 @@ from scenarios.benchmark.methods.answer import read_answer
 from scenarios.benchmark.methods.call import Call, Limits, call
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
-from scenarios.json_schemas import schemas
+from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import MethodError, ScenarioError
 
@@ -301,7 +301,7 @@ print(*set(sys.modules) - before, file=sys.stderr)
 def test_our_own_methods_answer_by_the_schema_and_import_what_they_need_before_their_process_is_forked(folder):
     done = subprocess.run([sys.executable, "-c", LATE, str(folder)], capture_output=True, text=True, check=True)
     for name in ("answer", "result"):
-        jsonschema.Draft202012Validator(schemas()[name]).validate(json.loads(done.stdout))
+        jsonschema.Draft202012Validator(schema(name)).validate(json.loads(done.stdout))
     assert read_answer(done.stdout, 6)[0].value == asked("ls-2011", folder).outcome[0].value
     late = {name.partition(".")[0] for name in done.stderr.split()}
     assert late

@@ -11,7 +11,7 @@ from weighed_cell import MODEL, PLAIN, identified, light, off, with_other
 
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
-from scenarios.json_schemas import schemas
+from scenarios.results.json_schemas import schema
 
 
 def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(weighed_cell, capsys):
@@ -88,7 +88,7 @@ def test_gains_that_moved_as_a_whole_name_the_joint_that_differs_from_the_common
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
     out = tmp_path / "g.json"
     assert main(["run", str(weighed_cell / "quick.toml"), "--gains-out", str(out)]) in (0, 1)
-    jsonschema.Draft202012Validator(schemas()["gains"]).validate(json.loads(out.read_text()))
+    jsonschema.Draft202012Validator(schema("gains")).validate(json.loads(out.read_text()))
     written = read_gains(out)
     assert [each.payload for each in written.recordings] == [None, 1, 2]
     seen = {each.sha256 for each in read_gains(weighed_cell / "gains.toml").recordings}

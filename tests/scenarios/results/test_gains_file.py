@@ -19,8 +19,8 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from scenarios.experiments.files.gains import SLIDING, TURNING, read_gains
-from scenarios.json_schemas import schemas
 from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
+from scenarios.results.json_schemas import schema
 from scenarios.support.errors import ScenarioError
 
 REASON = 'no load: "0.1" N m \\ ünï'
@@ -101,7 +101,7 @@ def test_it_fits_its_schema_and_a_refused_joint_has_no_number(file, ending):
     _, written = file
     text = gains_text(written, ending)
     table = json.loads(text) if ending == ".json" else tomllib.loads(text)
-    jsonschema.Draft202012Validator(schemas()["gains"]).validate(table)
+    jsonschema.Draft202012Validator(schema("gains")).validate(table)
     assert set(table["gains"][2]) == {"joint", "name", "unit", "identifiable", "reason"}
     if ending == ".toml":
         assert text.startswith("#:schema ")

@@ -19,14 +19,13 @@ from scenarios.experiments.files.motions import MOTIONS, write_motion
 from scenarios.experiments.files.tables import CATALOG
 from scenarios.experiments.files.toml_text import ENDING, FOLDER
 from scenarios.experiments.robots import ROBOTS
-from scenarios.json_schemas import RESULTS, schemas
+from scenarios.results.json_schemas import FILES, RESULTS, schema
 
-NAMES = ("scenario", "payload", "motion", "answer", "problem", "robot", "gains", *RESULTS)
-SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 PRINTED = ("answer", "gains", *RESULTS)
+SCHEMAS = {name: schema(name) for name in FILES | RESULTS}
 UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in the unit that `measure` names")
 """How a description states a unit, or the key that does."""
-DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm")
+DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm|standard errors")
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
@@ -34,22 +33,12 @@ TOML += [(path, "robot") for path in ROBOTS.values()]
 
 
 def checked(value: object, name: str) -> None:
-    jsonschema.Draft202012Validator(SHIPPED[name]).validate(value)
+    jsonschema.Draft202012Validator(SCHEMAS[name]).validate(value)
 
 
-def test_the_shipped_schemas_are_those_that_would_be_generated():
-    assert schemas() == SHIPPED  # if not: make schemas
-
-
-@pytest.mark.parametrize("name", SHIPPED)
-def test_a_schema_is_one(name):
-    jsonschema.Draft202012Validator.check_schema(SHIPPED[name])
-
-
-def tables(name: str) -> dict[str, dict[str, Any]]:
-    """The objects of a schema by their names."""
-    whole = SHIPPED[name]
-    return {whole["title"]: whole} | whole.get("$defs", {})
+def test_the_shipped_schemas_are_those_that_are_generated():
+    shipped = {path.name.removesuffix(ENDING): json.loads(path.read_text()) for path in FOLDER.iterdir()}
+    assert shipped == {name: SCHEMAS[name] for name in FILES}  # if not: make schemas
 
 
 def numbers(value: dict[str, Any]) -> bool:
@@ -58,34 +47,25 @@ def numbers(value: dict[str, Any]) -> bool:
     return value.get("type") == "number" or any(map(numbers, inner))
 
 
-@pytest.mark.parametrize("name", SHIPPED)
-def test_a_schema_describes_every_key(name):
-    bare = [
-        (at, key)
-        for at, each in tables(name).items()
-        for key, value in each.get("properties", {}).items()
-        if not value.get("description", "").strip()
-    ]
-    assert not bare
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_a_schema_describes_every_key_and_the_unit_of_every_printed_number(name):
+    whole = SCHEMAS[name]
+    jsonschema.Draft202012Validator.check_schema(whole)
+    for table in (whole, *whole.get("$defs", {}).values()):
+        assert "Attributes:" not in table.get("description", "")
+        for key, value in table.get("properties", {}).items():
+            said = value.get("description", "").strip()
+            assert said, f"{table['title']}.{key}"
+            if name in PRINTED and numbers(value):
+                assert UNIT.search(said) or DIMENSIONLESS.search(said.lower()), f"{table['title']}.{key}: {said}"
 
 
-@pytest.mark.parametrize("name", PRINTED)
-def test_a_number_that_is_printed_has_its_unit_or_is_said_to_have_none(name):
-    told = {
-        (at, key): value["description"]
-        for at, each in tables(name).items()
-        for key, value in each.get("properties", {}).items()
-        if numbers(value)
-    }
-    assert not [at for at, text in told.items() if not UNIT.search(text) and not DIMENSIONLESS.search(text.lower())]
-
-
-@pytest.mark.parametrize(("path", "name"), TOML, ids=lambda x: getattr(x, "name", x))
-def test_a_shipped_file_fits_the_schema_that_its_first_line_names(path: Path, name: str):
-    marker, place = path.read_text().splitlines()[0].split(" ")
-    assert marker == "#:schema"
-    assert (path.parent / place).resolve() == FOLDER / f"{name}{ENDING}"
-    checked(tomllib.loads(path.read_text()), name)
+def test_a_shipped_file_fits_the_schema_that_its_first_line_names():
+    for path, name in TOML:
+        marker, place = path.read_text().splitlines()[0].split(" ")
+        assert marker == "#:schema"
+        assert (path.parent / place).resolve() == FOLDER / f"{name}{ENDING}", path
+        checked(tomllib.loads(path.read_text()), name)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +113,7 @@ def fits_the_schema_that_it_names(path: Path, name: str) -> None:
     marker, place = path.read_text().splitlines()[0].split(" ")
     assert marker == "#:schema"
     with urlopen(place) as schema:
-        assert json.load(schema) == SHIPPED[name]
+        assert json.load(schema) == SCHEMAS[name]
     checked(tomllib.loads(path.read_text()), name)
 
 

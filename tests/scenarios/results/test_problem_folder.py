@@ -19,7 +19,7 @@ from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import Run, as_identified, run
-from scenarios.json_schemas import schemas
+from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import PROBLEM, is_problem, read_problem, write_problem
 from scenarios.support.errors import ForeignProblem
 
@@ -114,7 +114,7 @@ def test_a_robot_under_another_gravity_keeps_it(tmp_path, done):
 
 
 def test_the_file_fits_its_schema(folder):
-    jsonschema.Draft202012Validator(schemas()["problem"]).validate(json.loads((folder / PROBLEM).read_text()))
+    jsonschema.Draft202012Validator(schema("problem")).validate(json.loads((folder / PROBLEM).read_text()))
 
 
 def test_payload_deviations_are_kept(tmp_path, done):

@@ -1,0 +1,131 @@
+"""JSON Schema of the files that users write and of results, generated from the models that validate them.
+
+`rx90 schema NAME` prints one. Those of TOML files are also in the package (`make schemas` writes them): a file of this
+repository names its schema by a relative path, `#:schema ../schemas/scenario.schema.json`, one that a command writes by
+a full one (`scenarios.experiments.files.toml_text`).
+"""
+
+import json
+from collections.abc import Generator
+from dataclasses import is_dataclass
+from importlib import import_module
+from inspect import cleandoc
+from typing import Annotated, Any, get_args, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from scenarios.experiments.files.attribute_docs import attribute_docs
+from scenarios.experiments.files.motions import LARGEST, LONGEST
+from scenarios.experiments.files.schema import InertiaTable, Known, Positive, Triple
+from scenarios.experiments.files.toml_text import ENDING, FOLDER
+
+FILES = {
+    "scenario": "scenarios.experiments.files.schema:ScenarioTable",
+    "payload": "scenarios.results.json_schemas:PayloadFile",
+    "motion": "scenarios.results.json_schemas:MotionFile",
+    "robot": "sim.robot_files:RobotTable",
+    "gains": "scenarios.experiments.files.gains:GainsFile",
+}
+"""Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""
+RESULTS = {
+    "answer": "scenarios.benchmark.methods.answer:AnswerFile",
+    "problem": "scenarios.results.problem_folder:ProblemFile",
+    "result": "scenarios.results.gains:Result",
+    "check": "scenarios.results.check:Check",
+    "list": "scenarios.results.written:ListedScenarios",
+    "written": "scenarios.results.written:Written",
+    "convert": "scenarios.results.written:Converted",
+    "record": "scenarios.design.results:Recorded",
+    "excite": "scenarios.design.results:Searched",
+    "new-robot": "scenarios.design.results:NewRobot",
+    "payload-design": "scenarios.design.payload_design:PayloadDesign",
+    "identify-bare": "scenarios.results.bare:BareResult",
+    "verify": "scenarios.gains_in_use.weighing:Verification",
+    "verify-motions": "scenarios.gains_in_use.weighing:CrossValidation",
+    "verify-gains": "scenarios.gains_in_use.results:GainComparison",
+    "payload-of": "scenarios.gains_in_use.weighing:FoundPayload",
+    "torque": "scenarios.gains_in_use.results:Torques",
+    "patch": "scenarios.gains_in_use.results:Patched",
+    "predict": "scenarios.prediction.budget:PredictedBudget",
+    "monte-carlo": "scenarios.experiments.studies.statistics:StudyResult",
+    "sensitivity": "scenarios.experiments.studies.budget:Budget",
+    "compare": "scenarios.benchmark.comparison.statistics:Comparison",
+    "compare-answers": "scenarios.benchmark.methods.answers:Answers",
+    "compare-check": "scenarios.benchmark.comparison.contract:Contract",
+    "compare-seal": "scenarios.benchmark.comparison.seal:SealedProblems",
+    "paper": "scenarios.benchmark.paper.result:PaperResult",
+}
+"""Models of JSON files and results by the name of their schema, which is generated when asked for."""
+Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+
+
+class PayloadFile(BaseModel):
+    """A payload as specified, in the frame of the last link."""
+
+    model_config = ConfigDict(extra="forbid")
+    mass: Positive = Field(description="Mass [kg]")
+    mass_std: float = Field(0.0, ge=0.0, description="Standard deviation of the mass [kg]")
+    com: Triple | None = Field(None, description="Centre of mass [m]")
+    com_std: Triple | None = Field(None, description="Standard deviation of the centre of mass, per axis [m]")
+    inertia: InertiaTable | None = Field(
+        None, description="Inertia about the centre of mass [kg m^2]; may be omitted if `known` is `mass`"
+    )
+    inertia_std: InertiaTable | None = Field(None, description="Standard deviations of the inertia [kg m^2]")
+    known: Known = Field("all", description="What identification may use of the payload")
+
+
+class MotionFile(BaseModel):
+    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row per joint."""
+
+    model_config = ConfigDict(extra="forbid")
+    duration: float = Field(gt=0.0, le=LONGEST, description="Duration of one period [s]")
+    center: list[Coefficient] = Field(description="Mean position [rad]")
+    sine: list[list[Coefficient]] = Field(description="Coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
+    cosine: list[list[Coefficient]] = Field(description="Coefficients of cos(2 pi k t / duration) [rad]")
+
+
+COMPLETE = ("DrawTable", "SourceTable")
+"""Tables that an extending file must state in full."""
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema(name: str) -> dict[str, Any]:
+    """Return the schema of a key of `FILES` or `RESULTS`, with descriptions of keys from the docstrings of classes."""
+    module, _, kind = (FILES | RESULTS)[name].partition(":")
+    model: type[BaseModel] = getattr(import_module(module), kind)
+    found = model.model_json_schema()
+    classes = {each.__name__: each for each in _classes(model)}
+    for title, table in [(found["title"], found), *found.get("$defs", {}).items()]:
+        if title in classes:
+            docs = {k: v for each in reversed(classes[title].__mro__) for k, v in attribute_docs(each).items()}
+            table["description"] = cleandoc(classes[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
+            for key, value in table.get("properties", {}).items():
+                if key in docs:  # joints count from 1 in JSON (`scenarios.rendering.result.FromOne`)
+                    value.setdefault("description", docs[key].replace("from 0", "from 1").replace("None", "null"))
+    if name == "scenario":
+        found["properties"]["extends"] = {"type": "string", "description": "Scenario that this one extends"}
+        for table in (found, *found["$defs"].values()):
+            if table.get("title") not in COMPLETE:
+                table.pop("required", None)  # omitted keys are those of the extended scenario
+    return {"$schema": DIALECT, **found}
+
+
+def _classes(kind: object) -> Generator[type]:
+    """Yield a class and the classes of its attributes, recursively."""
+    for part in get_args(kind):
+        yield from _classes(part)
+    if isinstance(kind, type) and (issubclass(kind, BaseModel) or is_dataclass(kind)):
+        yield kind
+        for hint in get_type_hints(kind).values():
+            yield from _classes(hint)
+
+
+def write_schemas() -> None:
+    """Write the schemas of `FILES` into the package."""
+    FOLDER.mkdir(exist_ok=True)
+    for name in FILES:
+        (FOLDER / f"{name}{ENDING}").write_text(json.dumps(schema(name), indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_schemas()

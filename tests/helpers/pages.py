@@ -128,8 +128,11 @@ def _command(words: list[str]) -> tuple[int, str]:
     """Status of `rx90` and what it printed, in this process: importing everything anew takes seconds."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
-        status = main(words)
-    return int(status), out.getvalue()
+        try:
+            status = int(main(words))
+        except SystemExit as error:  # options that print and end
+            status = int(error.code or 0)
+    return status, out.getvalue()
 
 
 def _script(words: list[str]) -> tuple[int, str]:

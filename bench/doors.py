@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +18,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from ident.recordings.checks import check_log
-from ident.recordings.files import converted, write_recording
-from ident.recordings.formats import format_of
-from ident.recordings.formats.columns import Chosen, Request
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.resolution import Resolved, resolved
+from ident.recordings.description import LogDescription
+from ident.recordings.files import read_unchecked, write_recording
 from ident.recordings.recording import Recording
 
 SAMPLES, RUNS = 1_000_000, 3
@@ -82,15 +79,8 @@ FORMATS: dict[str, tuple[str, Callable[[Recording, Path], None]]] = {
 def read(path: Path) -> None:
     """Read once, and print what it took: the door, to a recording; the checks behind it; memory."""
     said = LogDescription(signal="current" if path.is_dir() else None, joints=JOINTS)
-    found: list[Resolved] = []
-
-    def chosen(path: Path, names: Sequence[str]) -> Chosen:
-        found.append(resolved(path, names, said))
-        return found[0].chosen
-
     started = time.perf_counter(), time.process_time()
-    columns = format_of(path).read(path, Request(chosen=chosen, known=len, joints=JOINTS))
-    log = converted(path, columns, found[0].description)
+    log = read_unchecked(path, said).recording
     door = time.perf_counter() - started[0], time.process_time() - started[1]
     started = time.perf_counter()
     check_log(log)

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ident import load_arm
-from ident.payload.files import write_payload
+from ident.payload.payload import write_payload
 from scenarios import load
 from scenarios.experiments.robots import robot
 

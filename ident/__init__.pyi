@@ -14,8 +14,8 @@ from .model.arm import load_arm as load_arm
 from .model.structure import Structure as Structure
 from .model.structure import structure_of as structure_of
 from .observation.observation import ObserveOptions as ObserveOptions
-from .payload.files import read_payload as read_payload
 from .payload.payload import Payload as Payload
+from .payload.payload import read_payload as read_payload
 from .recordings.files import read_recording as read_recording
 from .recordings.motion import Motion as Motion
 from .recordings.motion import read as read

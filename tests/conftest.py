@@ -13,8 +13,7 @@ from threadpoolctl import threadpool_limits
 import rx90_mjcf
 from ident.model.arm import Arm, load_arm
 from ident.model.structure import Structure, structure_of
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload
 from scenarios.__main__ import ONE_THREAD
 
 for name in ONE_THREAD:  # as `make` does: processes that tests start compute on one thread each

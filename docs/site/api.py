@@ -14,7 +14,6 @@ MODULES = {
             "recordings.files",
             "recordings.motion",
             "payload.payload",
-            "payload.files",
             "model.arm",
             "model.structure",
         ),
@@ -30,8 +29,8 @@ MODULES = {
             "check",
             "preparation",
             "diagnosis.diagnosis",
-            "recordings.formats.columns",
-            "recordings.formats.description",
+            "recordings.formats.table",
+            "recordings.description",
         ),
         "Write an estimator": (
             "estimation.estimators",

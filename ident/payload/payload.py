@@ -1,21 +1,31 @@
-"""Stated payload, in the frame of the last link."""
+"""Payloads as specified by the user, in the frame of the last link, and their files: TOML with the fields as keys."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from ident.model.parameters import INERTIAL
 from ident.support.arrays import Array, Mask
 from ident.support.errors import PayloadError
+from ident.support.naming import nearest, one_line, shown
+from ident.support.toml_files import read_toml
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOMENTS = INERTIA_KEYS[:3]
 LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
 """Plausible masses [kg], and largest distance of the centre of mass or radius of gyration [m]."""
+WIDE, WIDER = 0.35, 0.15
+"""Largest radius of gyration of a payload in a file: 0.35 m + 0.15 m sqrt(mass / kg).
+
+A steel rod of 1 m and 7 kg has 0.29 m, where the limit is 0.75 m; with a moment of inertia that is a thousand times
+that of a compact body of this mass, it is 0.85 m.
+"""
 Known = Literal["all", "com", "mass", "none"]
 """Used parameters of a payload: all, mass and centre of mass, only the mass, or none."""
+KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +55,7 @@ class Payload:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        for name in ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std"):
+        for name in KEYS[:-1]:
             value = getattr(self, name)
             if value is not None and not np.isfinite(value).all():
                 raise PayloadError(f"payload: {name} = {value} is not finite")
@@ -53,69 +63,48 @@ class Payload:
             raise PayloadError(
                 f"payload: mass = {self.mass:g} kg; expected a positive number from {LIGHTEST:g} to {HEAVIEST:g}, in kg"
             )
-        if self.com is not None and max(abs(c) for c in self.com) > FARTHEST:
+        if self.com is not None and np.abs(self.com).max() > FARTHEST:
             raise PayloadError(
                 f"payload: com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
             )
-        self._check_deviations()
-        needed = {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ())
-        missing = next((name for name in needed if getattr(self, name) is None), None)
-        if missing is not None:
-            raise PayloadError(
-                f"payload: known = {self.known!r} but {missing} is missing; add it, or set known = 'mass'"
-            )
-        if self.inertia is not None:
-            self._check_size(self.inertia)
-            check_inertia(self.inertia)
-
-    def _check_deviations(self) -> None:
-        """Check that standard deviations are not negative and not implausibly large."""
-        largest = {"mass_std": self.mass, "com_std": FARTHEST, "inertia_std": self.mass * FARTHEST**2}
-        for name, most in largest.items():
+        moment = self.mass * FARTHEST**2
+        for name, most in (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", moment)):
             value = getattr(self, name)
-            values = (value,) if name == "mass_std" else value
-            if min(values) < 0.0:
+            if np.min(value) < 0.0:
                 raise PayloadError(f"payload: {name} = {value}: expected a standard deviation of 0 or more")
-            if max(values) > most:
+            if np.max(value) > most:
                 what = "the mass itself" if name == "mass_std" else f"{most:g}"
                 raise PayloadError(f"payload: {name} = {value} exceeds {what}; check its unit")
-
-    def _check_size(self, inertia: tuple[float, ...]) -> None:
-        """Check that the body can be within `FARTHEST` of its centre of mass."""
-        name, value = max(zip(INERTIA_KEYS, inertia, strict=True), key=lambda pair: abs(pair[1]))
-        if abs(value) > self.mass * FARTHEST**2:
-            raise PayloadError(
-                f"payload: inertia.{name} = {value:g} needs parts of the {self.mass:g} kg more "
-                f"than {FARTHEST:g} m from the centre of mass; expected kg m^2 about the centre of mass"
-            )
+        for name in {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ()):
+            if getattr(self, name) is None:
+                raise PayloadError(
+                    f"payload: known = {self.known!r} but {name} is missing; add it, or set known = 'mass'"
+                )
+        if self.inertia is not None:
+            key, value = max(zip(INERTIA_KEYS, self.inertia, strict=True), key=lambda pair: abs(pair[1]))
+            if abs(value) > moment:
+                raise PayloadError(
+                    f"payload: inertia.{key} = {value:g} needs parts of the {self.mass:g} kg more than {FARTHEST:g} m "
+                    "from the centre of mass; expected kg m^2 about the centre of mass"
+                )
+            check_inertia(self.inertia)
 
     def known_part(self) -> "KnownPayload":
         """Return the parameters that an estimator may use."""
         names = {"all": INERTIAL, "com": INERTIAL[6:], "mass": INERTIAL[9:], "none": ()}[self.known]
-        chi = standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
-        return KnownPayload(names=names, chi=chi, spread=self._spread())
-
-    def _spread(self) -> Array:
-        """Factor F of the covariance F F^T of the known parameters, from specified standard deviations, (10, 10)."""
-        if self.known == "none":
-            return np.zeros((10, 10))
-        if self.known == "mass":
-            return np.diag([0.0] * 9 + [self.mass_std])
         values = np.array([self.mass, *(self.com or (0.0,) * 3), *(self.inertia or (0.0,) * 6)])
-        std = np.array([self.mass_std, *self.com_std, *self.inertia_std])
-        if self.known == "com":
-            std[4:] = 0.0
-        J = np.empty((10, 10))
-        for k in range(
-            10
-        ):  # central differences are exact to rounding, as the parameters are polynomials of low degree
-            step = np.zeros(10)
-            step[k] = 1e-4
+        spread = np.zeros((10, 10))
+        for k, std in enumerate((self.mass_std, *self.com_std, *self.inertia_std)):
+            # central differences are exact to rounding, as the parameters are polynomials of low degree
+            step = 1e-4 * (np.arange(10) == k)
             above, below = (standard_parameters(x[0], x[1:4], x[4:]) for x in (values + step, values - step))
-            J[:, k] = (above - below) / 2e-4
-        if self.known == "com":
-            J[:6] = 0.0
-        return J * std
+            spread[:, k] = std * (above - below) / 2e-4
+        if self.known == "mass":
+            spread[:, 1:] = 0.0
+        mask = np.array([name in names for name in INERTIAL])
+        return KnownPayload(
+            names=names, chi=standard_parameters(values[0], values[1:4], values[4:]), spread=spread * mask[:, None]
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -155,7 +144,7 @@ def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequ
     return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
 
 
-def check_inertia(inertia: tuple[float, ...]) -> None:
+def check_inertia(inertia: Sequence[float]) -> None:
     """Refuse a physically impossible inertia about the centre of mass.
 
     Raises:
@@ -173,3 +162,107 @@ def check_inertia(inertia: tuple[float, ...]) -> None:
             "payload: inertia violates the triangle inequality: principal moments "
             f"{moments[0]:.3g} + {moments[1]:.3g} < {moments[2]:.3g} kg m^2"
         )
+
+
+def read_payload(path: str | Path) -> Payload:
+    """Read a payload from a TOML file.
+
+    Raises:
+        PayloadError: If the file is missing or not TOML, has an unknown key or a wrong type, or fails the checks of
+            `Payload`.
+    """
+    path = Path(path)
+    table = read_toml(path, error=PayloadError)
+    try:
+        return payload_from_table(table)
+    except PayloadError as error:
+        raise PayloadError(f"{one_line(path)}: {error}") from error
+
+
+def payload_from_table(table: Mapping[str, object]) -> Payload:
+    """Build a payload from a parsed TOML table.
+
+    Omitted products of inertia (and their standard deviations) are 0.
+
+    Raises:
+        PayloadError: As `read_payload`; also if inertia is implausibly large for the mass, probably in another unit.
+    """
+    for key in table:
+        if key not in KEYS:
+            raise PayloadError(f"payload: unknown key {shown(key)}{nearest(key, KEYS)}; expected {', '.join(KEYS)}")
+    if "mass" not in table:
+        raise PayloadError(
+            "payload: mass is missing; without it gains and payload are known up to a common factor only"
+        )
+    values: dict[str, Any] = {}
+    for key, value in table.items():
+        if key == "known" and value not in get_args(Known):
+            raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
+        if key.endswith("_std") and key.removesuffix("_std") not in table:
+            raise PayloadError(f"payload: {key} is given, but {key.removesuffix('_std')} is missing")
+        if key.startswith("mass"):
+            values[key] = _number(value, key)
+        elif key.startswith("com"):
+            if not isinstance(value, (list, tuple)) or len(value) != 3:
+                raise PayloadError(f"payload: {key} = {shown(value)}; expected three numbers [m]")
+            values[key] = tuple(_number(each, key) for each in value)
+        else:
+            values[key] = value if key == "known" else _inertia(key, value)
+    payload = Payload(**values)
+    if payload.inertia is not None:
+        key, moment = max(zip(MOMENTS, payload.inertia, strict=False), key=lambda pair: pair[1])
+        radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
+        if radius > most:
+            raise PayloadError(
+                f"payload: inertia.{key} = {moment:g} with mass = {payload.mass:g} kg means a radius of gyration of "
+                f"{radius:.3g} m; expected {most:.3g} m at most; state kg m^2 about the centre of mass"
+            )
+    return payload
+
+
+def _inertia(key: str, value: object) -> tuple[float, ...]:
+    if not isinstance(value, Mapping):
+        raise PayloadError(f"payload: {key} = {shown(value)}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
+    for name in value:
+        if name not in INERTIA_KEYS:
+            close = nearest(str(name), INERTIA_KEYS)
+            raise PayloadError(
+                f"payload: unknown key {key}.{one_line(name)}{close}; expected {', '.join(INERTIA_KEYS)}"
+            )
+    for name in MOMENTS:
+        if name not in value:
+            raise PayloadError(
+                f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
+            )
+    return tuple(_number(value.get(name, 0.0), f"{key}.{name}") for name in INERTIA_KEYS)
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PayloadError(f"payload: {name} = {shown(value)} is not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise PayloadError(f"payload: {name} is too large a number") from None
+
+
+def payload_to_table(payload: Payload) -> dict[str, object]:
+    """Return the table of a payload for `payload_from_table`, without unknown values."""
+    table: dict[str, object] = {"mass": payload.mass, "mass_std": payload.mass_std}
+    if payload.com is not None:
+        table |= {"com": list(payload.com), "com_std": list(payload.com_std)}
+    if payload.inertia is not None:
+        for key, values in (("inertia", payload.inertia), ("inertia_std", payload.inertia_std)):
+            table[key] = dict(zip(INERTIA_KEYS, values, strict=True))
+    return {**table, "known": payload.known}
+
+
+def write_payload(payload: Payload, path: str | Path, *, comment: str | None = None) -> None:
+    """Write a payload as TOML with all digits, below a comment line."""
+    lines = [] if comment is None else [comment]
+    for key, value in payload_to_table(payload).items():
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+        if isinstance(value, dict):
+            text = f"{{ {', '.join(f'{name} = {number!r}' for name, number in value.items())} }}"
+        lines.append(f"{key} = {text}")
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.numerics.neighbours import long_runs, running_median
-from ident.recordings.formats.meaning import ISO, TIME
+from ident.recordings.description import ISO, TIME
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 from ident.support.errors import RecordingError

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_unrepaired
-from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 
 ABSOLUTE = 1e8
@@ -43,13 +42,11 @@ def read(
         RecordingError: If the log is missing, unreadable or not valid.
         PayloadError: If the payload file is missing or not valid.
     """
-    recording = read_unrepaired(path, description or LogDescription()).recording
+    recording = read_unrepaired(path, description).recording
     return Motion(recording, payload if payload is None or isinstance(payload, Payload) else read_payload(payload))
 
 
 def in_order_of_time(motions: Sequence[Motion]) -> tuple[Motion, ...]:
     """Return motions sorted by their first samples if all have absolute time, otherwise in the given order."""
-    starts = [float(motion.recording.t[0]) for motion in motions]
-    if not all(start >= ABSOLUTE for start in starts):
-        return tuple(motions)
-    return tuple(motion for _, motion in sorted(zip(starts, motions, strict=True), key=lambda each: each[0]))
+    absolute = all(motion.recording.t[0] >= ABSOLUTE for motion in motions)
+    return tuple(sorted(motions, key=lambda motion: motion.recording.t[0]) if absolute else motions)

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.description_files import UNKNOWN, described, read_description
-from ident.recordings.formats.layouts import LAYOUTS
+from ident.recordings.description import MEANINGS, LogDescription
+from ident.recordings.description_files import UNKNOWN, described, read_description
 from ident.recordings.formats.lerobot import EPISODE
-from ident.recordings.formats.meaning import MEANINGS
+from ident.recordings.layouts import LAYOUTS
 from ident.support.naming import one_line
 from scenarios.command_line.process import complain
 from scenarios.support.errors import ScenarioError
@@ -151,7 +150,7 @@ def unseen_log(options: argparse.Namespace, said: LogDescription) -> "Motion | N
         if options.unseen_payload is not None:
             raise ScenarioError("--unseen-payload: no motion is given that carries it; add --unseen LOG")
         return None
-    from ident.payload.files import read_payload
+    from ident.payload.payload import read_payload
     from ident.recordings.motion import Motion
 
     payload = None if options.unseen_payload is None else read_payload(options.unseen_payload)
@@ -220,7 +219,7 @@ def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Record
 def told(logs: "Sequence[Log]") -> "list[Recording]":
     """Return the recordings of logs; their interpretation is reported."""
     for log in logs:
-        for note in log.notes:
+        for note in log.read.notes:
             complain(f"{log.recording.name}: {note}")
     return [log.recording for log in logs]
 

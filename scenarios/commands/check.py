@@ -37,7 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.diagnosis.diagnosis import Severity
     from ident.diagnosis.samples.temperature import Warmth
     from ident.estimation.gain_options import GainOptions
-    from ident.payload.files import read_payload
+    from ident.payload.payload import read_payload
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
     from scenarios.experiments.nominal_links import model_links

@@ -3,8 +3,7 @@
 import argparse
 
 import scenarios.command_line.arguments as arguments
-from ident.recordings.formats.lerobot import ENDING
-from ident.recordings.formats.lerobot_info import FILES
+from ident.recordings.formats.lerobot import ENDING, FILES
 from scenarios.command_line.logs import add_log_arguments, log_description
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status
@@ -38,8 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, folder, names, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
-    from ident.recordings.formats.resolution import signal_after, signal_of
-    from ident.recordings.lerobot_dataset import write_dataset
+    from ident.recordings.formats.lerobot import write_dataset
     from scenarios.experiments.robot_models import read_arm
     from scenarios.reports.convert import log_report
 
@@ -50,8 +48,8 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing():
         if dataset:
             joints = log.read.description.joints
-            write_dataset([log.recording], options.out, joints=joints, signal=signal_after(log.read))
+            write_dataset([log.recording], options.out, joints=joints, signal=log.read.signal)
         else:
-            write_recording(log.recording, options.out, signal=signal_of(log.read))
+            write_recording(log.recording, options.out, signal=log.read.v)
     show(log_report(log, options.out), options)
     return Status.PASSED

@@ -9,7 +9,7 @@ from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
-from ident.recordings.formats.description import LogDescription
+from ident.recordings.description import LogDescription
 from ident.recordings.motion import Motion
 from ident.support.options import options_from_words
 from scenarios.command_line.gains import add_gains_argument
@@ -139,7 +139,7 @@ def main(options: argparse.Namespace) -> Status:
 
 def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:
     """Return the motions of one mounting; the interpretation of a foreign log is reported immediately."""
-    from ident.payload.files import read_payload
+    from ident.payload.payload import read_payload
 
     recordings = read_unrepaired(files.recordings, said)
     payload = None if files.payload is None else read_payload(files.payload)

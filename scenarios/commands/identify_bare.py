@@ -50,7 +50,7 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     from ident.estimation.estimators.nls import NAME, AllJointsOptions
     from ident.estimation.gain_options import GainOptions
     from ident.observation.observation import ObserveOptions
-    from ident.payload.files import read_payload
+    from ident.payload.payload import read_payload
     from ident.support.options import options_from_words
     from scenarios.command_line.gains import known_gains
     from scenarios.command_line.options import chosen, policy_of

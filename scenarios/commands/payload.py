@@ -30,7 +30,7 @@ def main(options: argparse.Namespace) -> Status:
     held = None
     if options.out is not None:
         held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 payload")
-    from ident.payload.files import payload_from_table, write_payload
+    from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario

@@ -71,7 +71,7 @@ def _write_payloads(payloads: "Mapping[str, Payload]", folder: "Path") -> tuple[
     Returns:
         Written files, and kept files that differ from the scenario.
     """
-    from ident.payload.files import read_payload, write_payload
+    from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
     from scenarios.experiments.files.toml_text import schema_line
     from scenarios.results.run_folder import payload_file

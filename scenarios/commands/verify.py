@@ -86,7 +86,7 @@ def _compared(options: argparse.Namespace) -> Status:
 
 
 def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
-    from ident.payload.files import read_payload
+    from ident.payload.payload import read_payload
     from ident.payload_identification.common_scale import check_mass
     from ident.payload_identification.verification import verified
     from scenarios.experiments.files.gains import read_gains

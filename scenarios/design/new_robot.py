@@ -15,8 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN

@@ -13,8 +13,7 @@ import numpy as np
 from pydantic import Field
 from scipy import optimize
 
-from ident.payload.files import payload_to_table
-from ident.payload.payload import Known, Payload
+from ident.payload.payload import Known, Payload, payload_to_table
 from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, objective
 from scenarios.design.results import finite

@@ -11,8 +11,7 @@ import numpy as np
 from ident.diagnosis.alternative import two_digits
 from ident.estimation.estimators import DEFAULT
 from ident.model.structure import structure_of
-from ident.payload.files import payload_to_table
-from ident.payload.payload import MOMENTS, Payload
+from ident.payload.payload import MOMENTS, Payload, payload_to_table
 from ident.support.arrays import Array
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from ident.recordings.description import Channels
 from ident.recordings.files import Log
-from ident.recordings.formats.description import Channels
 from scenarios.rendering.content import NONE, ColumnOf, Paragraph, Part, Report, column, table
 from scenarios.results.written import converted
 

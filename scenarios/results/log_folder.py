@@ -8,8 +8,7 @@ from pydantic import JsonValue
 
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
-from ident.payload.files import write_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, write_payload
 from ident.recordings.motion import Motion
 from scenarios.experiments.named_robots import NamedRobot
 from scenarios.rendering.result import ResultModel, to_json

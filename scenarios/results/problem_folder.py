@@ -20,8 +20,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
 from ident.observation.observation import ObserveOptions
-from ident.payload.files import read_payload, write_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload, write_payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording

@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload
 from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RecordFile

@@ -17,8 +17,8 @@ from pydantic import Field, JsonValue, ValidationError
 
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_unchecked
-from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line

@@ -6,7 +6,7 @@ import shlex
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from ident.payload.files import write_payload
+from ident.payload.payload import write_payload
 from ident.recordings.files import write_recording
 from scenarios.experiments.build import CHECK, Setup
 from scenarios.experiments.files.motions import motion_digest

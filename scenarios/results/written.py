@@ -6,7 +6,6 @@ from pathlib import Path
 from pydantic import Field
 
 from ident.recordings.files import Log
-from ident.recordings.formats.resolution import signal_of
 from scenarios.rendering.result import ResultModel
 
 
@@ -38,13 +37,13 @@ def converted(log: Log, out: Path) -> Converted:
         out=str(out),
         layout=log.read.layout,
         signal=said.signal,
-        v=signal_of(log.read),
+        v=log.read.v,
         samples=len(recording.t),
         joints=recording.n,
         duration_s=float(recording.t[-1] - recording.t[0]),
         rate_hz=1.0 / recording.period,
         columns={"t": said.t.columns[0], "q": list(said.q.columns), "v": list(said.v.columns)},
-        notes=list(log.notes),
+        notes=list(log.read.notes),
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.description import Channels, LogDescription
 from ident.recordings.recording import Recording
 
 T = 3.7 + 0.004 * np.arange(90)

@@ -19,8 +19,7 @@ from ident.model.structure import Structure, structure_of
 from ident.numerics.least_squares import least_squares
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions, observe
-from ident.payload.files import read_payload
-from ident.payload.payload import Payload
+from ident.payload.payload import Payload, read_payload
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import DIFFERS, verified
 from ident.recordings.files import read_recording

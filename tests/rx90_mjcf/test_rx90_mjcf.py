@@ -9,7 +9,7 @@ from pinocchio_arms import standard_parameters_of
 import rx90_mjcf
 from ident.model.base import base_parameters
 from ident.model.parameters import STANDARD, labels
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from sim.robot_files import read_robot
 
 # Gautier & Briot 2011, table 1: alpha, d, r of frames 1 to 6 (modified Denavit-Hartenberg), controller's offsets.

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from ident.recordings.formats.arrays import ARRAYS
-from ident.recordings.formats.columns import LogFormat
 from ident.recordings.formats.csv import CSV
 from ident.recordings.formats.lerobot import LEROBOT
 from ident.recordings.formats.parquet import PARQUET
 from ident.recordings.formats.ros import ROS
+from ident.recordings.formats.table import LogFormat
 
 LOGS: dict[str, LogFormat] = {
     "parquet": PARQUET,

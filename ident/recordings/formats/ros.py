@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 
-from ident.recordings.formats.columns import MOST_VALUES, Columns, LogFormat, Request, listed
-from ident.recordings.formats.layouts import EFFORT, POSITION, STAMP
-from ident.support.arrays import Array
+from ident.recordings.description import LogDescription
+from ident.recordings.formats.table import MOST_VALUES, Columns, LogFormat, Table, listed
+from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.extras import needed_extra
 from ident.support.file_access import check_file
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
     from rosbags.typesys.stores.latest import sensor_msgs__msg__JointState as JointState
 
+STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
 TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
@@ -40,103 +41,62 @@ Messages: TypeAlias = Iterator[tuple[int, bytes]]
 """Times of logging [ns], and bytes."""
 
 
-def _numbers() -> "array[float]":
-    return array("d")
-
-
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Messages with the same joints.
+    """Messages with the same joints: times of logging [ns], stamps [s], and values of all joints, message by message.
 
-    Attributes:
-        names: Names of the n joints.
-        logged: Times of logging [ns], of k messages.
-        stamp: Times of their headers [s].
-        position: Positions of all joints, message by message, k n numbers.
-        effort: Efforts in the same order; empty if there are none.
+    `effort` is empty if the messages have none.
     """
 
     names: tuple[str, ...]
     logged: "array[int]" = field(default_factory=lambda: array("q"))
-    stamp: "array[float]" = field(default_factory=_numbers)
-    position: "array[float]" = field(default_factory=_numbers)
-    effort: "array[float]" = field(default_factory=_numbers)
+    stamp: "array[float]" = field(default_factory=lambda: array("d"))
+    position: "array[float]" = field(default_factory=lambda: array("d"))
+    effort: "array[float]" = field(default_factory=lambda: array("d"))
 
-    def add(self, logged: int, state: "JointState") -> None:
-        """Append a message."""
-        self.logged.append(logged)
-        self.stamp.append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
-        self.position.extend(state.position.tolist())
-        self.effort.extend(state.effort.tolist())
-
-    @property
     def columns(self) -> dict[str, Array]:
-        """Columns by name, each of shape (k,)."""
-        position, effort = (np.array(each).reshape(len(self.stamp), -1) for each in (self.position, self.effort))
+        """Return the columns by name, each of shape (k,)."""
         found = {STAMP: np.array(self.stamp)}
-        for joint, name in enumerate(self.names):
-            found[name + POSITION] = position[:, joint]
-            if effort.size:
-                found[name + EFFORT] = effort[:, joint]
+        for ending, values in ((POSITION, self.position), (EFFORT, self.effort)):
+            if values:
+                by_joint = np.reshape(values, (len(self.stamp), -1)).T
+                found |= {name + ending: each for name, each in zip(self.names, by_joint, strict=True)}
         return found
 
 
-def read_ros(path: Path, request: Request) -> Columns:
-    """Read the columns of a log.
+def open_ros(path: Path, description: LogDescription) -> Table:
+    """Read the messages of one topic.
 
     Raises:
         RecordingError: If `rosbags` is missing, the file is not a bag, a topic must be chosen, or joints are missing.
     """
-    _check(path)
-    from rosbags.rosbag2 import Reader
-
-    with ExitStack() as opened:
-        with _readable(path):
-            reader = opened.enter_context(Reader(path))
-            there = reader.connections
-        connections = _connections(path, there, request)
-        groups = _groups(path, _each_readable(path, _messages(reader, connections)))
-    if not groups:
-        raise RecordingError(f"{one_line(path)}: topic {one_line(connections[0].topic)} has no message")
-    tables = [(np.array(group.logged), group.columns) for group in groups]
-    names = dict.fromkeys(name for _, columns in tables for name in columns)
-    return _columns(path, tables, request.chosen(path, list(names)).names)
-
-
-def _check(path: Path) -> None:
-    """Check that the path is a bag before imports."""
+    place = one_line(path)
     if path.suffix.lower() == ".bag":
-        raise RecordingError(f"{one_line(path)}: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert")
+        raise RecordingError(f"{place}: this is a ROS 1 bag; convert it to ROS 2 with rosbags-convert")
     if path.is_dir() and (path / METADATA).is_file():
         check_file(path / METADATA, most_bytes=10_000_000, error=RecordingError)
     else:
         check_file(path, most_bytes=LARGEST, error=RecordingError)
     if importlib.util.find_spec("rosbags") is None:
-        raise RecordingError(f"{one_line(path)}: {needed_extra('rosbags')}")
+        raise RecordingError(f"{place}: {needed_extra('rosbags')}")
+    from rosbags.rosbag2 import Reader
+
+    with ExitStack() as opened:
+        with _readable(place):
+            reader = opened.enter_context(Reader(path))
+            there = reader.connections
+        connections = _connections(place, there, description.topic)
+        groups = _groups(place, _messages(place, reader, connections))
+    if not groups:
+        raise RecordingError(f"{place}: topic {one_line(connections[0].topic)} has no message")
+    tables = [(np.array(group.logged), group.columns()) for group in groups]
+    names = dict.fromkeys(name for _, columns in tables for name in columns)
+    return Table(list(names), lambda wanted, _: _in_order(place, tables, wanted))
 
 
 @contextmanager
-def _readable(path: Path) -> Generator[None]:
-    """Convert errors of the library to errors of the file."""
-    try:
-        yield
-    except _broken() as error:
-        reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
-        raise RecordingError(f"{one_line(path)}: not a readable ROS 2 bag or MCAP file ({reason})") from error
-
-
-def _each_readable(path: Path, messages: Messages) -> Messages:
-    """Yield messages with errors of the library converted."""
-    while True:
-        with _readable(path):
-            found = next(messages, None)
-        if found is None:
-            return
-        yield found
-
-
-def _broken() -> tuple[type[Exception], ...]:
-    """Exceptions of the library for files of other formats or damaged files."""
+def _readable(place: str) -> Generator[None]:
+    """Convert errors of the library for damaged files and other formats to errors of the file."""
     import apsw
     from rosbags.rosbag2 import ReaderError
     from rosbags.rosbag2.storage_mcap import zstd
@@ -144,42 +104,52 @@ def _broken() -> tuple[type[Exception], ...]:
 
     plain = (OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError)
     other = (struct.error, RuntimeError, MemoryError, OverflowError)
-    return (ReaderError, apsw.Error, YAMLError, zstd.ZstdError, *plain, *other)
+    try:
+        yield
+    except (ReaderError, apsw.Error, YAMLError, zstd.ZstdError, *plain, *other) as error:
+        reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
+        raise RecordingError(f"{place}: not a readable ROS 2 bag or MCAP file ({reason})") from error
 
 
-def _connections(path: Path, there: "Sequence[Connection]", request: Request) -> "list[Connection]":
-    """Return the connections of the requested topic."""
+def _connections(place: str, there: "Sequence[Connection]", topic: str | None) -> "list[Connection]":
+    """Return the connections of a topic, or of the only one."""
     states = [each for each in there if each.msgtype == TYPE]
     topics = sorted({each.topic for each in states})
     if not topics:
         kinds = sorted({f"{each.topic} ({each.msgtype})" for each in there})
-        raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none'}")
-    topic = request.topic or topics[0]
-    if request.topic is None and len(topics) > 1:
-        raise RecordingError(f"{one_line(path)}: several topics of {TYPE}: {listed(topics)}; choose one (--topic)")
+        raise RecordingError(f"{place}: no topic of {TYPE}; there are {listed(kinds) or 'none'}")
+    if topic is None and len(topics) > 1:
+        raise RecordingError(f"{place}: several topics of {TYPE}: {listed(topics)}; choose one (--topic)")
+    topic = topic or topics[0]
     if topic not in topics:
         raise RecordingError(
-            f"{one_line(path)}: no topic {shown(topic)} of {TYPE}{nearest(topic, topics)}; there are {listed(topics)}"
+            f"{place}: no topic {shown(topic)} of {TYPE}{nearest(topic, topics)}; there are {listed(topics)}"
         )
     found = [each for each in states if each.topic == topic]
     for each in found:
         encoding = getattr(each.ext, "serialization_format", "cdr")
         if encoding != "cdr":
-            raise RecordingError(f"{one_line(path)}: messages of {one_line(topic)} are {encoding}, expected CDR")
+            raise RecordingError(f"{place}: messages of {one_line(topic)} are {encoding}, expected CDR")
     return found
 
 
-def _messages(reader: "Reader", connections: "Sequence[Connection]") -> Messages:
-    """Messages of some connections."""
-    for storage in getattr(reader.storage, "storages", [reader.storage]):
-        largest = max((chunk.uncompressed_size for chunk in getattr(storage, "chunks", ())), default=0)
-        if largest > LARGEST_CHUNK:
-            raise ValueError(f"a chunk of {largest / 1e6:.4g} MB")
-    for _, time, message in reader.messages(connections):
-        yield time, message
+def _messages(place: str, reader: "Reader", connections: "Sequence[Connection]") -> Messages:
+    """Yield the messages of some connections, with errors of the library converted."""
+    with _readable(place):
+        for storage in getattr(reader.storage, "storages", [reader.storage]):
+            largest = max((chunk.uncompressed_size for chunk in getattr(storage, "chunks", ())), default=0)
+            if largest > LARGEST_CHUNK:
+                raise ValueError(f"a chunk of {largest / 1e6:.4g} MB")
+        messages = iter(reader.messages(connections))
+    while True:  # errors of who uses the messages are not converted
+        with _readable(place):
+            found = next(messages, None)
+        if found is None:
+            return
+        yield found[1], found[2]
 
 
-def _groups(path: Path, messages: Messages) -> list[_Group]:
+def _groups(place: str, messages: Messages) -> list[_Group]:
     """Return the numbers of all messages, grouped by joints."""
     from rosbags.serde import SerdeError
     from rosbags.typesys import Stores, get_typestore
@@ -191,37 +161,41 @@ def _groups(path: Path, messages: Messages) -> list[_Group]:
         try:
             state = cast("JointState", store.deserialize_cdr(message, TYPE))
         except SerdeError as error:
-            raise RecordingError(f"{one_line(path)}: a message cannot be read as {TYPE}: {one_line(error)}") from error
+            raise RecordingError(f"{place}: a message cannot be read as {TYPE}: {one_line(error)}") from error
         names, efforts = tuple(state.name), len(state.effort)
         if len(state.position) != len(names) or efforts not in (0, len(names)):
             counts = f"{len(names)} names, {len(state.position)} positions and {efforts} efforts"
-            raise RecordingError(f"{one_line(path)}: a message cannot be read as {TYPE}: it has {counts}")
+            raise RecordingError(f"{place}: a message cannot be read as {TYPE}: it has {counts}")
         values += 2 * len(names) + 1
         if values > MOST_VALUES:
-            raise RecordingError(f"{one_line(path)}: over {MOST_VALUES} numbers on one topic; take a part of it")
-        groups.setdefault((names, efforts > 0), _Group(names)).add(logged, state)
+            raise RecordingError(f"{place}: over {MOST_VALUES} numbers on one topic; take a part of it")
+        group = groups.setdefault((names, efforts > 0), _Group(names))
         if len(groups) > MOST_KINDS:
-            raise RecordingError(f"{one_line(path)}: over {MOST_KINDS} kinds of messages on one topic")
+            raise RecordingError(f"{place}: over {MOST_KINDS} kinds of messages on one topic")
+        group.logged.append(logged)
+        group.stamp.append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
+        group.position.extend(state.position.tolist())
+        group.effort.extend(state.effort.tolist())
     return list(groups.values())
 
 
-def _columns(path: Path, tables: Sequence[tuple[np.ndarray, Columns]], wanted: Sequence[str]) -> Columns:
+def _in_order(place: str, tables: Sequence[tuple[Indices, Columns]], wanted: Sequence[str]) -> Columns:
     """Return the requested columns in order of logging, from messages with all of them."""
-    whole: list[tuple[np.ndarray, Columns]] = []
+    whole: list[tuple[Indices, Columns]] = []
     for logged, columns in tables:
         lacking = [name for name in wanted if name not in columns]
         if not lacking:
             whole.append((logged, columns))
         elif len(lacking) < len(set(wanted) - {STAMP}):
             raise RecordingError(
-                f"{one_line(path)}: {len(lacking)} of the needed values, {listed(lacking, 3)}, are not in the same "
-                "messages as the others; record a single publisher, whose messages have all of them"
+                f"{place}: {len(lacking)} of the needed values, {listed(lacking, 3)}, are not in the same messages as "
+                "the others; record a single publisher, whose messages have all of them"
             )
     order = np.argsort(np.concatenate([logged for logged, _ in whole]), kind="stable")
     found = {name: np.concatenate([columns[name] for _, columns in whole])[order] for name in wanted}
     if STAMP in found and not found[STAMP].any():
-        raise RecordingError(f"{one_line(path)}: the stamp of every header is 0; the publisher has to set it")
+        raise RecordingError(f"{place}: the stamp of every header is 0; the publisher has to set it")
     return found
 
 
-ROS = LogFormat((".mcap", ".db3", ".bag"), read_ros, METADATA)
+ROS = LogFormat((".mcap", ".db3", ".bag"), open_ros, METADATA)

@@ -9,8 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 
 import rx90_mjcf
-from ident.payload.files import payload_from_table, payload_to_table, read_payload
-from ident.payload.payload import INERTIA_KEYS, Payload
+from ident.payload.payload import INERTIA_KEYS, Payload, payload_from_table, payload_to_table, read_payload
 from ident.support.errors import PayloadError
 from ident.support.naming import nearest, shown
 from scenarios.experiments.files.exactness import is_exact

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from ident.estimation.identifiability import refusal
-from ident.payload.files import payload_from_table
+from ident.payload.payload import payload_from_table
+from ident.recordings.description import LogDescription
+from ident.recordings.description_files import described, read_description
 from ident.recordings.files import read_recording
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.description_files import described, read_description
 from ident.recordings.recording import Recording
 from ident.support.errors import PayloadError, RecordingError
 

@@ -5,8 +5,8 @@ import pytest
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples.temperature import Warmth, temperature
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording, read_temperatures, write_recording
-from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 
 

@@ -3,8 +3,16 @@ import pinocchio as pin
 import pytest
 from pinocchio_arms import INERTIAL_ORDER
 
-from ident.payload.files import payload_from_table, read_payload, write_payload
-from ident.payload.payload import FARTHEST, HEAVIEST, LIGHTEST, Payload, standard_parameters
+from ident.payload.payload import (
+    FARTHEST,
+    HEAVIEST,
+    LIGHTEST,
+    Payload,
+    payload_from_table,
+    read_payload,
+    standard_parameters,
+    write_payload,
+)
 from ident.support.errors import PayloadError
 
 

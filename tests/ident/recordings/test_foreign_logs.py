@@ -7,9 +7,8 @@ import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
+from ident.recordings.description import MEANINGS
 from ident.recordings.files import read_log, read_recording, write_recording
-from ident.recordings.formats.meaning import MEANINGS
-from ident.recordings.formats.resolution import signal_of
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
@@ -41,8 +40,8 @@ def test_v_keeps_its_unit_and_what_it_is_is_told(tmp_path, signal, unit):
     path = csv(tmp_path / "log.csv", table(v=V * SIGNALS[signal, unit]))
     log = read_log(path, replace(channels("v", unit=(unit,)), signal=signal))
     assert_same(log.recording)
-    assert log.notes == (MEANINGS[signal].note,)
-    assert signal_of(log.read) == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
+    assert log.read.notes == (MEANINGS[signal].note,)
+    assert log.read.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
 
 
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):
@@ -76,11 +75,11 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     description = replace(channels("v", unit=("N m",), constant=tuple(constants)), signal="torque-from-current")
     log = read_log(path, description)
     assert_same(log.recording)
-    assert "v is the current" in log.notes[0]
-    assert signal_of(log.read) == "current, from torque by the specified constants [A]"
+    assert "v is the current" in log.read.notes[0]
+    assert log.read.v == "current, from torque by the specified constants [A]"
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
-    assert "a gain is the correction factor of its torque constant" in unknown.notes[0]
+    assert "a gain is the correction factor of its torque constant" in unknown.read.notes[0]
     with pytest.raises(RecordingError, match=r"state the constants it was computed with, in N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):

@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 from lerobot_datasets import FPS, JOINTS, LENGTHS, motion
 
+from ident.recordings.description import Channels, LogDescription
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.description import Channels, LogDescription
 from ident.support.errors import RecordingError
 
 ARM = JOINTS[:2]

@@ -9,10 +9,9 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.lerobot_info import FILES
-from ident.recordings.lerobot_dataset import write_dataset
+from ident.recordings.formats.lerobot import FILES, write_dataset
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 

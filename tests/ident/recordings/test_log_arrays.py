@@ -10,9 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, table
 
+from ident.recordings.description import Channels, LogDescription
+from ident.recordings.description_files import described
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.description import Channels, LogDescription
-from ident.recordings.formats.description_files import described
 from ident.support.errors import RecordingError
 
 ROWS = {"list": pa.list_(pa.float32()), "fixed": pa.list_(pa.float64(), 3)}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, csv, table
 
+from ident.recordings.description import Channels, LogDescription
 from ident.recordings.files import read_log, read_recording, write_recording
-from ident.recordings.formats.description import Channels, LogDescription
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
@@ -28,11 +28,11 @@ def test_a_log_of_universal_robots_is_known_by_its_columns(tmp_path, separator):
         np.testing.assert_array_equal(log.recording.q[:, joint], columns[f"actual_q_{joint}"])
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"actual_current_{joint}"])
     assert log.read.layout == "ur-rtde"
-    assert "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current" in log.notes
+    assert "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current" in log.read.notes
     log = read_log(path, LogDescription(layout="ur-rtde-target"))
     for joint in range(6):
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"target_current_{joint}"])
-    assert log.notes == ("v is target_current_0 .. [A], as commanded by the controller",)
+    assert log.read.notes == ("v is target_current_0 .. [A], as commanded by the controller",)
 
 
 def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):
@@ -48,7 +48,7 @@ def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):
         read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
-    assert not any("actual_current" in note for note in log.notes)
+    assert not any("actual_current" in note for note in log.read.notes)
     with pytest.raises(RecordingError, match="not of the layout ur-rtde-target; found timestamp"):
         read_recording(path, LogDescription(layout="ur-rtde-target"))
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
+from ident.recordings.description import Channels, LogDescription, TextLayout
+from ident.recordings.description_files import described
 from ident.recordings.files import read_recording
-from ident.recordings.formats.description import Channels, LogDescription, TextLayout
-from ident.recordings.formats.description_files import described
 from ident.support.errors import RecordingError
 
 DATES = {

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, channels, csv, table
 
+from ident.recordings.description import Channels, LogDescription
+from ident.recordings.description_files import spread
 from ident.recordings.files import read_recording
-from ident.recordings.formats.columns import listed
-from ident.recordings.formats.description import Channels, LogDescription
-from ident.recordings.formats.description_files import spread
-from ident.recordings.formats.resolution import resolved
+from ident.recordings.formats.table import listed
+from ident.recordings.layouts import resolved
 from ident.support.errors import LogDescriptionError, RecordingError
 
 UNSAID = {

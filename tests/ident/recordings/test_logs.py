@@ -10,19 +10,17 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording
-from ident.recordings.formats import LOGS, LogFormat, columns, text
-from ident.recordings.formats.columns import Chosen, Request
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.layouts import used_columns
-from ident.recordings.formats.resolution import resolved
+from ident.recordings.formats import LOGS, csv
+from ident.recordings.formats.table import MOST_COLUMNS, LogFormat, Table
+from ident.recordings.layouts import resolved
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
 T = 0.01 * np.arange(30)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T)))
 V = np.column_stack((1.3 * np.cos(5.0 * T), np.sin(4.0 * T) + 0.2))
-OWN = Request(chosen=lambda path, names: Chosen(tuple(used_columns(path, names))), known=len)
 
 
 def rows(separator: str = ",", decimal: str = ".", header: str = "t q1 q2 v1 v2", form: str = "%.17g") -> str:
@@ -111,12 +109,12 @@ def test_decimals_and_dictionaries_are_read_from_parquet(tmp_path):
 
 
 def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
-    def read(path: Path, request: Request) -> dict[str, np.ndarray]:
+    def opened(path: Path, description: LogDescription) -> Table:
         assert path.read_text() == "whatever"
         table = {"t": T, "q1": Q[:, 0], "v1": V[:, 0], "more": V[:, 1]}
-        return {name: table[name] for name in request.chosen(path, list(table)).names}
+        return Table(list(table), lambda names, dated: {name: table[name] for name in names})
 
-    monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), read))
+    monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), opened))
     (tmp_path / "log.MINE").write_text("whatever")
     assert isinstance(read_recording(tmp_path / "log.MINE"), Recording)
 
@@ -132,7 +130,7 @@ def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path, name, c
         if content is not None:
             path.write_bytes(content)
         with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
-            LOGS[name].read(path, OWN)
+            LOGS[name].open(path, LogDescription())
 
 
 def test_the_ending_of_a_name_belongs_to_one_format():
@@ -141,7 +139,7 @@ def test_the_ending_of_a_name_belongs_to_one_format():
 
 
 def test_columns_are_refused_just_above_their_number():
-    names = ["t", "q1", "v1", *(f"c{k}" for k in range(columns.MOST_COLUMNS - 3))]
+    names = ["t", "q1", "v1", *(f"c{k}" for k in range(MOST_COLUMNS - 3))]
     resolved(Path("x"), names, LogDescription())
     with pytest.raises(RecordingError, match="10001 columns; files of up to 10000 are read"):
         resolved(Path("x"), [*names, "c"], LogDescription())
@@ -149,7 +147,7 @@ def test_columns_are_refused_just_above_their_number():
 
 def test_names_that_only_look_like_ours_are_left_alone():
     found = ["t", "q1", "v1", "Q1", "V", "q01", "q1_ref", "i1", "qd1", "v12345", "time"]
-    assert used_columns(Path("x"), found) == ["t", "q1", "v1"]
+    assert resolved(Path("x"), found, LogDescription()).description.names == ("t", "q1", "v1")
 
 
 def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):
@@ -166,9 +164,9 @@ def test_text_is_read_up_to_its_largest_size_packed_or_not(tmp_path, monkeypatch
     content = rows().encode()
     path = tmp_path / "log.csv"
     path.write_bytes(gzip.compress(content) if packed else content)
-    monkeypatch.setattr(text, "LARGEST", len(content))
+    monkeypatch.setattr(csv, "LARGEST", len(content))
     read_recording(path)
-    monkeypatch.setattr(text, "LARGEST", len(content) - 1)
+    monkeypatch.setattr(csv, "LARGEST", len(content) - 1)
     with pytest.raises(RecordingError, match="unpacked; take a part of it" if packed else "MB are too much"):
         read_recording(path)
 

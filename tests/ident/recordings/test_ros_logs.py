@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from bags import KIND, STORE, Sample, message, write_bag
 
+from ident.recordings.description import Channels, LogDescription
 from ident.recordings.files import read_log, read_recording
 from ident.recordings.formats import ros
-from ident.recordings.formats.description import Channels, LogDescription
 from ident.support.errors import RecordingError
 
 JOINTS = ("shoulder", "elbow", "wrist_pitch")
@@ -150,7 +150,7 @@ def test_efforts_are_in_si_units_unless_another_is_said(tmp_path):
         read_recording(bag, replace(DESCRIPTION, v=efforts))
     log = read_log(bag, replace(DESCRIPTION, signal="torque-after-drive"))
     np.testing.assert_array_equal(log.recording.v, V[:, WANTED])
-    assert "scale of the torque sensor" in log.notes[0]
+    assert "scale of the torque sensor" in log.read.notes[0]
 
 
 def test_a_bag_without_joint_states_tells_its_topics(tmp_path):

@@ -8,10 +8,10 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 import pytest
 
+from ident.recordings.description import Channels, LogDescription
+from ident.recordings.description_files import described
 from ident.recordings.files import read_recording
 from ident.recordings.formats import parquet
-from ident.recordings.formats.description import Channels, LogDescription
-from ident.recordings.formats.description_files import described
 from ident.support.errors import RecordingError
 
 T = 2.3 + 0.004 * np.arange(80)

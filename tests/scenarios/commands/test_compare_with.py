@@ -11,7 +11,7 @@ from places import ROOT
 from printed import printed
 from weighed_cell import PLAIN, identified, off
 
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
 from scenarios.results.gains import Result

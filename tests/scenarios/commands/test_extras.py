@@ -2,14 +2,10 @@
 
 import re
 import shutil
-import sys
-import time
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
-from foreign_logs import csv
 from one_process import Outcome, carried_out
 from places import ROOT
 from quick import quick_scenario
@@ -142,45 +138,3 @@ def test_every_extra_that_is_named_brings_its_package():
         assert package in brought(extra)
         assert NAMES.get(package, package) not in core
     assert needed_extra("numpy.linalg") is None
-
-
-def test_numbers_dates_and_faults_of_a_csv_are_read_alike_without_pyarrow(tmp_path, monkeypatch):
-    t = 0.004 * np.arange(50)
-    columns = {"t": t, "q1": np.sin(3.0 * t), "v1": 1e-7 * np.cos(5.0 * t) - 2.5}
-    whole = csv(tmp_path / "log.csv", columns)
-    lines = ["t;q1;v1", *(f"{1.5 + 0.01 * k:.2f};+{0.1 * k * k:.3f};-1,5e-3".replace(".", ",") for k in range(9))]
-    (tmp_path / "comma.csv").write_text("\n".join(["# a comment", *lines, ""]).replace("-1,5e-3;", ""))
-    with_arrow = [read_columns(path) for path in (whole, tmp_path / "comma.csv")]
-    (tmp_path / "ragged.csv").write_text("t,q1,v1\n0.0,1.0,2.0\n0.1,1.0\n")
-    (tmp_path / "word.csv").write_text("t,q1,v1\n0.0,1.0,2.0\n0.1,1.x,3.0\n")
-    (tmp_path / "dated.csv").write_text(
-        "time,q1,v1\n2031-07-19T09:41:07.125,1.0,2.0\n2031-07-19T09:41:07.625+00:00,1.1,2.2\n2031-07-19,1.3,2.3\n"
-    )
-    faults = [fault(tmp_path / name) for name in ("ragged.csv", "word.csv")]
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    for one, other in zip(with_arrow, map(read_columns, (whole, tmp_path / "comma.csv")), strict=True):
-        for name, values in one.items():
-            np.testing.assert_array_equal(other[name], values)
-    assert [fault(tmp_path / name) for name in ("ragged.csv", "word.csv")] == faults
-    monkeypatch.setenv("TZ", "JST-9")  # dates without an offset are none of this clock's
-    time.tzset()
-    dated = read_columns(tmp_path / "dated.csv", ("time", "q1", "v1"), {"time"})["time"]
-    monkeypatch.undo()
-    time.tzset()
-    np.testing.assert_allclose(np.diff(dated), [0.5, -9 * 3600.0 - 41 * 60.0 - 7.625], atol=1e-6)
-
-
-def read_columns(path: Path, names: tuple[str, ...] = ("t", "q1", "v1"), dated: set[str] = frozenset()) -> dict:
-    from ident.recordings.formats.columns import Chosen, Request
-    from ident.recordings.formats.csv import read_csv
-
-    request = Request(
-        chosen=lambda path, header: Chosen(names, frozenset(dated)), known=lambda words: len(set(words) & set(names))
-    )
-    return dict(read_csv(path, request))
-
-
-def fault(path: Path) -> str:
-    with pytest.raises(ValueError, match=path.name) as caught:
-        read_columns(path)
-    return str(caught.value)

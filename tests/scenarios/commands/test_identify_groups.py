@@ -10,7 +10,7 @@ import scenarios.commands.identify as command
 from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.model.arm import load_arm
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from ident.preparation import KNOWN
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion

@@ -19,7 +19,7 @@ import rx90_mjcf
 from ident.diagnosis.samples.clock import SLOW, slowest_hz
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS

@@ -9,7 +9,7 @@ import pytest
 from printed import printed
 
 import scenarios.design.payload_design as module
-from ident.payload.files import payload_to_table, read_payload
+from ident.payload.payload import payload_to_table, read_payload
 from scenarios.cli import main
 from scenarios.design.excitation import Design, design_problem, objective
 from scenarios.design.payload_design import IMPOSSIBLE, Carrying, PayloadDesign, carrying_of, design_payload

@@ -8,7 +8,7 @@ import pytest
 from protocols import FOUR, protocol_setup, scenario_of
 from quick import quick_scenario
 
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from ident.recordings.files import read_recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main

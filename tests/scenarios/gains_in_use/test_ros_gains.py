@@ -14,8 +14,8 @@ from places import ROOT
 from weighed_cell import MODEL, PLAIN, identified
 
 from ident.model.arm import load_arm
+from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording, write_recording
-from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains

@@ -13,7 +13,7 @@ from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
-from ident.payload.files import read_payload
+from ident.payload.payload import read_payload
 from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of

@@ -2,9 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 import scenarios.command_line.gains as gains_arguments
@@ -15,12 +13,6 @@ from scenarios.command_line.output import add_form_arguments, show, under_way
 from scenarios.command_line.process import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.support.errors import ScenarioError
-
-if TYPE_CHECKING:
-    from ident.model.structure import Structure
-    from ident.unseen import Unseen
-    from scenarios.experiments.files.gains import GainsFile
-    from scenarios.gains_in_use.model_values import BareFile
 
 NAME = "rx90 patch"
 
@@ -66,26 +58,31 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.robot_models import read_arm
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.model_values import joint_values, link_values, read_bare
-    from scenarios.gains_in_use.results import patched
-    from scenarios.reports.patch import AS_GIVEN, patch_report
+    from scenarios.gains_in_use.patched import Patched, predicted_by_models
     from scenarios.results.ros_parameters import ros_parameters
+    from scenarios.results.unseen import ResultUnseen
 
-    structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
+    model, flange, most = options.model, options.flange, options.max_rel_std
+    structure, gains = structure_of(read_arm(model, (), flange=flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
     bare = None if options.arm is None else read_bare(options.arm)
-    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    joints = joint_values(structure, gains, nominal, bare, most=most)
     if nominal is not None:
         check_unit(gains.known, nominal.known, "--nominal")
-    links = None
-    if options.links:
-        links = link_values(bare, gains, structure.arm, nominal_links(options.model, options.flange))
-    copy, changes = patched_model(options.model, joints, links)
-    rival, other = options.model.read_bytes(), AS_GIVEN
-    if nominal is not None:
-        stated = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
-        rival, other = patched_model(options.model, stated, links)[0], "the gains of --nominal in it"
+    links = link_values(bare, gains, structure.arm, nominal_links(model, flange)) if options.links else None
+    copy, changes = patched_model(model, joints, links)
+    unseen = None
     with under_way(options, "predicting"):
-        unseen = _unseen(options, structure, gains, nominal, (copy, rival), bare)
+        if (log := unseen_log(options, log_description(options, structure.arm.joint_names))) is not None:
+            rival = model.read_bytes()
+            if nominal is not None:
+                rival, _ = patched_model(model, joint_values(structure, nominal, None, bare, most=most), links)
+            contents = (copy, gains), (rival, nominal)
+            unseen = ResultUnseen.of(
+                predicted_by_models(
+                    log, structure, contents, gains=gains, bare=bare, links=options.links, model=model, flange=flange
+                )
+            )
     contents = [copy]
     if options.ros_params is not None:
         contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
@@ -93,82 +90,17 @@ def main(options: argparse.Namespace) -> Status:
     for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
         with right.writing():
             path.write_bytes(content)
-    told = patched(changes, gains, options.out, options.ros_params, unseen, written=passed or options.force)
-    show(patch_report(told, other), options)
+    result = Patched(
+        out=str(options.out),
+        ros_params=None if options.ros_params is None else str(options.ros_params),
+        changes=list(changes),
+        notes=list(gains.notes),
+        written=passed or options.force,
+        against_nominal=nominal is not None,
+        unseen=unseen,
+    )
+    show(result.report("Patched model"), options)
     return Status.PASSED if passed else Status.MISSED
-
-
-def _unseen(
-    options: argparse.Namespace,
-    structure: "Structure",
-    gains: "GainsFile",
-    nominal: "GainsFile | None",
-    models: tuple[bytes, bytes],
-    bare: "BareFile | None",
-) -> "Unseen | None":
-    """Return the predictions of a motion by the copy and by the other model; None if no motion is given.
-
-    Args:
-        options: Options of the command.
-        structure: Identifiable structure of the arm.
-        gains: Gains of the copy.
-        nominal: Gains of the other model, None for the same.
-        models: Content of the copy and of the other model.
-        bare: Friction, offsets and base parameters; with --links, cross-validation of their fit.
-
-    Raises:
-        ScenarioError: If the motion was used for the gains.
-        ModelFileError: If MuJoCo cannot read the masses of either model.
-    """
-    log = unseen_log(options, log_description(options, structure.arm.joint_names))
-    if log is None:
-        return None
-    from tempfile import TemporaryDirectory
-
-    import numpy as np
-
-    from ident.diagnosis.diagnosis import Severity
-    from ident.diagnosis.link_masses import judged
-    from ident.estimation.cross_validation import JointPrediction
-    from ident.estimation.gain_options import GainOptions
-    from ident.gain_errors import link_weights
-    from ident.preparation import joined
-    from ident.unseen import UsedModel, predicted, unseen_motion
-    from scenarios.experiments.nominal_links import model_base, nominal_links
-    from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
-    from scenarios.gains_in_use.model_values import unstated_parameters
-
-    check_unseen(gains, [], [log.recording])
-    limits = options_of(GainOptions, gains.options.gains, ())
-    unseen = unseen_motion(log, [], structure, observing=observe_options(gains, ()), gains=limits)
-    fits = {
-        each.joint - 1: JointPrediction(
-            joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)
-        )
-        for each in (bare.joints if bare is not None and options.links else ())
-        if each.predicted_rel_error is not None and each.fitted_rel_error is not None
-    }
-    used = list[UsedModel]()
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / options.model.name
-        for of, content in zip((gains, nominal), models, strict=True):
-            path.write_bytes(content)
-            base = model_base(path, options.flange, structure.base)
-            added, covariance = np.zeros(len(base)), np.zeros((len(base),) * 2)
-            if of is not None:
-                motor = nominal_links(path, options.flange).motor
-                added, covariance = unstated_parameters(structure, of, bare, base, motor)
-            known = (of or gains).known
-            used.append(UsedModel(gains=known, base=base + added, covariance=covariance, fits=fits, unstated=added))
-    found = predicted(unseen, *used)
-    if log.payload is not None:
-        return found
-    drawn = model_base(options.model, options.flange, structure.base)
-    said = judged(link_weights(unseen.parts, gains.known, drawn))
-    if said is None or said.severity is Severity.GOOD:
-        return found
-    doubt = replace(said, logs=(found.name,), advice="check the gains, and the masses of the model")
-    return replace(found, found=joined(found.found, more=[doubt]))
 
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:

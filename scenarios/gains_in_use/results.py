@@ -1,6 +1,5 @@
-"""Results of commands that use gains: torques, patched models, comparisons of gains."""
+"""Results of commands that use gains: torques, comparisons of gains."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from pydantic import Field
@@ -8,11 +7,8 @@ from pydantic import Field
 import ident.estimation.gain_comparison as gain_comparison
 from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
-from ident.unseen import Unseen
 from scenarios.experiments.files.gains import GainsFile
-from scenarios.gains_in_use.model_patch import Change
 from scenarios.rendering.result import ResultModel
-from scenarios.results.unseen import ResultUnseen
 
 
 class Torques(ResultModel):
@@ -42,55 +38,6 @@ def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
             if not entry.identifiable
         ],
         notes=list(file.notes),
-    )
-
-
-class Patched(ResultModel):
-    """What `rx90 patch --json` prints.
-
-    Attributes:
-        out: The written model.
-        ros_params: The written file of ROS 2 parameters, null for none.
-        changes: Attributes of joints, including unchanged ones.
-        notes: Remarks on implausible gains.
-        written: Whether the copy was written; a copy that does not predict better than the model needs --force.
-        unseen: Prediction of a motion that was not used in any fit by copy and model, null if none is given.
-    """
-
-    out: str
-    ros_params: str | None
-    changes: list[Change]
-    notes: list[str]
-    written: bool = True
-    unseen: ResultUnseen | None = None
-
-
-def patched(
-    changes: Sequence[Change],
-    gains: GainsFile,
-    out: Path,
-    parameters: Path | None,
-    unseen: Unseen | None = None,
-    *,
-    written: bool = True,
-) -> Patched:
-    """Return the result of a written model.
-
-    Args:
-        changes: Changes of the model.
-        gains: The gains used.
-        out: The written model.
-        parameters: The written parameter file, None for none.
-        unseen: Prediction of a motion that was not used in any fit, None if there is none.
-        written: Whether it was.
-    """
-    return Patched(
-        out=str(out),
-        ros_params=None if parameters is None else str(parameters),
-        changes=list(changes),
-        notes=list(gains.notes),
-        written=written,
-        unseen=None if unseen is None else ResultUnseen.of(unseen),
     )
 
 

@@ -45,7 +45,7 @@ RESULTS = {
     "verify-gains": "scenarios.gains_in_use.results:GainComparison",
     "payload-of": "scenarios.gains_in_use.weighing:FoundPayload",
     "torque": "scenarios.gains_in_use.results:Torques",
-    "patch": "scenarios.gains_in_use.results:Patched",
+    "patch": "scenarios.gains_in_use.patched:Patched",
     "predict": "scenarios.prediction.budget:PredictedBudget",
     "monte-carlo": "scenarios.experiments.studies.statistics:StudyResult",
     "sensitivity": "scenarios.experiments.studies.budget:Budget",

@@ -43,12 +43,12 @@ def _start_method() -> str:
         return "spawn"
     from multiprocessing import forkserver, resource_tracker  # not available on every platform
 
-    resource_tracker.ensure_running()  # now, as it would unblock the signals
     forkserver.set_forkserver_preload([WORKER])
-    environment = dict(os.environ)
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGHUP))
+    environment, blocked = dict(os.environ), signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])
     try:
         os.environ["PYTHONSAFEPATH"] = "1"
+        resource_tracker.ensure_running()  # which unblocks SIGINT
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         forkserver.ensure_running()
     finally:
         _set_environment(environment)

@@ -7,8 +7,8 @@ import statistics
 import sys
 import time
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from sim.compile import lean_model, resting
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation

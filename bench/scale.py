@@ -21,13 +21,11 @@ import psutil
 import pyarrow as pa
 from rich.console import Console
 
-import scenarios.experiments.studies.study as study_module
+import scenarios.experiments.study as study_module
 from bench.noop import DELAY, JOINTS, no_op, synthetic_rows
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.folder import study_folder
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.parts import BLOCK, WHOLE, Part
-from scenarios.experiments.studies.study import CHUNK, Study, carry_out, study_identity
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.study import CHUNK, Study, carry_out, monte_carlo, study_identity
+from scenarios.experiments.study_folder import study_folder
 from scenarios.experiments.workers.dask import dask_workers
 
 ROOT = Path(__file__).parents[1]
@@ -49,7 +47,7 @@ print(time.perf_counter() - started, used.ru_utime + used.ru_stime, used.ru_maxr
 RESUME = """
 import sys, time
 from pathlib import Path
-from scenarios.experiments.studies.folder import StudyFolder
+from scenarios.experiments.study_folder import StudyFolder
 started = time.perf_counter()
 assert StudyFolder(Path(sys.argv[1]), 6).missing(int(sys.argv[2])) == []
 print(time.perf_counter() - started)
@@ -85,9 +83,9 @@ def fill(folder: Path, count: int) -> None:
     """A finished study, in parts as a writer leaves them."""
     study = study_of(count)
     with study_folder(folder, study_identity(study), count=count, command="", rows_per_trial=JOINTS) as place:
-        for start in range(0, count, BLOCK):
-            numbers = range(start, min(start + BLOCK, count))
-            place.write_part(Part(numbers, WHOLE), synthetic_rows(numbers, numbers, study.schema))
+        for start in range(0, count, CHUNK):
+            numbers = range(start, min(start + CHUNK, count))
+            place.keep(synthetic_rows(numbers, numbers, study.schema))
 
 
 # Many workers that cost nothing
@@ -212,7 +210,7 @@ def changing(folder: Path, count: int) -> str:
         with dask_workers(cluster.file) as workers, as_no_op(keep):
             place = carry_out(study, folder / "out", workers, command="", console=QUIET)
     assert not events, "the study ended before workers came and went"
-    found = pa.concat_tables(place.rows(part, study.schema.names) for part in place.parts())
+    found = pa.concat_tables(place.tables(study.schema.names))
     assert found.equals(synthetic_rows(range(count), range(count), study.schema)), "other rows"
     return f"{count} trials, {seen} chunks: the same rows"
 

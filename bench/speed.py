@@ -23,9 +23,9 @@ from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
 from ident.recordings.motion import Motion
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import simulate
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from sim.compile import lean_model
 from sim.controller import Law
 from sim.engine import Engine, Simulation

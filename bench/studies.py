@@ -22,12 +22,11 @@ from threadpoolctl import threadpool_limits
 import scenarios.experiments.run
 import sim.closed_loop
 import sim.record
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import motion_streams
-from scenarios.experiments.studies.folder import study_folder
-from scenarios.experiments.studies.parts import WHOLE, Part
-from scenarios.experiments.studies.study import CHUNK
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
+from scenarios.experiments.study import CHUNK
+from scenarios.experiments.study_folder import study_folder
 from scenarios.experiments.trials import Task, Trial, run_task, run_trials, trial_schema
 from scenarios.experiments.workers.processes import local_processes
 from scenarios.support.versions import versions
@@ -47,10 +46,9 @@ import sys
 if __name__ == "__main__":
     from concurrent.futures import wait
     import scenarios.cli
-    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.workers.processes import local_processes
-    from scenarios.experiments.studies.monte_carlo import monte_carlo
-    from scenarios.experiments.studies.study import carry_out
+    from scenarios.experiments.study import carry_out, monte_carlo
     from scenarios.experiments.trials import Task, run_task
     from scenarios.support.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)
@@ -157,7 +155,7 @@ def split() -> None:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)
         with study_folder(Path(folder), {}, count=CHUNK, command="", rows_per_trial=6) as place:
-            timed("writing", place.write_part)(Part(range(CHUNK), WHOLE), rows)
+            timed("writing", place.keep)(rows)
         total = time.perf_counter() - started
     spent["controller and encoders"] = spent.pop("loop") - spent["physics"]
     spent["the rest"] = total - sum(spent.values())

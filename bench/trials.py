@@ -9,10 +9,9 @@ from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.settings import with_method
 from scenarios.experiments.run import run
+from scenarios.experiments.scenario import load_scenario, with_method
+from scenarios.experiments.setup import setup_of
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.prediction.budget import predicted_budget
 

@@ -6,11 +6,17 @@ from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import check_draws, places_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.joint_rows import study_rows
-from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
+from scenarios.experiments.draws import check_draws, places_of
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
+from scenarios.experiments.statistics import (
+    FALSE_ALARM,
+    JointStatistics,
+    allowed_misses,
+    detectable_rate,
+    joint_statistics,
+    study_rows,
+)
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.support.errors import ScenarioError
 from scenarios.support.seeds import SEEDS
@@ -25,7 +31,7 @@ BATCH = 32
 
 def assert_scenario(
     scenario: str, seeds: Iterable[int], *, false_alarm: float = FALSE_ALARM, threads: int = 1
-) -> tuple[JointRule, ...]:
+) -> tuple[JointStatistics, ...]:
     """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` requires.
 
     Misses are compared with the binomial distribution at that rate, joint by joint: a scenario with this rate on all
@@ -57,11 +63,12 @@ def assert_scenario(
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
     tables = [run_trials(loaded, batch, schema, threads=threads) for batch in batches]
-    rules = pass_rule(study_rows(tables, trials=len(trials)).joints, wanted=wanted, false_alarm=false_alarm)
-    missed = [rule for rule in rules if not rule.held]
+    joints = study_rows(tables, trials=len(trials)).joints
+    found = joint_statistics(joints, wanted=wanted, false_alarm=false_alarm)
+    missed = [joint for joint in found if not joint.held]
     if missed:
         raise AssertionError(_complaint(loaded.name, missed, pa.concat_tables(tables).to_pandas()))
-    return rules
+    return found
 
 
 def _checked(seeds: Iterable[int]) -> list[int]:
@@ -78,7 +85,7 @@ def _checked(seeds: Iterable[int]) -> list[int]:
     return checked
 
 
-def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:
+def _complaint(name: str, missed: list[JointStatistics], rows: "pd.DataFrame") -> str:
     many = "1 joint passes" if len(missed) == 1 else f"{len(missed)} joints pass"
     lines = [f"scenario {name}: {many} less often than required"]
     for rule in missed:

@@ -30,7 +30,7 @@ from scenarios.command_line.process import (
     write,
 )
 from scenarios.commands import COMMANDS, GROUPS, NEEDED, command
-from scenarios.experiments.files.tables import builtin_names, find_scenario
+from scenarios.experiments.scenario_files import builtin_names, find_scenario
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 

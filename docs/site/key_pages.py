@@ -4,7 +4,7 @@ import json
 import re
 from typing import Any
 
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
 from scenarios.results.json_schemas import FILES, RESULTS, schema
 
 Schema = dict[str, Any]

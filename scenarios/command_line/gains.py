@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ident.model.arm import Arm
     from ident.payload_identification.payload_estimate import FoundPayload
     from ident.preparation import Prepared
-    from scenarios.experiments.files.gains import GainsFile
+    from scenarios.experiments.gains_file import GainsFile
 
 ENDINGS = (".json", ".toml")
 
@@ -56,7 +56,7 @@ def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
     """
     from ident.estimation.known_gains import stated_gains
     from ident.support.errors import GainsError
-    from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.gains_file import read_gains
 
     if isinstance(given, Path):
         return read_gains(given).of(arm)

@@ -19,8 +19,8 @@ from scenarios.rendering.content import Paragraph, Report
 from scenarios.support.errors import StudyError
 
 if TYPE_CHECKING:
-    from scenarios.experiments.studies.folder import StudyFolder
-    from scenarios.experiments.studies.study import Study
+    from scenarios.experiments.study import Study
+    from scenarios.experiments.study_folder import StudyFolder
 
 PATIENCE = 5.0
 """Timeout for the end of an interrupted study [s]."""
@@ -38,7 +38,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
 
 def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "StudyFolder":
     """Run a study with the workers of the options."""
-    from scenarios.experiments.studies.study import carry_out
+    from scenarios.experiments.study import carry_out
 
     with interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=console(options))

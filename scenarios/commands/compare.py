@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from scenarios.benchmark.comparison.statistics import ComparedScenario
     from scenarios.benchmark.methods.call import Limits
     from scenarios.benchmark.methods.method import Method
-    from scenarios.experiments.studies.folder import StudyFolder
-    from scenarios.experiments.studies.study import Study
+    from scenarios.experiments.study import Study
+    from scenarios.experiments.study_folder import StudyFolder
 
 REPORT, DOCUMENT = "report.md", "report.json"
 TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
@@ -115,7 +115,7 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
 def _sealed(options: argparse.Namespace) -> Status:
     """Write sealed problems."""
     from scenarios.benchmark.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
-    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.scenario import load_scenario
     from scenarios.rendering.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
@@ -184,8 +184,8 @@ def _checked(options: argparse.Namespace) -> Status:
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
     from scenarios.benchmark.comparison.study import comparison
     from scenarios.command_line.writing import right_to_write
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.studies.study import carry_out
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.study import carry_out
 
     if not options.subjects or options.trials is None or options.out is None:
         raise ScenarioError(f"{_saved(options.subjects)}expected scenarios, -n N and --out DIR")
@@ -220,7 +220,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
 def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "ComparedScenario":
     from scenarios.benchmark.comparison.bound import gain_bound
     from scenarios.benchmark.comparison.statistics import NEEDED, ComparedScenario, summaries
-    from scenarios.experiments.build import setup_of
+    from scenarios.experiments.setup import setup_of
 
     rows = folder.table(NEEDED)
     trials, posed = (each["trial"].unique().size for each in (rows, rows.dropna(subset=["seconds"])))

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ident.support.arrays import Mask
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.search import Searchable, Series
-    from scenarios.experiments.build import Setup
-    from scenarios.experiments.files.schema import Scenario
+    from scenarios.experiments.schema import Scenario
+    from scenarios.experiments.setup import Setup
     from sim.trajectory import FourierTrajectory
 
 PROTOCOLS = {
@@ -72,9 +72,9 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.excitation import Design, percents
     from scenarios.design.results import Searched, finite
     from scenarios.design.search import Series, best_fitted
-    from scenarios.experiments.build import setup_without_motion
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.files.motions import write_motion
+    from scenarios.experiments.motions import write_motion
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.setup import setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
     from scenarios.rendering.content import Report
     from sim.errors import TrajectoryError
@@ -175,7 +175,7 @@ def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Probl
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
     """Return the problem with the error sources of the options."""
     from scenarios.design.excitation import SEARCHED_HZ, design_problem
-    from scenarios.experiments.build import setup_of
+    from scenarios.experiments.setup import setup_of
     from scenarios.prediction.sources_along import SourcesAlong
 
     problem = design_problem(setup)
@@ -189,7 +189,7 @@ def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) 
 
 def own_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | None":
     """Return the motion of a scenario; None if there is none that this robot can carry out."""
-    from scenarios.experiments.files.motions import read_motion
+    from scenarios.experiments.motions import read_motion
 
     try:
         motion = read_motion(scenario.table.experiment.motion, scenario.folder)
@@ -204,7 +204,7 @@ def first_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
     Raises:
         ScenarioError: If the parametrisation cannot represent the motion; if there is none.
     """
-    from scenarios.experiments.files.motions import read_motion
+    from scenarios.experiments.motions import read_motion
 
     motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     n, harmonics = motion.sine.shape
@@ -250,7 +250,7 @@ def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | Non
     Raises:
         ScenarioError: If the file is not a motion.
     """
-    from scenarios.experiments.files.motions import read_motion
+    from scenarios.experiments.motions import read_motion
 
     if not path.is_file():
         return None

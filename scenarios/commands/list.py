@@ -5,7 +5,7 @@ import textwrap
 
 from scenarios.command_line.output import add_form_arguments, form, page, show
 from scenarios.command_line.process import Status, write
-from scenarios.experiments.files.tables import builtin_names, scenario_table
+from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.rendering.content import Report, pairs_table
 
 

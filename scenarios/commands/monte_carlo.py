@@ -22,15 +22,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Run the study, report, plot; status 1 if a joint contradicts the scenario's pass rate."""
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.studies.monte_carlo import monte_carlo
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.study import monte_carlo
 
     scenario = load_scenario(options.scenario)
     study = monte_carlo(scenario, options.trials, options.seed)
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
-    from scenarios.experiments.studies.joint_rows import rows_in
-    from scenarios.experiments.studies.statistics import study_result, write_summary
+    from scenarios.experiments.statistics import rows_in, study_result, write_summary
     from scenarios.reports.files import write_figures
     from scenarios.reports.monte_carlo import monte_carlo_report
 

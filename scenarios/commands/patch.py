@@ -53,9 +53,8 @@ def main(options: argparse.Namespace) -> Status:
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
-    from scenarios.experiments.files.gains import read_gains
-    from scenarios.experiments.nominal_links import nominal_links
-    from scenarios.experiments.robot_models import read_arm
+    from scenarios.experiments.gains_file import read_gains
+    from scenarios.experiments.robot_models import nominal_links, read_arm
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.model_values import joint_values, link_values, read_bare
     from scenarios.gains_in_use.patched import Patched, predicted_by_models

@@ -25,7 +25,7 @@ def main(options: argparse.Namespace) -> Status:
     """Read, estimate the payload, report."""
     from ident.payload_identification.common_scale import check_mass, joint_agreement
     from ident.payload_identification.payload_body import body_of
-    from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.gains_file import read_gains
     from scenarios.reports.payload_of import payload_report
 
     file = read_gains(options.gains)

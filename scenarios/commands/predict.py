@@ -22,8 +22,7 @@ def main(options: argparse.Namespace) -> Status:
     """Predict, report."""
     from threadpoolctl import threadpool_limits
 
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.files.settings import with_method
+    from scenarios.experiments.scenario import load_scenario, with_method
     from scenarios.prediction.budget import predicted_budget
     from scenarios.reports.predict import prediction_report
 

@@ -40,14 +40,14 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.diagnosis.diagnose import horizon
     from scenarios.design.controller_files import controller_files, sampled
-    from scenarios.experiments.build import setup_of
-    from scenarios.experiments.files.loading import load_scenario, payloads_as_stated
+    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
+    from scenarios.experiments.setup import setup_of
     from scenarios.prediction.expected import enough, expected_preparation
     from scenarios.reports.files import write_markdown
     from scenarios.reports.record import instructions, record_report
     from sim.feedforward_currents import check_torque_limits
 
-    setup, stated = setup_of(load_scenario(options.scenario)), payloads_as_stated(options.scenario)
+    setup, stated = setup_of(load_scenario(options.scenario)), stated_payloads(scenario_as_stated(options.scenario))
     check_torque_limits(setup.experiments)
     motion = sampled(setup, options.rate)
     payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
@@ -73,8 +73,8 @@ def _write_payloads(payloads: "Mapping[str, Payload]", folder: "Path") -> tuple[
     """
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
-    from scenarios.experiments.files.toml_text import schema_line
     from scenarios.results.run_folder import payload_file
+    from scenarios.support.toml_text import schema_line
 
     written, different = list[str](), list[str]()
     for mounting, payload in payloads.items():

@@ -17,9 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Print a schema, or list all of them."""
-    from scenarios.experiments.files.toml_text import ENDING, FOLDER
     from scenarios.results.json_schemas import FILES, RESULTS, schema
     from scenarios.support.errors import UnknownName
+    from scenarios.support.toml_text import ENDING, FOLDER
 
     names = FILES | RESULTS
     if options.name is not None:

@@ -27,15 +27,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Run both designs, rank the error sources."""
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.studies.sensitivity import sensitivity
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.sensitivity import sensitivity
 
     scenario = load_scenario(options.scenario)
     study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.experiments.studies.budget import study_budget, write_budget
+    from scenarios.experiments.budget import study_budget, write_budget
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.sensitivity import sensitivity_report
 

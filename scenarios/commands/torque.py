@@ -27,7 +27,7 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
-    from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.known_gains_problem import check_currents
     from scenarios.gains_in_use.results import torques
     from scenarios.reports.torque import torque_report

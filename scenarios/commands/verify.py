@@ -32,7 +32,7 @@ from scenarios.support.errors import ScenarioError
 if TYPE_CHECKING:
     from ident.preparation import Prepared
     from ident.unseen import Unseen
-    from scenarios.experiments.files.gains import GainsFile
+    from scenarios.experiments.gains_file import GainsFile
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,7 +71,7 @@ def main(options: argparse.Namespace) -> Status:
 
 def _compared(options: argparse.Namespace) -> Status:
     from ident.estimation.gain_comparison import compared
-    from scenarios.experiments.files.gains import check_units, read_gains
+    from scenarios.experiments.gains_file import check_units, read_gains
     from scenarios.reports.compare_gains import comparison_report
 
     if len(options.files) != 2 or options.model is not None or options.gains is not None or options.given:
@@ -89,7 +89,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     from ident.payload.payload import read_payload
     from ident.payload_identification.common_scale import check_mass
     from ident.payload_identification.verification import verified
-    from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.gains_file import read_gains
     from scenarios.reports.verify import verification_report
 
     mounted = [each for each in files if each.payload is not None]

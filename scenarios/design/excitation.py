@@ -17,8 +17,8 @@ from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.build import Setup
-from scenarios.experiments.files.mountings import mountings
+from scenarios.experiments.schema import mountings
+from scenarios.experiments.setup import Setup
 from scenarios.prediction.deviations import (
     ROWS_PER_SECOND,
     ArmModel,

@@ -20,8 +20,8 @@ from ident.support.arrays import Array
 from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN
 from scenarios.design.model_facts import ArmEnd, ModelFacts, arm_end, check_stated_numbers, model_facts
-from scenarios.experiments.build import body_of
 from scenarios.experiments.robot_models import read_arm
+from scenarios.experiments.setup import body_of
 from sim.clearance import CLEARANCE
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics

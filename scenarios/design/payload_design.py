@@ -18,8 +18,8 @@ from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, objective
 from scenarios.design.results import finite
 from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
-from scenarios.experiments.build import Setup, body_of
-from scenarios.experiments.files.mountings import mountings
+from scenarios.experiments.schema import mountings
+from scenarios.experiments.setup import Setup, body_of
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError

@@ -19,11 +19,11 @@ from scenarios.design.excitation import Design, Problem, percents, robot_limits
 from scenarios.design.new_robot import DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series, about_a_pose, first_fitted, quickened
-from scenarios.experiments.files.motions import write_motion
-from scenarios.experiments.files.toml_text import schema_line, toml_value
-from scenarios.experiments.payload_frames import check_same_payload
+from scenarios.experiments.motions import write_motion
+from scenarios.experiments.robot_models import check_same_payload
 from scenarios.prediction.deviations import drawn, prediction_of
 from scenarios.support.errors import ScenarioError, UnreadableFile
+from scenarios.support.toml_text import schema_line, toml_value
 from sim.clearance import CLEARANCE, Clearance
 from sim.errors import NoPositionError, RobotError, TrajectoryError
 from sim.plant import Plant

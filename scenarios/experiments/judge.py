@@ -1,17 +1,35 @@
-"""`judge`: compare an estimate with the true values. The only module that uses both."""
+"""`judge`: compare an estimate with the true values. The only module that uses both.
+
+With a table `cost` it also compares the effect of the controller's gains: an additional payload, the arm and its torque
+are estimated with the a-priori and with the identified gains. The arm is identified from the bare motions. Its torque,
+with the payload, is predicted on the first loaded motion, from which the gains were identified.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.estimate import GainEstimate, JointResult, RefusedGain
+from ident.estimation.estimate import GainEstimate, RefusedGain
 from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
-from ident.payload_identification.gains_outcome import GainsOutcome, predicted_torque, rel_errors
+from ident.identification import Identification
+from ident.observation.observation import observe
+from ident.payload.payload import Payload
+from ident.payload_identification.gains_outcome import (
+    GainsOutcome,
+    gains_outcome,
+    predicted_torque,
+    rel_errors,
+    with_unknown_weight,
+)
 from ident.payload_identification.payload_body import UNITS
+from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from scenarios.experiments.files.schema import ToleranceTable
+from scenarios.experiments.robot_models import nominal_links
+from scenarios.experiments.schema import ToleranceTable
+from scenarios.experiments.setup import Setup
 from sim.plant import PayloadBody
 
 
@@ -80,47 +98,40 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
         tolerance: Criteria for passing.
         expectation: Name of the file that states which gains should be identifiable, for the reason.
     """
-    return judge_claims([_claim(joint) for joint in estimate.joints], true_gain, tolerance, expectation=expectation)
+    claims = [
+        Claim(None, None, each.reason) if isinstance(each, RefusedGain) else Claim(each.value, each.std, None)
+        for each in estimate.joints
+    ]
+    return judge_claims(claims, true_gain, tolerance, expectation=expectation)
 
 
 def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
     """Judge the answers of any method, one per joint."""
-    rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
-    return Verdict(
-        tuple(
-            _judge_joint(j + 1, claim, float(true), allowed, None if expected else expectation)
-            for j, (claim, true, allowed, expected) in enumerate(rows)
+    gains: list[GainVerdict] = []
+    rows = zip(claims, true_gain.tolist(), tolerance.gain, tolerance.identifiable, strict=True)
+    for joint, (claim, true, allowed, expected) in enumerate(rows, 1):
+        error = None if claim.value is None else claim.value - true
+        within = error is not None and abs(error / true) <= allowed
+        reason = claim.reason
+        if error is not None:
+            reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * allowed:.3g} %"
+            if not expected:
+                reason = f"identified, but tolerance.identifiable in {expectation} expects a refusal"
+        gains.append(
+            GainVerdict(
+                joint=joint,
+                true=true,
+                estimate=claim.value,
+                std=None if error is None else claim.std,
+                rel_error=None if error is None else error / true,
+                z=None if error is None or not claim.std else error / claim.std,
+                tolerance=allowed,
+                identifiable=error is not None,
+                passed=within if expected else error is None,
+                reason=reason,
+            )
         )
-    )
-
-
-def _claim(joint: JointResult) -> Claim:
-    if isinstance(joint, RefusedGain):
-        return Claim(None, None, joint.reason)
-    return Claim(joint.value, joint.std, None)
-
-
-def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
-    """Judge one joint; `refusal_in` names the file that requires a refusal, None if a gain is required."""
-    error = None if claim.value is None else claim.value - true
-    within = error is not None and bool(np.abs(error / true) <= tolerance)
-    reason = claim.reason
-    if error is not None and refusal_in is not None:
-        reason = f"identified, but tolerance.identifiable in {refusal_in} expects a refusal"
-    elif error is not None:
-        reason = None if within else f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
-    return GainVerdict(
-        joint=number,
-        true=true,
-        estimate=claim.value,
-        std=None if error is None else claim.std,
-        rel_error=None if error is None else error / true,
-        z=None if error is None or not claim.std else error / claim.std,
-        tolerance=tolerance,
-        identifiable=error is not None,
-        passed=refusal_in is not None if error is None else within and refusal_in is None,
-        reason=reason,
-    )
+    return Verdict(tuple(gains))
 
 
 MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
@@ -190,6 +201,32 @@ class CostTruth:
     gain: Array
 
 
+def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
+    """Estimate payload and arm with the controller's gains and with the identified gains, and judge both.
+
+    Raises:
+        IdentificationError: If the motions do not identify the payload.
+    """
+    table, plant, base = setup.scenario.table, setup.plant, setup.structure.base
+    assert table.cost is not None, "requested where the scenario has it"
+    assert setup.check is not None, "requested where the scenario has it"
+    assert found.prepared is not None, "a run has what it was identified from"
+    problem, weight = found.prepared.problem, setup.check.plant.payload
+    motion = ObservedMotion(observe(check, setup.structure, found.observing), None)
+    weighing, options = with_unknown_weight(problem, [motion]), table.identification.method_options
+    exact = Payload(mass=weight.mass, com=weight.com, inertia=weight.inertia)
+    gains = stated_gains(setup.structure.arm, table.belief.controller_gain), estimated_gains(found.estimate)
+    believed, identified = (
+        gains_outcome(weighing, exact, each, options) if len(each.joints) else None for each in gains
+    )
+    assert believed is not None, "the controller has a gain for every joint"
+    links = nominal_links(plant.robot.model, plant.robot.flange).whole
+    true_base = base.regrouping @ base.standard(links, {"Ia": plant.drives.rotor_inertia})
+    truth = CostTruth(weight=weight, base=true_base, gain=setup.true_gain)
+    other = next(each for each in problem.motions if each.payload is not None)
+    return judge_cost(believed, identified, truth, other, tolerance=table.cost.mass_error)
+
+
 def judge_cost(
     a_priori: GainsOutcome, found: GainsOutcome | None, truth: CostTruth, other: ObservedMotion, *, tolerance: float
 ) -> CostVerdict:
@@ -197,43 +234,44 @@ def judge_cost(
 
     Torques are predicted on `other`, a motion with another payload, with its assumed parameters.
     """
-    of = [outcome for outcome in (a_priori, found) if outcome is not None]
-    names = other.observation.structure.base.names
-    errors = [[_arm_error(outcome, truth.base, names, moments) for outcome in of] for moments in (True, False)]
-    torques = [_torque_errors(outcome, truth.gain, other) for outcome in of]
+    base = other.observation.structure.base
+
+    def arm_error(outcome: GainsOutcome | None, moments: bool) -> tuple[float, float] | tuple[None, None]:
+        """Return the relative error (norm) of first moments or of other inertial parameters, and the expected one."""
+        if outcome is None:
+            return None, None
+        parameters = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
+        true = truth.base[[base.names.index(each.name) for each in parameters]]
+        error, std = np.array([each.value for each in parameters]) - true, [each.std for each in parameters]
+        size = np.linalg.norm(true)
+        return float(np.linalg.norm(error) / size), float(np.linalg.norm(std) / size)
+
+    def torque_errors(outcome: GainsOutcome | None) -> dict[int, float]:
+        """Return the error of the torque predicted on the other motion, by joints that have a gain."""
+        if outcome is None:
+            return {}
+        assert other.payload is not None, "of a loaded motion"
+        system = pooled_system([other])
+        predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)
+        true = truth.gain[system.joint] * system.V
+        errors = rel_errors(predicted - true, true, system.joint)
+        return {j: errors[j] for j in outcome.gains.joints.tolist()}
+
+    arm: list[RelError] = []
+    for quantity, moments in ((MOMENTS, True), (INERTIAS, False)):
+        before, before_std = arm_error(a_priori, moments)
+        after, after_std = arm_error(found, moments)
+        assert before is not None, "the a-priori gains give the arm"
+        assert before_std is not None, "the a-priori gains give the arm"
+        arm.append(
+            RelError(quantity=quantity, a_priori=before, a_priori_std=before_std, found=after, found_std=after_std)
+        )
     return CostVerdict(
         a_priori=a_priori,
         found=found,
         true=dict(zip(UNITS, (truth.weight.mass, *truth.weight.com, *truth.weight.inertia), strict=True)),
-        arm=tuple(
-            RelError(
-                quantity=quantity,
-                a_priori=each[0][0],
-                a_priori_std=each[0][1],
-                found=None if found is None else each[1][0],
-                found_std=None if found is None else each[1][1],
-            )
-            for quantity, each in zip((MOMENTS, INERTIAS), errors, strict=True)
-        ),
-        torque_a_priori=torques[0],
-        torque_found={} if found is None else torques[1],
+        arm=tuple(arm),
+        torque_a_priori=torque_errors(a_priori),
+        torque_found=torque_errors(found),
         tolerance=tolerance,
     )
-
-
-def _arm_error(outcome: GainsOutcome, base: Array, names: Sequence[str], moments: bool) -> tuple[float, float]:
-    """Return the relative error (norm) of first moments or of other inertial parameters, and the expected one."""
-    shown = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
-    true = base[[names.index(each.name) for each in shown]]
-    error, std = np.array([each.value for each in shown]) - true, np.array([each.std for each in shown])
-    return float(np.linalg.norm(error) / np.linalg.norm(true)), float(np.linalg.norm(std) / np.linalg.norm(true))
-
-
-def _torque_errors(outcome: GainsOutcome, gain: Array, other: ObservedMotion) -> dict[int, float]:
-    """Return the error of the torque predicted on a motion, by joints that have a gain."""
-    assert other.payload is not None, "of a loaded motion"
-    system = pooled_system([other])
-    predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)
-    true = gain[system.joint] * system.V
-    errors = rel_errors(predicted - true, true, system.joint)
-    return {j: errors[j] for j in outcome.gains.joints.tolist()}

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ident.model.arm import Arm
-from scenarios.experiments.build import Setup, setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.settings import Value
 from scenarios.experiments.run import Run, Simulated, run, simulate
+from scenarios.experiments.scenario import Value, load_scenario
+from scenarios.experiments.setup import Setup, setup_of
 from scenarios.experiments.workers.execute import Workers
 
 if TYPE_CHECKING:
-    from scenarios.experiments.studies.study import StudyRows
+    from scenarios.experiments.study import StudyRows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,8 +74,7 @@ class LoadedScenario:
             StudyError: If there are not enough seeds.
             ScenarioError: If the scenario's draws are wrong.
         """
-        from scenarios.experiments.studies.monte_carlo import monte_carlo  # studies need the extra of their name
-        from scenarios.experiments.studies.study import study_rows_of
+        from scenarios.experiments.study import monte_carlo, study_rows_of  # studies need the extra of their name
 
         return study_rows_of(monte_carlo(self.setup.scenario, count, seed), workers)
 
@@ -99,8 +97,7 @@ class LoadedScenario:
             ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws
                 are wrong.
         """
-        from scenarios.experiments.studies.monte_carlo import sweep
-        from scenarios.experiments.studies.study import study_rows_of
+        from scenarios.experiments.study import study_rows_of, sweep
 
         return study_rows_of(sweep(self.setup.scenario, values, seeds), workers)
 

@@ -1,9 +1,9 @@
-"""Verification of a robot model: Pinocchio and MuJoCo must read it in the same way.
+"""Model files of robots: verified with both parsers, and their links.
 
 Parsers support different parts of a format and silently ignore the rest. A misread link gives wrong gains with small
-standard deviations. A model is therefore used only if both parsers agree on all joint axes and on gravity. MuJoCo reads
-an MJCF file itself, and of a URDF the reduced form of `ident.model.files`: links and joints without meshes. If MuJoCo
-cannot read a URDF, only Pinocchio's result is used.
+standard deviations. A model is therefore used only if Pinocchio and MuJoCo agree on all joint axes, on gravity, and,
+for a simulated robot, on the place of a payload. MuJoCo reads an MJCF file itself, and of a URDF the reduced form of
+`ident.model.files`: links and joints without meshes. If MuJoCo cannot read a URDF, only Pinocchio's result is used.
 """
 
 from pathlib import Path
@@ -11,24 +11,43 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm, load_arm
+from ident.model.base import BaseParameters
 from ident.model.files import minimal_model
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.regressor import regressor
+from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 from ident.support.naming import one_line
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
 from sim.errors import ModelFileError
-from sim.model_spec import hold_all_but_arm
+from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
+from sim.plant import PayloadBody
+from sim.robot import Robot
 
 STATES = 4
-"""Number of random positions of all joints for the comparison; a single one could miss a difference by coincidence."""
+"""Number of random positions of all joints for a comparison; a single one could miss a difference by coincidence."""
 TOLERANCE = 1e-6
-"""Largest difference of an axis or of gravity, relative to its size, and of an anchor, relative to the arm's reach."""
+"""Largest difference of an axis, of gravity or of a torque, relative to its size, and of an anchor, relative to the
+arm's reach."""
+ROUNDING = 1e-12
+"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
+millionth."""
+PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
+"""A payload without any symmetry."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
 )  # fmt: skip
 """Elements of a model that do not affect joint axes; mesh files are often missing."""
+ADVICE = "save it with MuJoCo (mj_saveLastXML) and use that file"
+PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""Placeholder of every link in a model that `ident.model.files` reduced to its kinematics."""
+KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
 def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
@@ -43,10 +62,26 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
         RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint that
             differs.
     """
-    arm = load_arm(path, couplings, flange=flange)
-    model = _mujoco_model(path, flange)
-    if model is not None:
-        check_same_kinematics(arm, model, path)
+    arm, minimal = load_arm(path, couplings, flange=flange), minimal_model(path, flange)
+    mjcf = minimal.kind == "mjcf"
+    try:
+        with captured_stderr():
+            spec = mujoco.MjSpec.from_file(str(path)) if mjcf else mujoco.MjSpec.from_string(minimal.text)
+            hold_all_but_arm(spec, flange if mjcf else None)
+            for kind in UNUSED:
+                for element in list(getattr(spec, kind)):
+                    spec.delete(element)
+            spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+            spec.compiler.balanceinertia = True
+            model = spec.compile()
+    except ModelFileError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    except ValueError as error:
+        if not mjcf:
+            return arm
+        reason = one_line(" ".join(str(error).split()))
+        raise RobotModelError(f"robot model {one_line(path)}: MuJoCo cannot read it: {reason}") from error
+    check_same_kinematics(arm, model, path)
     return arm
 
 
@@ -56,24 +91,23 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
     Raises:
         RobotModelError: If they differ; the message names the difference.
     """
-    where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
-    advice = "; save it with MuJoCo (mj_saveLastXML) and use that file"
-    names = tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j) for j in range(model.njnt))
+
+    def differ(what: str) -> RobotModelError:
+        where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
+        return RobotModelError(f"{where}: {what}; {ADVICE}")
+
     if model.njnt != arm.n:
-        raise RobotModelError(f"{where}: {arm.n} joints against {model.njnt}{advice}")
-    revolute = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
-    for j in range(arm.n):
-        if names[j] not in (None, arm.joint_names[j]):
-            raise RobotModelError(f"{where}: joint {j + 1} is {arm.joint_names[j]} against {names[j]}{advice}")
-        if revolute[j] != arm.revolute[j]:
-            raise RobotModelError(
-                f"{where}: joint {arm.joint_names[j]} is revolute in one and prismatic in the other{advice}"
-            )
+        raise differ(f"{arm.n} joints against {model.njnt}")
+    for j, own in enumerate(arm.joint_names):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j)
+        if name not in (None, own):
+            raise differ(f"joint {j + 1} is {own} against {name}")
+        if (model.jnt_type[j] == int(mujoco.mjtJoint.mjJNT_HINGE)) != arm.revolute[j]:
+            raise differ(f"joint {own} is revolute in one and prismatic in the other")
     if np.abs(arm.gravity - model.opt.gravity).max() > TOLERANCE * max(1.0, float(np.abs(arm.gravity).max())):
-        raise RobotModelError(f"{where}: gravity is {arm.gravity} against {model.opt.gravity} m/s^2{advice}")
+        raise differ(f"gravity is {arm.gravity} against {model.opt.gravity} m/s^2")
     data, reach = mujoco.MjData(model), 1.0 + float(np.linalg.norm(arm.translation, axis=1).sum())
-    rng = np.random.default_rng(0)
-    for q in rng.uniform(-2.0, 2.0, (STATES, arm.n)):
+    for q in np.random.default_rng(0).uniform(-2.0, 2.0, (STATES, arm.n)):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         anchor, axis = joint_places(arm, q)
@@ -81,8 +115,7 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         there = data.xpos[model.jnt_bodyid] + np.einsum("nij,nj->ni", turned, model.jnt_pos)
         off = np.abs(anchor - there).max(axis=1) / reach, np.abs(axis - data.xaxis).max(axis=1)
         for j in np.flatnonzero(np.maximum(*off) > TOLERANCE):
-            what = "axis" if off[1][j] > TOLERANCE else "place"
-            raise RobotModelError(f"{where}: the {what} of joint {arm.joint_names[j]}{advice}")
+            raise differ(f"the {'axis' if off[1][j] > TOLERANCE else 'place'} of joint {arm.joint_names[j]}")
 
 
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
@@ -95,42 +128,99 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
     for j in range(arm.n):
         p, R = p + R @ arm.translation[j], R @ arm.rotation[j]
         axis[j] = R @ arm.axis[j]
-        if arm.revolute[j]:
-            R = R @ _turned(arm.axis[j], float(q[j]))
+        if arm.revolute[j]:  # Rodrigues
+            x, y, z = arm.axis[j]
+            K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+            R = R @ (np.eye(3) + np.sin(q[j]) * K + (1.0 - np.cos(q[j])) * K @ K)
         else:
             p = p + axis[j] * q[j]
         anchor[j] = p
     return anchor, axis
 
 
-def _turned(axis: Array, angle: float) -> Array:
-    """Rotation about a unit axis (Rodrigues)."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+def check_same_payload(arm: Arm, robot: Robot) -> None:
+    """Compare the torques of a payload at random states, by the identification model and by MuJoCo.
+
+    Its frame, that of the last link, must be the same for both.
+
+    Raises:
+        RobotModelError: If they differ.
+    """
+    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
+    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
+    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
+    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
+    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
+    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
+        raise RobotModelError(
+            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
+            f"different places; {ADVICE}"
+        )
 
 
-def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:
-    """Return MuJoCo's model of a file, without elements that do not affect joints; None if it cannot read a URDF."""
-    minimal = minimal_model(path, flange)
+@silenced()
+def nominal_links(path: Path, flange: str | None) -> ModelLinks:
+    """Read the links of a model file with MuJoCo; joints outside the chain to the flange are locked.
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass.
+    """
+    return _links(_compiled(path, flange))
+
+
+def model_links(path: Path, flange: str | None) -> Array | None:
+    """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
     try:
-        with captured_stderr():
-            spec = (
-                mujoco.MjSpec.from_file(str(path))
-                if minimal.kind == "mjcf"
-                else mujoco.MjSpec.from_string(minimal.text)
-            )
-            hold_all_but_arm(spec, flange if minimal.kind == "mjcf" else None)
-            for kind in UNUSED:
-                for element in list(getattr(spec, kind)):
-                    spec.delete(element)
-            spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
-            spec.compiler.balanceinertia = True
-            return spec.compile()
-    except ModelFileError as error:
-        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+        return nominal_links(path, flange).whole
+    except ModelFileError:  # identification needs no masses
+        return None
+
+
+@silenced()
+def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
+    """Return the base parameters of a model file, including armature, damping and friction loss of its joints.
+
+    Returns:
+        Their values, shape (b,).
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
+    """
+    model = _compiled(path, flange)
+    links = _links(model)
+    if is_placeholder(links):
+        raise ModelFileError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
+    damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
+    own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
+    return base.regrouping @ base.standard(links.whole, own)
+
+
+def is_placeholder(links: ModelLinks) -> bool:
+    """Return whether the links are placeholders, as in the kinematics file of `rx90 run --save`."""
+    return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
+
+
+def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
+    try:
+        return lean_spec(path, flange).compile()
     except ValueError as error:
-        if minimal.kind == "urdf":
-            return None
-        reason = one_line(" ".join(str(error).split()))
-        raise RobotModelError(f"robot model {one_line(path)}: MuJoCo cannot read it: {reason}") from error
+        raise ModelFileError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
+
+
+def _links(model: mujoco.MjModel) -> ModelLinks:
+    """Return the links, each with standard parameters in the axes of its body and with the origin on its joint."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    own, carried = np.zeros((2, model.njnt, 10))
+    joint_of = {int(body): j for j, body in enumerate(model.jnt_bodyid)}
+    for body in range(1, model.nbody):
+        root = int(model.body_weldid[body])  # the moving body to which it is fixed
+        if root:
+            j = joint_of[root]
+            R = data.xmat[root].reshape(3, 3)
+            axes = R.T @ data.ximat[body].reshape(3, 3)
+            J = (axes * model.body_inertia[body]) @ axes.T
+            inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+            com = R.T @ (data.xipos[body] - data.xanchor[j])
+            (own if body == root else carried)[j] += standard_parameters(float(model.body_mass[body]), com, inertia)
+    return ModelLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())

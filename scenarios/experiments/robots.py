@@ -1,6 +1,7 @@
 """Access to robots by a built-in name, a `robot.toml` or, on a command line, a model file."""
 
 import hashlib
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -8,24 +9,18 @@ import numpy as np
 
 import rx90_mjcf
 from ident.model.structure import Structure, structure_of
+from ident.support.arrays import Array
 from ident.support.file_access import check_file
 from ident.support.naming import nearest, shown
 from ident.support.toml_files import LARGEST
-from scenarios.experiments.files.motions import read_motion
-from scenarios.experiments.files.places import MOTION, ROBOT
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.tables import CATALOG
-from scenarios.experiments.payload_frames import check_same_payload
-from scenarios.experiments.robot_models import read_arm
-from scenarios.support.errors import UnknownName, UnreadableFile
+from scenarios.experiments.robot_models import check_same_payload, read_arm
+from scenarios.experiments.scenario_files import CATALOG, ROBOT
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.compile import bare_arm
 from sim.robot import Robot
 from sim.robot_files import read_robot
-from sim.trajectory import FourierTrajectory
 
-FOLDER = CATALOG / "robots"
-"""Folder of the built-in robots except the RX-90."""
-ROBOTS = {"rx90": rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(FOLDER.glob("*/robot.toml"))}}
+ROBOTS = {ROBOT: rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(CATALOG.glob("robots/*/robot.toml"))}}
 """Robot files of the built-in robots."""
 DRAWN = (
     "body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat", "jnt_type", "jnt_pos", "jnt_axis",
@@ -46,6 +41,11 @@ def robot(name: str = ROBOT, folder: Path | None = None) -> Robot:
     """
     path = robot_file(name, folder)
     return _read(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _read(path: Path, stamp: int) -> Robot:
+    return read_robot(path)
 
 
 def robot_file(name: str, folder: Path | None = None) -> Path:
@@ -81,6 +81,13 @@ def structure(arm: Robot, couplings: tuple[tuple[int, int], ...]) -> Structure:
     return _structure(arm, arm.model.stat().st_mtime_ns, couplings)
 
 
+@lru_cache(maxsize=16)
+def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
+    found = read_arm(arm.model, couplings, flange=arm.flange)
+    check_same_payload(found, arm)
+    return structure_of(found)
+
+
 def robot_digests(name: str, folder: Path) -> dict[str, str]:
     """Return the digests of a robot file and of its model, 16 hexadecimal digits each.
 
@@ -96,45 +103,43 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
     return {"robot": own.hexdigest()[:16], "model": drawn.hexdigest()[:16]}
 
 
-@lru_cache(maxsize=16)
-def _read(path: Path, stamp: int) -> Robot:
-    return read_robot(path)
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedRobot:
+    """A robot of a command line and its known properties.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        gain: A-priori drive gains [N m / drive unit], None if unknown.
+        model: Path of the model file.
+        flange: Last body of the arm, None if all joints belong to the arm.
+    """
+
+    structure: Structure
+    gain: Array | None
+    model: Path
+    flange: str | None
 
 
-@lru_cache(maxsize=16)
-def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
-    found = read_arm(arm.model, couplings, flange=arm.flange)
-    check_same_payload(found, arm)
-    return structure_of(found)
+def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
+    """Return the robot of a command-line argument.
 
-
-def robot_of(scenario: Scenario) -> Robot:
-    """The robot.
+    Args:
+        word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
+        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
+        flange: Last body of the arm in a model file; None if all joints belong to the arm.
 
     Raises:
-        UnknownName: If it does not exist.
-        UnreadableFile: If its file cannot be read.
-        RobotError: If its file is not valid.
+        UnknownName: If it is none of these.
+        ScenarioError: If a flange is given for a robot whose file states it.
+        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
+        RobotError: If the robot's file cannot be read.
     """
-    try:
-        return robot(scenario.table.robot, scenario.folder)
-    except (UnknownName, UnreadableFile) as error:
-        raise type(error)(f"{_asking(scenario, 'robot')}: {error}") from error
-
-
-def motion_of(scenario: Scenario) -> FourierTrajectory:
-    """The motion.
-
-    Raises:
-        UnknownName: If it does not exist.
-        UnreadableFile: If its file cannot be read.
-        ScenarioError: If its file is not a motion.
-    """
-    try:
-        return read_motion(scenario.table.experiment.motion, scenario.folder)
-    except UnknownName as error:
-        raise UnknownName(f"{_asking(scenario, MOTION)}: {error}") from error
-
-
-def _asking(scenario: Scenario, key: str) -> str:
-    return f"{scenario.asking.get(key, scenario.name)}: {key}"
+    if not word:
+        raise UnknownName("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
+    if Path(word).suffix.lower() not in ("", ".toml"):
+        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
+    named = robot(word)
+    if flange is not None:
+        raise ScenarioError(f"--flange: for model files only; {shown(word)} states its own last body, so remove it")
+    own = tuple((each.turns_with, each.motor) for each in named.couplings)
+    return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

@@ -1,4 +1,7 @@
-"""From scenario and seed to a verdict: draw, simulate, identify and judge one trial or a batch of trials."""
+"""From scenario and seed to a verdict: draw, simulate, identify and judge. One run is a study of one trial.
+
+Trials of a study are simulated many in one batch; their recordings depend neither on the batch nor on threads.
+"""
 
 import time
 from collections import defaultdict
@@ -15,20 +18,22 @@ from ident.preparation import SIMULATED, Prepared
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import Setup, changed
-from scenarios.experiments.cost import cost_verdict
-from scenarios.experiments.files.draws import drawn_settings
-from scenarios.experiments.files.mountings import grouped
-from scenarios.experiments.files.settings import Value
-from scenarios.experiments.judge import CostVerdict, Verdict, judge
+from scenarios.experiments.draws import drawn_settings
+from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge
+from scenarios.experiments.scenario import Value
+from scenarios.experiments.schema import grouped
+from scenarios.experiments.setup import Setup, changed
+from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
-from sim.closed_loop import Advanced, no_progress
 from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
 from sim.robot import DriveTruth
 from sim.sensors import noise_streams
 from sim.sensors.sensor import NoiseStreams
+
+LOGS_AT_ONCE = 3.2e7
+"""Largest size of the logs of a batch [bytes]: eight pairs of 20 s. More at once save 1.6 % of the time at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,23 +58,55 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ReadyTrial:
-    """A trial with drawn values: its setup has no random tables, `settings` are by key path."""
+class Simulated:
+    """A simulated trial.
+
+    Attributes:
+        trial: The trial.
+        setup: Its setup, with drawn values instead of random tables.
+        settings: The drawn values, by key path.
+        recordings: Recordings of the motions, in order of time.
+        check: Recording of the motion that is not used for identification, None if there is none.
+        simulate_s: Wall time, as a share of the batch [s].
+    """
 
     trial: Trial
     setup: Setup
     settings: Mapping[str, Value]
+    recordings: tuple[Recording, ...] = ()
+    check: Recording | None = None
+    simulate_s: float = 0.0
 
     @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """Its motions; the motion that is not used for identification is the last one."""
-        check = self.setup.check if self.trial.cost else None
-        return self.setup.experiments if check is None else (*self.setup.experiments, check)
+    def logs(self) -> tuple[Motion, ...]:
+        """The motions for identification, each with its assumed payload."""
+        return as_identified(self.setup, self.recordings)
 
     @property
-    def streams(self) -> tuple[NoiseStreams, ...]:
-        """Noise streams of its motions."""
-        return motion_streams(self.trial.seed, self.trial.streams, len(self.experiments))
+    def truth(self) -> DriveTruth:
+        """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets."""
+        return self.setup.plant.drives
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A trial without an estimate.
+
+    Attributes:
+        trial: The trial.
+        kind: Kind of the error.
+        reason: Message of the error.
+        settings: Values drawn before the failure.
+        setup: Its setup, None if the failure came earlier.
+        error: The error, None if its worker failed.
+    """
+
+    trial: Trial
+    kind: str
+    reason: str
+    settings: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    setup: Setup | None = None
+    error: Exception | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,38 +147,6 @@ class Run:
         return self.verdict.passed and (self.cost is None or self.cost.passed)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulated:
-    """Recordings of one setup.
-
-    Attributes:
-        setup: The setup, without random tables.
-        recordings: Recordings of the motions, in order of time.
-        simulate_s: Wall time, as a share of the batch [s].
-        check: Recording of the motion that is not used for identification, None if there is none.
-    """
-
-    setup: Setup
-    recordings: tuple[Recording, ...]
-    simulate_s: float
-    check: Recording | None = None
-
-    @property
-    def logs(self) -> tuple[Motion, ...]:
-        """The motions for identification, each with its assumed payload."""
-        return as_identified(self.setup, self.recordings)
-
-    @property
-    def truth(self) -> DriveTruth:
-        """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets."""
-        return self.setup.plant.drives
-
-
-def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
-    """Return the motions of a scenario in the order of identification, each with its payload."""
-    return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
-
-
 def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
@@ -155,36 +160,138 @@ def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If no gain can be identified.
     """
-    ready = ready_trial(setup, Trial(seed=seed, cost=True))
     # One thread: a pair steps in some 30 microseconds, less than the overhead of a second thread.
     with threadpool_limits(1):
-        ((_, outcome),) = run_batch([ready], threads=1, stages=stages)
-    if isinstance(outcome, Run):
-        return outcome
-    raise outcome
+        simulated = simulate(setup, seed, cost=True, stages=stages)
+        stages.begin("identifying")
+        return identified(simulated)
 
 
-def simulate(setup: Setup, seed: int, *, threads: int = 1) -> Simulated:
-    """Draw and simulate; raises as `run`, except errors of identification."""
-    ((_, outcome),) = simulate_batch([ready_trial(setup, Trial(seed=seed))], threads=threads)
+def simulate(setup: Setup, seed: int, *, threads: int = 1, cost: bool = False, stages: Progress = SILENT) -> Simulated:
+    """Draw and simulate one trial; raises as `run`, except errors of identification."""
+    (outcome,) = simulate_trials(setup, [Trial(seed=seed, cost=cost)], threads=threads, stages=stages)
     if isinstance(outcome, Simulated):
         return outcome
-    raise outcome
+    assert outcome.error is not None, "it failed in this process"
+    raise outcome.error
 
 
-def trial_settings(setup: Setup, trial: Trial) -> Mapping[str, Value]:
-    """Return the values of a trial by key path, drawn unless given."""
-    return drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
+def simulate_trials(
+    setup: Setup, trials: Sequence[Trial], *, threads: int = 1, stages: Progress = SILENT
+) -> Iterator[Simulated | Failure]:
+    """Draw and simulate trials, in batches whose logs do not exceed `LOGS_AT_ONCE`, with at least one trial each.
+
+    Yields:
+        Every trial or its first error, in any order; one at a time, to save memory.
+    """
+    batch, size = list[Simulated](), 0.0
+    for trial in trials:
+        settings: Mapping[str, Value] = {}
+        try:
+            settings = drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
+            ready = Simulated(trial=trial, setup=changed(setup, settings), settings=settings)
+        except (ScenarioError, SimulationError, IdentificationError) as error:
+            yield Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings, error=error)
+            continue
+        motions = _motions(ready)
+        own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in motions)
+        if batch and size + own > LOGS_AT_ONCE:
+            yield from _simulated(batch, threads, stages)
+            batch, size = [], 0.0
+        batch.append(ready)
+        size += own
+    if batch:
+        yield from _simulated(batch, threads, stages)
 
 
-def ready_trial(setup: Setup, trial: Trial) -> ReadyTrial:
-    """Return a trial with drawn values.
+def _motions(ready: Simulated) -> tuple[Experiment, ...]:
+    """Return the motions of a trial; the one that is not used for identification is the last one."""
+    check = ready.setup.check if ready.trial.cost else None
+    return ready.setup.experiments if check is None else (*ready.setup.experiments, check)
+
+
+def _simulated(batch: Sequence[Simulated], threads: int, stages: Progress) -> Iterator[Simulated | Failure]:
+    """Simulate the motions of prepared trials in one batch."""
+    started, simulate_s = time.perf_counter(), 0.0
+    motions = [(i, m, experiment) for i, ready in enumerate(batch) for m, experiment in enumerate(_motions(ready))]
+    streams = [each for b in batch for each in motion_streams(b.trial.seed, b.trial.streams, len(_motions(b)))]
+    stages.begin("simulating", sum(experiment.trajectory.duration for _, _, experiment in motions))
+    waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
+    experiments = [experiment for _, _, experiment in motions]
+    for k, outcome in each_record(experiments, streams, threads=threads, advanced=stages.advance):
+        simulate_s = simulate_s or (time.perf_counter() - started) / len(batch)
+        i, m, _ = motions[k]
+        waiting[i][m] = outcome
+        ready = batch[i]
+        if len(waiting[i]) < len(_motions(ready)):
+            continue
+        done = waiting.pop(i)
+        recordings = [each for m in sorted(done) if isinstance(each := done[m], Recording)]
+        errors = [each for m in sorted(done) if isinstance(each := done[m], SimulationError)]
+        if errors:
+            yield failure_of(ready, errors[0])
+            continue
+        n = len(ready.setup.experiments)
+        yield Simulated(
+            trial=ready.trial,
+            setup=ready.setup,
+            settings=ready.settings,
+            recordings=tuple(recordings[:n]),
+            check=recordings[n] if recordings[n:] else None,
+            simulate_s=simulate_s,
+        )
+
+
+def failure_of(simulated: Simulated, error: Exception) -> Failure:
+    """Return the failure of a trial with drawn values."""
+    return Failure(
+        trial=simulated.trial,
+        kind=type(error).__name__,
+        reason=str(error),
+        settings=simulated.settings,
+        setup=simulated.setup,
+        error=error,
+    )
+
+
+def identified(simulated: Simulated) -> Run:
+    """Identify and judge a simulated trial.
 
     Raises:
-        ScenarioError: If a random setting cannot be drawn or is not valid.
+        IdentificationError: If no gain can be identified.
     """
-    settings = trial_settings(setup, trial)
-    return ReadyTrial(trial=trial, setup=changed(setup, settings), settings=settings)
+    setup, started = simulated.setup, time.perf_counter()
+    table = setup.scenario.table
+    chosen = table.identification
+    found = identify(
+        setup.structure,
+        simulated.logs,
+        method=chosen.method,
+        options=chosen.method_options,
+        observing=chosen.observe,
+        gains=chosen.gains,
+        policy=SIMULATED,
+    )
+    identify_s = time.perf_counter() - started
+    return Run(
+        setup=setup,
+        seed=simulated.trial.seed,
+        recordings=simulated.recordings,
+        estimate=found.estimate,
+        verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
+        notes=found.notes,
+        simulate_s=simulated.simulate_s,
+        identify_s=identify_s,
+        found=found.found,
+        prepared=found.prepared,
+        check=simulated.check,
+        cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
+    )
+
+
+def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
+    """Return the motions of a scenario in the order of identification, each with its payload."""
+    return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
 
 
 def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
@@ -198,93 +305,4 @@ def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tupl
             {name: np.random.default_rng(children[k]) for name, children in own.items()}
         )
         for k, child in enumerate(np.random.SeedSequence(seed).spawn(motions))
-    )
-
-
-def simulate_batch(
-    trials: Sequence[ReadyTrial], *, threads: int, advanced: Advanced = no_progress
-) -> Iterator[tuple[int, Simulated | SimulationError]]:
-    """Simulate the motions of trials in one batch.
-
-    Recordings depend neither on threads nor on other trials of the batch.
-
-    Yields:
-        Index of a trial, with its recordings or its first error; one at a time, to save memory.
-    """
-    started = time.perf_counter()
-    experiments = [experiment for each in trials for experiment in each.experiments]
-    places = [(i, m) for i, each in enumerate(trials) for m in range(len(each.experiments))]
-    waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
-    simulate_s = 0.0
-    streams = [stream for each in trials for stream in each.streams]
-    for k, outcome in each_record(experiments, streams, threads=threads, advanced=advanced):
-        simulate_s = simulate_s or (time.perf_counter() - started) / len(trials)
-        i, motion = places[k]
-        waiting[i][motion] = outcome
-        if len(waiting[i]) == len(trials[i].experiments):
-            complete = waiting.pop(i)
-            yield i, _simulated(trials[i].setup, [complete[m] for m in sorted(complete)], simulate_s)
-
-
-def run_batch(
-    trials: Sequence[ReadyTrial], *, threads: int, stages: Progress = SILENT
-) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
-    """Run trials in one batch. Outcomes depend neither on threads nor on other trials of the batch.
-
-    Yields:
-        Index of a trial, with its run or its error, one at a time.
-    """
-    stages.begin("simulating", sum(motion.trajectory.duration for each in trials for motion in each.experiments))
-    for i, outcome in simulate_batch(trials, threads=threads, advanced=stages.advance):
-        if isinstance(outcome, Simulated):
-            stages.begin("identifying")
-            yield i, _identified(outcome, trials[i].trial.seed)
-        else:
-            yield i, outcome
-
-
-def _simulated(
-    setup: Setup, outcomes: Sequence[Recording | SimulationError], simulate_s: float
-) -> Simulated | SimulationError:
-    recordings: list[Recording] = []
-    for outcome in outcomes:
-        if isinstance(outcome, SimulationError):
-            return outcome
-        recordings.append(outcome)
-    identified, more = recordings[: len(setup.experiments)], recordings[len(setup.experiments) :]
-    check = more[0] if more else None
-    return Simulated(setup=setup, recordings=tuple(identified), simulate_s=simulate_s, check=check)
-
-
-def _identified(simulated: Simulated, seed: int) -> Run | IdentificationError:
-    setup, started = simulated.setup, time.perf_counter()
-    table = setup.scenario.table
-    chosen = table.identification
-    try:
-        found = identify(
-            setup.structure,
-            simulated.logs,
-            method=chosen.method,
-            options=chosen.method_options,
-            observing=chosen.observe,
-            gains=chosen.gains,
-            policy=SIMULATED,
-        )
-        identify_s = time.perf_counter() - started
-        cost = None if simulated.check is None else cost_verdict(setup, found, simulated.check)
-    except IdentificationError as error:
-        return error
-    return Run(
-        setup=setup,
-        seed=seed,
-        recordings=simulated.recordings,
-        estimate=found.estimate,
-        verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
-        notes=found.notes,
-        simulate_s=simulated.simulate_s,
-        identify_s=identify_s,
-        found=found.found,
-        prepared=found.prepared,
-        check=simulated.check,
-        cost=cost,
     )

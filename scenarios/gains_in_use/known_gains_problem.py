@@ -22,7 +22,7 @@ from ident.recordings.recording import Recording
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
-from scenarios.experiments.files.gains import GainsFile, RecordingEntry
+from scenarios.experiments.gains_file import GainsFile, RecordingEntry
 from scenarios.results.gains_file import recording_digest
 from scenarios.support.errors import ScenarioError
 

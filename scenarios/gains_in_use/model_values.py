@@ -21,8 +21,8 @@ from ident.support.errors import NoBody
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
-from scenarios.experiments.files.gains import GainEntry, GainsFile
-from scenarios.experiments.nominal_links import KINEMATICS_ONLY, is_placeholder, nominal_links
+from scenarios.experiments.gains_file import GainEntry, GainsFile
+from scenarios.experiments.robot_models import KINEMATICS_ONLY, is_placeholder, nominal_links
 from scenarios.results.links import Link, Links, links_document, same_frames
 from scenarios.support.errors import ScenarioError
 from sim.errors import ModelFileError

@@ -20,8 +20,8 @@ from ident.model.structure import Structure
 from ident.preparation import joined
 from ident.recordings.motion import Motion
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
-from scenarios.experiments.files.gains import GainsFile
-from scenarios.experiments.nominal_links import model_base, nominal_links
+from scenarios.experiments.gains_file import GainsFile
+from scenarios.experiments.robot_models import model_base, nominal_links
 from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
 from scenarios.gains_in_use.model_patch import Change
 from scenarios.gains_in_use.model_values import BareFile, unstated_parameters

@@ -7,7 +7,7 @@ from pydantic import Field
 import ident.estimation.gain_comparison as gain_comparison
 from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
-from scenarios.experiments.files.gains import GainsFile
+from scenarios.experiments.gains_file import GainsFile
 from scenarios.rendering.result import ResultModel
 
 

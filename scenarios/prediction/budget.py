@@ -8,8 +8,8 @@ from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
 from ident.numerics.normal import normal_cdf
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.prediction.moments import Moments
 from scenarios.prediction.predictor import NO_SPECTRUM, predictor_of
 from scenarios.rendering.result import FromOne, ResultModel

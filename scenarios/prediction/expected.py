@@ -9,8 +9,8 @@ from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from scenarios.experiments.build import Setup
-from scenarios.experiments.files.mountings import grouped
+from scenarios.experiments.schema import grouped
+from scenarios.experiments.setup import Setup
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents, states_of
 from sim.sensors import SensorOptions, logged, noises, without_spectrum

@@ -22,8 +22,8 @@ from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import Prepared
 from ident.support.arrays import Array
-from scenarios.experiments.build import Setup
-from scenarios.experiments.files.mountings import grouped
+from scenarios.experiments.schema import grouped
+from scenarios.experiments.setup import Setup
 from scenarios.prediction.expected import Expected, expected_preparation
 from sim.experiment import Experiment
 from sim.feedforward_currents import inertia_along

@@ -7,9 +7,9 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ident.support.arrays import Array
-from scenarios.experiments.files.draws import settings_from, spread_of
-from scenarios.experiments.files.schema import DrawTable, ScenarioTable
-from scenarios.experiments.files.settings import Value, value_at
+from scenarios.experiments.draws import settings_from, spread_of
+from scenarios.experiments.scenario import Value, value_at
+from scenarios.experiments.schema import DrawTable, ScenarioTable
 from scenarios.support.errors import StudyError
 
 Settings = Mapping[str, Value]

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.build import Setup, changed, setup_of
-from scenarios.experiments.files.draws import numbers_needed, settings_from
-from scenarios.experiments.files.schema import DrawTable, Scenario
-from scenarios.experiments.files.settings import Value, value_at, with_settings
-from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
+from scenarios.experiments.draws import numbers_needed, settings_from
+from scenarios.experiments.scenario import Value, value_at, with_settings
+from scenarios.experiments.schema import DrawTable, Scenario
+from scenarios.experiments.sensitivity import Sources, settings_with, sources_of
+from scenarios.experiments.setup import Setup, changed, setup_of
 from scenarios.prediction.expected import Expected, enough, expected_logs, louder
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import Moments, points_of

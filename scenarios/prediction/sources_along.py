@@ -14,11 +14,10 @@ from scipy import linalg
 from ident.model.regressor import regressor
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.mountings import PAIR
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.settings import with_settings
-from scenarios.experiments.studies.sources import settings_with, sources_of
+from scenarios.experiments.scenario import with_settings
+from scenarios.experiments.schema import PAIR, Scenario
+from scenarios.experiments.sensitivity import settings_with, sources_of
+from scenarios.experiments.setup import setup_of
 from scenarios.prediction.moments import Moments, Settings, points_of
 from scenarios.support.errors import StudyError
 from sim.experiment import Experiment

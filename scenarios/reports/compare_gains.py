@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.diagnosis.alternative import two_digits
 from ident.estimation.gain_comparison import GainComparison, Moved, Together
-from scenarios.experiments.files.gains import TURNING, GainsFile
+from scenarios.experiments.gains_file import TURNING, GainsFile
 from scenarios.gains_in_use.results import gain_comparison_result
 from scenarios.rendering.content import (
     Cell,

@@ -13,7 +13,7 @@ from scenarios.benchmark.comparison.statistics import (
     Comparison,
     MethodSummary,
 )
-from scenarios.experiments.studies.statistics import Coverage
+from scenarios.experiments.statistics import Coverage
 from scenarios.rendering.content import (
     NONE,
     Cell,

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from ident.support.arrays import Array
-from scenarios.experiments.studies.joint_rows import JointRows
+from scenarios.experiments.statistics import JointRows
 
 MOST = 500
 """Least number of estimated standard deviations in the mean density, if available."""

@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from scenarios.experiments.studies.joint_rows import StudyRows
-from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
+from scenarios.experiments.statistics import JointStatistics, StudyResult, StudyRows
 from scenarios.rendering.content import (
     Cell,
     Figure,

@@ -13,8 +13,8 @@ from ident.payload.payload import Payload
 from ident.support.naming import one_line
 from scenarios.design.controller_files import SampledMotion
 from scenarios.design.results import Recorded
-from scenarios.experiments.build import Setup
-from scenarios.experiments.files.mountings import BARE
+from scenarios.experiments.schema import BARE
+from scenarios.experiments.setup import Setup
 from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file

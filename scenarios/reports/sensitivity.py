@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
+from scenarios.experiments.budget import Budget, BudgetJoint, Interval
+from scenarios.experiments.schema import Scenario
 from scenarios.rendering.content import Figure, Heading, Paragraph, Part, Report, Table, column, percent, table
 from scenarios.reports.plots.sensitivity import chart
 from scenarios.results.gains import budget_verdict

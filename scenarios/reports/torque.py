@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
-from scenarios.experiments.files.gains import TURNING, GainsFile
+from scenarios.experiments.gains_file import TURNING, GainsFile
 from scenarios.gains_in_use.results import Torques
 from scenarios.rendering.content import (
     Paragraph,

@@ -24,7 +24,7 @@ from scenarios.results.motion import CheckLog
 from scenarios.support.errors import ScenarioError
 
 ROWS = "fit-rows.parquet"
-"""Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.files.mountings`)."""
+"""Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.schema`)."""
 COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
 """Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
 ABOUT = b"rx90"

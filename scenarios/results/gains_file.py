@@ -17,7 +17,7 @@ from ident.payload.payload import payload_to_table
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.options import option_types
-from scenarios.experiments.files.gains import (
+from scenarios.experiments.gains_file import (
     SLIDING,
     TURNING,
     GainEntry,
@@ -26,8 +26,8 @@ from scenarios.experiments.files.gains import (
     OptionsEntry,
     RecordingEntry,
 )
-from scenarios.experiments.files.toml_text import schema_line, toml_value
 from scenarios.rendering.result import to_json
+from scenarios.support.toml_text import schema_line, toml_value
 from scenarios.support.versions import versions
 
 

@@ -2,7 +2,7 @@
 
 `rx90 schema NAME` prints one. Those of TOML files are also in the package (`make schemas` writes them): a file of this
 repository names its schema by a relative path, `#:schema ../schemas/scenario.schema.json`, one that a command writes by
-a full one (`scenarios.experiments.files.toml_text`).
+a full one (`scenarios.support.toml_text`).
 """
 
 import json
@@ -14,17 +14,17 @@ from typing import Annotated, Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from scenarios.experiments.files.attribute_docs import attribute_docs
-from scenarios.experiments.files.motions import LARGEST, LONGEST
-from scenarios.experiments.files.schema import InertiaTable, Known, Positive, Triple
-from scenarios.experiments.files.toml_text import ENDING, FOLDER
+from scenarios.experiments.motions import LARGEST, LONGEST
+from scenarios.experiments.schema import InertiaTable, Known, Positive, Triple
+from scenarios.support.attribute_docs import attribute_docs
+from scenarios.support.toml_text import ENDING, FOLDER
 
 FILES = {
-    "scenario": "scenarios.experiments.files.schema:ScenarioTable",
+    "scenario": "scenarios.experiments.schema:ScenarioTable",
     "payload": "scenarios.results.json_schemas:PayloadFile",
     "motion": "scenarios.results.json_schemas:MotionFile",
     "robot": "sim.robot_files:RobotTable",
-    "gains": "scenarios.experiments.files.gains:GainsFile",
+    "gains": "scenarios.experiments.gains_file:GainsFile",
 }
 """Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""
 RESULTS = {
@@ -47,8 +47,8 @@ RESULTS = {
     "torque": "scenarios.gains_in_use.results:Torques",
     "patch": "scenarios.gains_in_use.patched:Patched",
     "predict": "scenarios.prediction.budget:PredictedBudget",
-    "monte-carlo": "scenarios.experiments.studies.statistics:StudyResult",
-    "sensitivity": "scenarios.experiments.studies.budget:Budget",
+    "monte-carlo": "scenarios.experiments.statistics:StudyResult",
+    "sensitivity": "scenarios.experiments.budget:Budget",
     "compare": "scenarios.benchmark.comparison.statistics:Comparison",
     "compare-answers": "scenarios.benchmark.methods.answers:Answers",
     "compare-check": "scenarios.benchmark.comparison.contract:Contract",

@@ -10,7 +10,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, write_payload
 from ident.recordings.motion import Motion
-from scenarios.experiments.named_robots import NamedRobot
+from scenarios.experiments.robots import NamedRobot
 from scenarios.rendering.result import ResultModel, to_json
 from scenarios.results.fit_rows import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions

@@ -2,7 +2,7 @@
 
 import json
 
-from scenarios.experiments.files.gains import TURNING, GainsFile
+from scenarios.experiments.gains_file import TURNING, GainsFile
 
 
 def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:

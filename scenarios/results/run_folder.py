@@ -8,13 +8,12 @@ from pathlib import Path
 
 from ident.payload.payload import write_payload
 from ident.recordings.files import write_recording
-from scenarios.experiments.build import CHECK, Setup
-from scenarios.experiments.files.motions import motion_digest
-from scenarios.experiments.files.mountings import BARE, LOADED, grouped
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.toml_text import schema_line
+from scenarios.experiments.motions import motion_digest
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Run, as_identified
+from scenarios.experiments.scenario_files import LOADED
+from scenarios.experiments.schema import BARE, Scenario, grouped
+from scenarios.experiments.setup import CHECK, Setup
 from scenarios.rendering.result import to_json
 from scenarios.results.fit_rows import ROWS, fit_of, write_fit
 from scenarios.results.gains import Result
@@ -31,6 +30,7 @@ from scenarios.results.record import (
     option_words,
     write_record,
 )
+from scenarios.support.toml_text import schema_line
 from scenarios.support.versions import versions
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ident.estimation.joint_torque import JointTorque
-from scenarios.experiments.files.gains import TURNING, GainsFile
+from scenarios.experiments.gains_file import TURNING, GainsFile
 
 DEVIATIONS = 2.0
 """Half-width of the interval of a torque, in standard deviations."""

@@ -11,12 +11,11 @@ from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparis
 from scenarios.benchmark.methods.answer import AnswerGain
 from scenarios.benchmark.methods.answers import AnswerRow, AnswersFile, write_model
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.tables import CATALOG
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.sensitivity import sensitivity
-from scenarios.experiments.studies.statistics import Coverage
-from scenarios.experiments.studies.study import Study, carry_out
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.scenario_files import CATALOG
+from scenarios.experiments.sensitivity import sensitivity
+from scenarios.experiments.statistics import Coverage
+from scenarios.experiments.study import Study, carry_out, monte_carlo
 from scenarios.experiments.workers.execute import Workers
 
 NAME = "<script>window.pwned=1<&script>\"'`"

@@ -5,7 +5,7 @@ import json
 import jsonschema
 import pytest
 
-from scenarios.experiments.files.toml_text import ENDING, FOLDER
+from scenarios.support.toml_text import ENDING, FOLDER
 
 
 def fits(value: object, name: str) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from quick import BRIEF, quick_scenario
 
-from scenarios.experiments.build import Setup, setup_of
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import Setup, setup_of
 
 TWO = """
 [plant.payloads]

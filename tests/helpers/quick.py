@@ -4,7 +4,7 @@ from pathlib import Path
 
 from plants import short_motion
 
-from scenarios.experiments.files.motions import write_motion
+from scenarios.experiments.motions import write_motion
 
 TEXT = """extends = "nominal"
 [experiment]

@@ -3,7 +3,7 @@
 import pandas as pd
 import pyarrow as pa
 
-from scenarios.experiments.studies.joint_rows import COLUMNS, StudyRows, study_rows
+from scenarios.experiments.statistics import COLUMNS, StudyRows, study_rows
 from scenarios.experiments.trials import CONTRACT
 
 

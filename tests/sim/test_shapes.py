@@ -6,8 +6,8 @@ import pytest
 from plants import RX90, nominal_plant
 from robot_folders import arm_xml, robot_folder
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from sim.appearance import JOINT, LINKS, drawn_arm
 from sim.clearance import Clearance
 from sim.errors import ModelFileError

@@ -19,10 +19,10 @@ from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.statistics import NEEDED
 from scenarios.benchmark.comparison.study import METHOD, write_trial
 from scenarios.benchmark.methods.answers import AnswerRow, problem_digest, read_model, write_model
-from scenarios.experiments.build import Setup, setup_of
-from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.run import simulate
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.setup import Setup, setup_of
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress, counted

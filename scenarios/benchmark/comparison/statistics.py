@@ -10,7 +10,7 @@ from pydantic import Field
 
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.study import METHOD
-from scenarios.experiments.studies.statistics import Coverage, coverage
+from scenarios.experiments.statistics import Coverage, coverage
 from scenarios.rendering.result import ResultModel
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")

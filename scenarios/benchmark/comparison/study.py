@@ -1,7 +1,7 @@
 """A comparison: trials of a Monte Carlo study, simulated once, given to every method; one row per joint."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -10,14 +10,13 @@ import pyarrow as pa
 
 from scenarios.benchmark.methods.call import Call, Limits, call
 from scenarios.benchmark.methods.method import Method
-from scenarios.experiments.build import Setup
-from scenarios.experiments.files.draws import places_of
-from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.draws import places_of
 from scenarios.experiments.judge import Claim, judge_claims
-from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.study import Study
-from scenarios.experiments.trials import Failure, Rows, Work, failed_rows, failure_of, setting_columns, trial_schema
+from scenarios.experiments.run import Failure, Simulated
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.setup import Setup
+from scenarios.experiments.study import Study, monte_carlo
+from scenarios.experiments.trials import Rows, Work, failed_rows, setting_columns, trial_schema
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import ScenarioError
 
@@ -50,7 +49,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
             "methods": [{"text": method.text, "files": dict(method.digests)} for method in methods],
             "limits": asdict(limits),
         },
-        work=Work(finished=partial(_finished, tuple(methods), limits), failed=partial(_failed, tuple(methods))),
+        work=Work(rows=partial(_answered, tuple(methods), limits), failed=partial(_failed, tuple(methods))),
         rows_per_joint=len(methods),
     )
 
@@ -69,25 +68,15 @@ def write_trial(simulated: Simulated, folder: Path) -> None:
     )
 
 
-def _finished(
-    methods: tuple[Method, ...], limits: Limits, trials: Sequence[ReadyTrial], threads: int
-) -> Iterator[tuple[int, Rows | Failure]]:
-    for i, outcome in simulate_batch(trials, threads=threads):
-        if isinstance(outcome, Simulated):
-            yield i, _answered(trials[i], outcome, methods, limits)
-        else:
-            yield i, failure_of(trials[i], outcome)
-
-
-def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ...], limits: Limits) -> Rows:
+def _answered(methods: tuple[Method, ...], limits: Limits, simulated: Simulated) -> Rows:
     """Return rows of all methods; each receives its own copy of the folder."""
-    joints, rows = ready.setup.structure.arm.n, list[dict[str, object]]()
-    common = {"trial": ready.trial.number, "seed": ready.trial.seed, **setting_columns(ready.settings)}
+    trial, joints, rows = simulated.trial, simulated.setup.structure.arm.n, list[dict[str, object]]()
+    common = {"trial": trial.number, "seed": trial.seed, **setting_columns(simulated.settings)}
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
             write_trial(simulated, Path(place))
             called = call(method, Path(place), joints, limits)
-        rows += [{**common, **row} for row in _judged_rows(ready.setup, method, called)]
+        rows += [{**common, **row} for row in _judged_rows(simulated.setup, method, called)]
     return rows
 
 

@@ -28,9 +28,9 @@ from ident.payload_identification.payload_parameters import PayloadEstimate, pay
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.paper.result import Claim, WrongGains
-from scenarios.experiments.build import Setup, body_of, setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.mountings import LOADED
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.scenario_files import LOADED
+from scenarios.experiments.setup import Setup, body_of, setup_of
 from scenarios.support.progress import SILENT, Progress
 from sim.plant import PayloadBody
 from sim.record import record

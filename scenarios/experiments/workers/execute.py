@@ -18,7 +18,7 @@ SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the
 AHEAD = 2
 """Tasks submitted per worker, so that no worker is idle."""
 TICK = 0.5
-"""Interval between calls of `tick` while waiting [s]."""
+"""Interval between tests whether the workers are reachable [s]."""
 HOPELESS = 3
 """Number of abandoned tasks without a success after which the workers are considered faulty."""
 
@@ -72,12 +72,11 @@ class GivenUp:
 
 
 def completed(
-    workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task], *, tick: Callable[[], None]
+    workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
 ) -> Generator[tuple[Task, Result | GivenUp]]:
     """Run a function on every task.
 
-    The function and its tasks must be picklable; tasks are taken as workers become free; `tick` is called while
-    waiting.
+    The function and its tasks must be picklable; tasks are taken as workers become free.
 
     Yields:
         Each task with its result, in order of completion.
@@ -105,8 +104,7 @@ def completed(
                 if not running:
                     break
                 while not (finished := wait(running, timeout=TICK, return_when=FIRST_COMPLETED).done):
-                    workers.count()
-                    tick()
+                    workers.count()  # raises if they are no longer reachable
                 for future in finished:
                     task, outcome = running.pop(future), _outcome(future, workers.died)
                     if isinstance(outcome, GivenUp) and not alone:

@@ -9,9 +9,8 @@ import numpy as np
 import pyarrow as pa
 from scipy import stats
 
-from scenarios.experiments.studies.joint_rows import JointRows, rows_in
-from scenarios.experiments.studies.statistics import Coverage, JointStatistics, coverage, study_result
-from scenarios.experiments.studies.stored import StoredStudy, read_study
+from scenarios.experiments.statistics import Coverage, JointRows, JointStatistics, coverage, rows_in, study_result
+from scenarios.experiments.study_folder import StoredStudy, read_study
 from scenarios.rendering.content import Figure, Heading, Line, Paragraph, Part, Report, column, percent, table
 from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
 from scenarios.reports.error_density import panels, promised, reach

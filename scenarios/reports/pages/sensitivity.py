@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.experiments.studies.budget import BudgetJoint, ranking, study_budget
-from scenarios.experiments.studies.stored import read_study
+from scenarios.experiments.budget import BudgetJoint, ranking, study_budget
+from scenarios.experiments.study_folder import read_study
 from scenarios.rendering.content import Figure, Heading, Report
 from scenarios.rendering.plot import MANY, TONES, Axis, Mark, Plot, Reference, Series, Tone, values
 from scenarios.reports.sensitivity import sensitivity_report

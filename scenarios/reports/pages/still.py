@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 
 from ident.support.naming import one_line
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
 from scenarios.rendering.content import Paragraph, Picture, Report
 from scenarios.results.record import RECORD
 from scenarios.results.run_folder import scene_digest

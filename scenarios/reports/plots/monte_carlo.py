@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from scipy import stats
 
 from ident.support.arrays import Array
-from scenarios.experiments.studies.joint_rows import JointRows
+from scenarios.experiments.statistics import JointRows
 from scenarios.reports.error_density import promised, reach
 
 MOST_POINTS = 5000

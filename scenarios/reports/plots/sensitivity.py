@@ -5,8 +5,8 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import Budget, ranking
+from scenarios.experiments.budget import Budget, ranking
+from scenarios.experiments.schema import Scenario
 
 
 def chart(found: Budget, scenario: Scenario) -> Figure:

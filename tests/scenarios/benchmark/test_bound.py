@@ -9,8 +9,8 @@ from scipy import linalg, signal
 
 from ident.estimation.all_joints.columns import JointColumns
 from scenarios.benchmark.comparison.bound import bound_of, gain_bound, in_band
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 
 
 @pytest.fixture(scope="module")

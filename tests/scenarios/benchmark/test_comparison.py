@@ -21,9 +21,9 @@ from scenarios.benchmark.comparison.study import METHOD, comparison
 from scenarios.benchmark.methods import method_of
 from scenarios.benchmark.methods.call import Limits
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.study import carry_out, study_identity
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
+from scenarios.experiments.study import carry_out, study_identity
 from scenarios.rendering import RENDERERS, Page, renderer
 from scenarios.reports.comparison import comparison_report
 from scenarios.support.errors import ScenarioError, StudyError

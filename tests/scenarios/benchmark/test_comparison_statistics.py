@@ -8,7 +8,7 @@ from scipy import stats
 
 from scenarios.benchmark.comparison.statistics import summaries
 from scenarios.benchmark.comparison.study import METHOD
-from scenarios.experiments.studies.statistics import coverage
+from scenarios.experiments.statistics import coverage
 
 
 def one(rows: pd.DataFrame, bound=None):

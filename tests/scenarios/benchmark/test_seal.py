@@ -30,9 +30,9 @@ from scenarios.benchmark.methods.answers import ANSWERS, answered, problem_diges
 from scenarios.benchmark.methods.call import Call, Limits
 from scenarios.benchmark.methods.method import Method
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import Claim
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import MethodTimedOut, ScenarioError
 

@@ -21,12 +21,11 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.files.toml_text import ENDING, FOLDER
-from scenarios.experiments.named_robots import named_robot
-from scenarios.experiments.robots import ROBOTS
+from scenarios.experiments.robots import ROBOTS, named_robot
 from scenarios.results.check import Check
 from scenarios.results.diagnoses import words_of
 from scenarios.support.errors import ScenarioError, UnknownName
+from scenarios.support.toml_text import ENDING, FOLDER
 
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
 LINK = (

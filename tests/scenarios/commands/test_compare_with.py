@@ -13,7 +13,7 @@ from weighed_cell import PLAIN, identified, off
 
 from ident.payload.payload import read_payload
 from scenarios.cli import main
-from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.gains_file import read_gains
 from scenarios.results.gains import Result
 from scenarios.results.record import read_result
 

@@ -8,8 +8,8 @@ import pytest
 from ident.estimation.estimators import ESTIMATORS
 from scenarios.cli import main
 from scenarios.commands import COMMANDS
-from scenarios.experiments.files.tables import builtin_names
 from scenarios.experiments.robots import ROBOTS
+from scenarios.experiments.scenario_files import builtin_names
 
 COMPLETED = [
     ("mon", {"monte-carlo"}),

@@ -16,7 +16,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.experiments.nominal_links import model_links
+from scenarios.experiments.robot_models import model_links
 from scenarios.experiments.robots import robot
 from scenarios.results.run_folder import save_run
 

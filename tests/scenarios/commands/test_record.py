@@ -23,7 +23,7 @@ from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS
-from scenarios.experiments.files.motions import read_motion, write_motion
+from scenarios.experiments.motions import read_motion, write_motion
 from scenarios.reports.record import SETTINGS
 from scenarios.results.run_folder import short_path
 from sim.trajectory import FourierTrajectory, at_rest

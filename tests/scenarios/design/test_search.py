@@ -23,9 +23,9 @@ from scenarios.design.search import (
     search,
     starts,
 )
-from scenarios.experiments.build import setup_of, setup_without_motion
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.motions import read_motion
+from scenarios.experiments.motions import read_motion
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of, setup_without_motion
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot

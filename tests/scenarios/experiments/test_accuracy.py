@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scenarios.design.excitation import EXCESS, Design, design_problem
-from scenarios.experiments.build import Setup, setup_of, setup_without_motion
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import Verdict
 from scenarios.experiments.run import run
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import Setup, setup_of, setup_without_motion
 from sim.clearance import Clearance
 
 

@@ -7,7 +7,7 @@ import pytest
 from bad_files import WHOLE, names_file, only_line
 
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
 from scenarios.support.errors import ScenarioError
 
 SCENARIO_FAULTS = {

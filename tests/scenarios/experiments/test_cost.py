@@ -14,10 +14,10 @@ from ident.arm_parameters.links import ModelLinks
 from ident.identification import identify
 from ident.preparation import SIMULATED
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import INERTIAS, MOMENTS, CostTruth, judge_cost
-from scenarios.experiments.run import Run, Trial, as_identified, ready_trial, run, run_batch
+from scenarios.experiments.run import Run, as_identified, identified, run, simulate
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.rendering.content import Heading
 from scenarios.reports.pages import page_of
 from scenarios.results.gains import Result
@@ -123,7 +123,7 @@ def test_the_further_motion_changes_no_gain_and_no_study_pays_for_it(tmp_path):
     np.testing.assert_array_equal(done.estimate.gain, plain.estimate.gain)
     for one, other in zip(done.recordings, plain.recordings, strict=True):
         np.testing.assert_array_equal(one.v, other.v)
-    ((_, studied),) = run_batch([ready_trial(asked, Trial(seed=3))], threads=1)
+    studied = identified(simulate(asked, 3))
     assert isinstance(studied, Run)
     assert (studied.cost, studied.check) == (None, None)
     np.testing.assert_array_equal(studied.estimate.gain, plain.estimate.gain)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import SCALED, check_draws, drawn_settings
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.settings import value_at, with_settings
+from scenarios.experiments.draws import SCALED, check_draws, drawn_settings
+from scenarios.experiments.scenario import load_scenario, value_at, with_settings
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import ScenarioError
 
 

@@ -5,10 +5,8 @@ from pathlib import Path
 import pytest
 
 from ident.payload.payload import Payload
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.exactness import check_exact, exactness, is_exact
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.resolved import believed_payloads
+from scenarios.experiments.scenario import believed_payloads, load_scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import UnknownName, WrongValue
 
 INERTIA = "inertia = { ixx = 0.021, iyy = 0.034, izz = 0.019 }"
@@ -85,13 +83,12 @@ def test_exact_of_a_payload_that_is_none_is_refused(tmp_path):
         load_scenario(path)
 
 
-def test_an_exact_by_name_holds_for_the_payloads_that_it_says_so_of():
-    exact = {"heavy": True, "light": False}
-    assert [is_exact(exact, name) for name in ("heavy", "light", "third")] == [True, False, False]
-    payloads = {"heavy": {"mass": 6.3}, "light": {"mass_std": 0.02}, "third": {"com_std": [0.0, 0.003, 0.0]}}
-    check_exact({"belief": {"exact": exact, "payloads": payloads}}, Path("mine.toml"))
-
-
-def test_deviations_of_zero_do_not_count_over_an_exact_that_is_inherited():
-    zeros = {"mass_std": 0.0, "com_std": [0.0, 0.0, 0.0], "inertia_std": {"ixx": 0.0, "izz": 0.0}}
-    assert exactness({"belief": {"exact": True}}, {"belief": {"payload": {"mass": 6.3, **zeros}}}) is True
+def test_an_exact_by_name_holds_for_the_payloads_that_it_says_so_of_and_zeros_are_no_deviations(tmp_path):
+    bodies = f'[plant]\npayloads = {{ heavy = "offset", light = {{ {SURE.removeprefix("payload = {")} }}\n'
+    heavy, zero = weighed("mass_std = 0.02").removeprefix("payload = "), weighed("com_std = [0.0, 0.0, 0.0]")
+    belief = (
+        f"[belief]\nexact = {{ light = true, heavy = false }}\npayloads = {{ heavy = {heavy}, light = {zero[10:]} }}\n"
+    )
+    protocol = '[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
+    path = written(tmp_path, mine=f'extends = "nominal"\n{protocol}{bodies}{belief}')
+    assert (believed(path, "light").mass_std, believed(path, "heavy").mass_std) == (0.0, 0.02)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import check_draws, drawn_settings
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.settings import value_at
-from scenarios.experiments.studies.sources import settings_with, sources_of
+from scenarios.experiments.draws import check_draws, drawn_settings
+from scenarios.experiments.scenario import load_scenario, value_at
+from scenarios.experiments.sensitivity import settings_with, sources_of
+from scenarios.experiments.setup import setup_of
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenarios.experiments.files.motions import LARGEST, LONGEST, motion_digest, read_motion
+from scenarios.experiments.motions import LARGEST, LONGEST, motion_digest, read_motion
 from scenarios.support.errors import ScenarioError
 
 SINE, COSINE = [[0.1, 0.1, -0.1], [0.2, -0.1, 0.0]], [[0.05, -0.08, 0.03], [0.1, -0.16, 0.06]]

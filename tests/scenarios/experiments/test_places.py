@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 from robot_folders import robot_folder
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.places import CATALOG, seen_from
-from scenarios.experiments.robots import motion_of, robot_of
+from scenarios.experiments.scenario import load_scenario, robot_of
+from scenarios.experiments.scenario_files import CATALOG, seen_from
+from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import UnknownName, UnreadableFile
 
 MOTION = CATALOG / "motions" / "drive-gains.toml"
@@ -41,7 +40,8 @@ def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child
     scenario = load_scenario(path)
     assert scenario.table.robot == "../../arm/robot.toml"  # relative, so that records hold on another machine
     assert robot_of(scenario).model == robot_of(load_scenario(str(parent / "scenario.toml"))).model
-    assert (motion_of(scenario).sine == motion_of(load_scenario(str(parent / "scenario.toml"))).sine).all()
+    own, parents = setup_of(scenario), setup_of(load_scenario(str(parent / "scenario.toml")))
+    assert (own.experiments[0].trajectory.sine == parents.experiments[0].trajectory.sine).all()
 
 
 def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):

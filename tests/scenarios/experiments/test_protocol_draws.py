@@ -5,10 +5,10 @@ import pytest
 from protocols import FOUR, scenario_of
 from quick import quick_scenario
 
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import check_draws, drawn_settings
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.draws import check_draws, drawn_settings
 from scenarios.experiments.run import run
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.support.errors import WrongDraw
 

@@ -12,10 +12,11 @@ from ident.payload.payload import read_payload
 from ident.recordings.files import read_recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.mountings import motion_names, mountings
-from scenarios.experiments.run import Run, Trial, motion_streams, ready_trial, run, run_batch
+from scenarios.experiments.run import motion_streams, run
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.schema import motion_names, mountings
+from scenarios.experiments.setup import setup_of
+from sim.errors import Saturated
 
 
 def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their_own(repeated, tmp_path):
@@ -38,29 +39,12 @@ def test_noise_of_every_motion_differs_and_does_not_depend_on_how_many_follow():
     assert len({s["white"].random() for s in motion_streams(7, {"white": 9}, 4)}) == 4
 
 
-def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
-    folders = [tmp_path / name for name in ("a", "b", "c")]
-    for folder in folders:
-        folder.mkdir()
-    protocols = (("bare", "loaded"), ("light", "bare", "heavy"), ("loaded", "bare", "bare"))
-    setups = [protocol_setup(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
-    trials = [ready_trial(each, Trial(seed=3 + k)) for k, each in enumerate(setups)]
-    together = dict(run_batch(trials, threads=1))
-    for k, each in enumerate(setups):
-        one, other = run(each, 3 + k), together[k]
-        assert isinstance(other, Run)
-        assert [r.name for r in other.recordings] == [e.name for e in each.experiments]
-        for first, second in zip(one.recordings, other.recordings, strict=True):
-            np.testing.assert_array_equal(first.v, second.v)
-        assert [g.estimate for g in one.verdict.gains] == [g.estimate for g in other.verdict.gains]
-
-
 def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
     setup = protocol_setup(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([ready_trial(setup, Trial(seed=0))], threads=1)
-    assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
+    with pytest.raises(Saturated, match=r"^heaviest: drive of joint3 at its limit"):
+        run(setup, 0)
 
 
 @pytest.mark.parametrize(

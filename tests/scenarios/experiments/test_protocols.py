@@ -10,11 +10,10 @@ from quick import quick_scenario
 
 from ident.estimation.estimate import FoundParameter
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.mountings import grouped, motion_names, mountings
-from scenarios.experiments.files.settings import value_at, with_settings
 from scenarios.experiments.run import run
+from scenarios.experiments.scenario import load_scenario, value_at, with_settings
+from scenarios.experiments.schema import grouped, motion_names, mountings
+from scenarios.experiments.setup import setup_of
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError
 

@@ -15,8 +15,7 @@ from quick import BRIEF, RANDOM, quick_scenario
 import ident
 import scenarios
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.settings import place_of
+from scenarios.experiments.scenario import load_scenario, place_of
 from scenarios.support.errors import ScenarioError, StudyError, WrongValue
 
 CUTOFF = "identification.observe.cutoff_hz"

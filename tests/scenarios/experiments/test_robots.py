@@ -13,13 +13,12 @@ from robot_folders import arm_xml, robot_folder
 
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of, setup_without_motion
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.motions import write_motion
-from scenarios.experiments.payload_frames import check_same_payload
+from scenarios.experiments.motions import write_motion
+from scenarios.experiments.robot_models import check_same_payload
 from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.study import study_identity
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of, setup_without_motion
+from scenarios.experiments.study import monte_carlo, study_identity
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.errors import PlantError, RobotError
 from sim.trajectory import at_rest

@@ -14,14 +14,13 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError, OptionError
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.motions import read_motion, write_motion
-from scenarios.experiments.files.schema import ToleranceTable
-from scenarios.experiments.files.settings import with_method
-from scenarios.experiments.files.tables import builtin_names
 from scenarios.experiments.judge import judge
+from scenarios.experiments.motions import read_motion, write_motion
 from scenarios.experiments.robots import robot
+from scenarios.experiments.scenario import load_scenario, with_method
+from scenarios.experiments.scenario_files import builtin_names
+from scenarios.experiments.schema import ToleranceTable
+from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 

@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from scenarios.experiments.files.toml_text import toml_value
+from scenarios.support.toml_text import toml_value
 
 CONTROL = "".join(map(chr, (*range(0x20), 0x7F)))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from weighed_cell import MODEL, light, off
 
-from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.gains_file import read_gains
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from weighed_cell import MODEL, PLAIN, heavier, identified, light
 
 import ident
 from scenarios.cli import main
-from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.gains_file import read_gains
 from scenarios.results.gains import Result
 from scenarios.results.record import read_result
 

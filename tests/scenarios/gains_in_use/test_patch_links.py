@@ -18,8 +18,7 @@ from ident.model.structure import structure_of
 from ident.payload.payload import INERTIA_KEYS, standard_parameters
 from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
-from scenarios.experiments.nominal_links import nominal_links
-from scenarios.experiments.robot_models import read_arm
+from scenarios.experiments.robot_models import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.model_values import BareFile
 from scenarios.results.links import links_document

@@ -18,8 +18,8 @@ from ident.model.arm import load_arm
 from ident.model.structure import structure_of
 from ident.recordings.files import write_recording
 from scenarios.cli import main
-from scenarios.experiments.files.gains import read_gains
-from scenarios.experiments.nominal_links import PLACEHOLDER, is_placeholder, model_base, nominal_links
+from scenarios.experiments.gains_file import read_gains
+from scenarios.experiments.robot_models import PLACEHOLDER, is_placeholder, model_base, nominal_links
 from scenarios.results.links import links_document
 from sim.errors import ModelFileError
 

@@ -8,7 +8,7 @@ from printed import printed
 from weighed_cell import MODEL, PLAIN, elsewhere, heavier, identified, light, off, with_other
 
 from scenarios.cli import main
-from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.gains_file import read_gains
 from scenarios.gains_in_use.known_gains_problem import model_options, observe_options
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

@@ -3,8 +3,8 @@
 import pytest
 from quick import quick_scenario
 
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.schema import Scenario
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,10 @@ from scipy import stats
 from ident.diagnosis.diagnose import horizon
 from ident.preparation import SIMULATED, prepare
 from scenarios.cli import main
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.schema import Scenario, SourceTable
-from scenarios.experiments.files.settings import with_settings
 from scenarios.experiments.run import simulate
+from scenarios.experiments.scenario import load_scenario, with_settings
+from scenarios.experiments.schema import Scenario, SourceTable
+from scenarios.experiments.setup import setup_of
 from scenarios.prediction.budget import OTHER, PredictedBudget
 from scenarios.prediction.budget import predicted_budget as budget_and_horizon
 from scenarios.prediction.expected import enough, expected_preparation

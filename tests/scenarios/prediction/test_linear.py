@@ -10,11 +10,10 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.observation.observation import observe
 from ident.recordings.recording import Recording
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.motions import write_motion
-from scenarios.experiments.files.settings import with_settings
-from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate_batch
+from scenarios.experiments.motions import write_motion
+from scenarios.experiments.run import motion_streams, simulate
+from scenarios.experiments.scenario import load_scenario, with_settings
+from scenarios.experiments.setup import setup_of
 from scenarios.prediction.expected import expected_logs
 from scenarios.prediction.linear import _by_position, _variance, linearised
 from sim.sensors import logged
@@ -120,9 +119,8 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
     settings["payload"] = {"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}
     setups = {name: setup_of(with_settings(rich.scenario, each)) for name, each in settings.items()}
     linear, base = linearised(rich, 4), expected_logs(rich, 4)
-    trials = [ready_trial(each, Trial(seed=k)) for k, each in enumerate((rich, *setups.values()))]
-    outcomes = dict(simulate_batch(trials, threads=1))
-    inverse = [inverse_gains(rich, outcomes[k].recordings)[:5] for k in range(len(outcomes))]
+    outcomes = [simulate(each, k) for k, each in enumerate((rich, *setups.values()))]
+    inverse = [inverse_gains(rich, each.recordings)[:5] for each in outcomes]
     for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
         relative = simulated / inverse[0] - 1.0
         found = linear.change(expected_logs(each, 4), base)[:5] * rich.true_gain[:5]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.experiments.files.schema import DrawTable
+from scenarios.experiments.schema import DrawTable
 from scenarios.prediction.moments import points_of
 from scenarios.support.errors import StudyError
 

@@ -17,7 +17,7 @@ from ident.estimation.problem import ObservedMotion
 from ident.preparation import SIMULATED, prepare
 from ident.recordings.files import read_recording
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.scenario import load_scenario
 from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Picture, Report, Table, joints_named
 from scenarios.rendering.plot import Plot
 from scenarios.reports.pages import kind_of, page_of

@@ -12,9 +12,8 @@ from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
 from scenarios.design.new_robot import Given
 from scenarios.design.robot_folder import Found, new_robot
-from scenarios.experiments.files.gains import SLIDING, GainEntry, GainsFile
-from scenarios.experiments.studies.joint_rows import StudyRows
-from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
+from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
+from scenarios.experiments.statistics import JointStatistics, StudyResult, StudyRows
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus

@@ -18,7 +18,7 @@ from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
-from scenarios.experiments.files.gains import SLIDING, TURNING, read_gains
+from scenarios.experiments.gains_file import SLIDING, TURNING, read_gains
 from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
 from scenarios.results.json_schemas import schema
 from scenarios.support.errors import ScenarioError

@@ -15,11 +15,11 @@ from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
-from scenarios.experiments.files.motions import MOTIONS, write_motion
-from scenarios.experiments.files.tables import CATALOG
-from scenarios.experiments.files.toml_text import ENDING, FOLDER
+from scenarios.experiments.motions import MOTIONS, write_motion
 from scenarios.experiments.robots import ROBOTS
+from scenarios.experiments.scenario_files import CATALOG
 from scenarios.results.json_schemas import FILES, RESULTS, schema
+from scenarios.support.toml_text import ENDING, FOLDER
 
 PRINTED = ("answer", "gains", *RESULTS)
 SCHEMAS = {name: schema(name) for name in FILES | RESULTS}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.experiments.studies.calibration import GRID, Band, Calibration, calibration, simultaneous_band
+from scenarios.experiments.calibration import GRID, Band, Calibration, calibration, simultaneous_band
 
 LEVEL, DRAWS = 0.9, 4000
 ALONE = np.eye(1)
@@ -53,7 +53,7 @@ def test_the_band_is_the_narrowest_that_leaves_as_many_simulated_curves_inside_a
 @pytest.mark.parametrize("at_once", [1, 999])
 def test_the_band_does_not_depend_on_how_many_numbers_are_drawn_at_once(monkeypatch, at_once):
     whole = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
-    monkeypatch.setattr("scenarios.experiments.studies.calibration.AT_ONCE", at_once)
+    monkeypatch.setattr("scenarios.experiments.calibration.AT_ONCE", at_once)
     parts = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
     np.testing.assert_array_equal(parts.low, whole.low)
     np.testing.assert_array_equal(parts.high, whole.high)

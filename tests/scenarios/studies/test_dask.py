@@ -16,9 +16,8 @@ from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 from study_tasks import double, double_or_die, slow_double
 
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.study import carry_out, monte_carlo
 from scenarios.experiments.workers.dask import FEWEST, dask_workers
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.support.errors import StudyError
@@ -79,7 +78,7 @@ def workers(living):
 
 
 def test_a_cluster_is_an_executor_like_any_other(workers):
-    assert dict(completed(workers, double, range(40), tick=lambda: None)) == {x: 2 * x for x in range(40)}
+    assert dict(completed(workers, double, range(40))) == {x: 2 * x for x in range(40)}
 
 
 def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
@@ -90,7 +89,7 @@ def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
 
 
 def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
-    found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
+    found = dict(completed(workers, double_or_die, range(11, 16)))
     assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
 
@@ -160,7 +159,7 @@ def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_
         command = subprocess.Popen(
             [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
         )
-        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        found = completed(workers, slow_double, range(100))
         next(found)
         deadline = time.monotonic() + 120.0
         while not list(folder.glob("study.json")) and time.monotonic() < deadline:

@@ -29,7 +29,7 @@ def threads(count: int) -> Workers:
 
 
 def results(workers: Workers, function, tasks) -> dict:
-    return dict(completed(workers, function, tasks, tick=lambda: None))
+    return dict(completed(workers, function, tasks))
 
 
 def test_every_task_comes_back_once_from_any_executor():
@@ -39,7 +39,7 @@ def test_every_task_comes_back_once_from_any_executor():
 def test_tasks_are_taken_as_workers_become_free():
     taken = []
     tasks = (taken.append(x) or x for x in range(100))
-    started = completed(threads(2), double, tasks, tick=lambda: None)
+    started = completed(threads(2), double, tasks)
     next(started)
     assert len(taken) < 10
     started.close()
@@ -78,13 +78,6 @@ def test_failures_after_a_success_do_not_end_it():
     found = results(threads(1), fail_above_4, range(4, 9))
     assert found[4] == 8
     assert sum(isinstance(outcome, GivenUp) for outcome in found.values()) == 4
-
-
-def test_time_passes_while_nothing_finishes():
-    ticks = []
-    found = completed(threads(1), time.sleep, [1.2], tick=lambda: ticks.append(1))
-    assert list(found) == [(1.2, None)]
-    assert len(ticks) >= 2
 
 
 def test_worker_processes_are_gone_afterwards():

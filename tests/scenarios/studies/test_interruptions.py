@@ -21,9 +21,8 @@ from rich.console import Console
 from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
 
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.study import carry_out, monte_carlo
 from scenarios.experiments.workers.execute import Workers
 
 DEADLINE = 120.0

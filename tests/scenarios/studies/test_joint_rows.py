@@ -7,10 +7,8 @@ import pytest
 from scipy import stats
 from study_tables import gathered
 
-from scenarios.experiments.studies.folder import study_folder
-from scenarios.experiments.studies.joint_rows import COLUMNS, rows_in, study_rows
-from scenarios.experiments.studies.parts import LOST, WHOLE, Part
-from scenarios.experiments.studies.statistics import joint_statistics
+from scenarios.experiments.statistics import COLUMNS, joint_statistics, rows_in, study_rows
+from scenarios.experiments.study_folder import study_folder
 from scenarios.experiments.trials import CONTRACT
 from scenarios.support.errors import StudyError
 
@@ -93,8 +91,8 @@ def assert_as_expected(found, rows: pd.DataFrame) -> None:
 def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_path):
     rows = lopsided()
     with study_folder(tmp_path, {}, count=37, command="", rows_per_trial=3) as folder:
-        for first, last, ending in ((20, 29, WHOLE), (0, 3, WHOLE), (4, 19, WHOLE), (31, 36, WHOLE), (30, 30, LOST)):
-            folder.write_part(Part(range(first, last + 1), ending), as_part(rows[rows["trial"].between(first, last)]))
+        for first, last in ((20, 29), (0, 3), (4, 19), (31, 36), (30, 30)):
+            folder.keep(as_part(rows[rows["trial"].between(first, last)]))
         found = rows_in(folder)
     assert_as_expected(found, rows)
     five = rows[(rows["joint"] == 5) & rows["identifiable"]]
@@ -130,7 +128,7 @@ def test_a_study_of_failed_trials_alone_has_joints_and_no_gain():
 def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
     rows = lopsided().query("trial < 2")
     with study_folder(tmp_path, {}, count=2, command="", rows_per_trial=3) as folder:
-        folder.write_part(Part(range(2), WHOLE), as_part(rows))
+        folder.keep(as_part(rows))
         path = folder.trials / "00000000-00000001.parquet"
         content = path.read_bytes()
         path.write_bytes(content[:4] + bytes(400) + content[404:])
@@ -139,7 +137,7 @@ def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
 
 
 def test_every_third_injected_gain_is_kept_where_a_picture_shows_a_third(monkeypatch):
-    monkeypatch.setattr("scenarios.experiments.studies.joint_rows.SHOWN", 11)  # of 37 trials
+    monkeypatch.setattr("scenarios.experiments.statistics.SHOWN", 11)  # of 37 trials
     rows = lopsided()
     cuts = (0, 19, 40, 44, len(rows))
     (five,) = [

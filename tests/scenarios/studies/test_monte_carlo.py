@@ -11,20 +11,20 @@ from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.experiments.run as running
-import scenarios.experiments.studies.study as module
+import scenarios.experiments.study as module
 from ident import identification
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import IdentifiedGain
 from scenarios.cli import main
 from scenarios.experiments import trials
-from scenarios.experiments.build import setup_of
-from scenarios.experiments.files.draws import drawn_settings
-from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.run import motion_streams, run
-from scenarios.experiments.studies.monte_carlo import monte_carlo
-from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.setup import setup_of
+from scenarios.experiments.study import carry_out, monte_carlo
 from scenarios.experiments.workers.execute import Workers
 from scenarios.support.errors import StudyError
+from sim.record import each_record
 
 CONTRACT = [
     "trial",
@@ -113,13 +113,13 @@ def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, r
 def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference, monkeypatch):
     sizes = []
 
-    def counted(ready, **options):
-        sizes.append(len(ready))
-        yield from running.run_batch(ready, **options)
+    def counted(experiments, streams, **options):
+        sizes.append(len(experiments) // 2)
+        yield from each_record(experiments, streams, **options)
 
     # A trial logs q and v of two motions of 4 s at 1 kHz, 6 joints: 0.768 MB.
-    monkeypatch.setattr(trials, "LOGS_AT_ONCE", 2.4e6)
-    monkeypatch.setattr(trials, "run_batch", counted)
+    monkeypatch.setattr(running, "LOGS_AT_ONCE", 2.4e6)
+    monkeypatch.setattr(running, "each_record", counted)
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     rows = trials.run_trials(study.scenario, [study.trial(k) for k in range(TRIALS)], study.schema, threads=1)
     assert sizes == [3, 3, 1]

@@ -7,12 +7,11 @@ from printed import printed
 from quick import BRIEF, quick_scenario
 
 from scenarios.cli import main
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import Budget, budgets, sobol_indices
-from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity
-from scenarios.experiments.studies.sources import settings_with, sources_of
-from scenarios.experiments.studies.study import study_identity
+from scenarios.experiments.budget import Budget, budgets, sobol_indices
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
+from scenarios.experiments.study import study_identity
 from scenarios.rendering.content import Paragraph
 from scenarios.reports.sensitivity import sensitivity_report
 from scenarios.support.errors import StudyError
@@ -28,7 +27,7 @@ def two_sources(folder: Path) -> Scenario:
         )
     )
     # `extends` would bring the sources of the scenario it extends along.
-    from scenarios.experiments.files.tables import CATALOG
+    from scenarios.experiments.scenario_files import CATALOG
 
     method = '[identification]\nmethod = "ls-2011"\n'
     path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + method + names)
@@ -192,7 +191,7 @@ def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_pat
 
 
 def test_motions_that_a_source_chooses_from_are_part_of_the_study(tmp_path):
-    from scenarios.experiments.files.tables import CATALOG
+    from scenarios.experiments.scenario_files import CATALOG
 
     motion = (CATALOG / "motions" / "drive-gains.toml").read_text()
     (tmp_path / "other.toml").write_text(motion)

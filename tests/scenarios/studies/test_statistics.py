@@ -6,9 +6,14 @@ from scipy import stats
 from study_tables import gathered
 
 from scenarios import assert_scenario
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
-from scenarios.experiments.studies.statistics import joint_statistics, study_result, write_summary
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.statistics import (
+    allowed_misses,
+    detectable_rate,
+    joint_statistics,
+    study_result,
+    write_summary,
+)
 from scenarios.rendering.content import Figure, Paragraph, Report
 from scenarios.reports.error_density import panels
 from scenarios.reports.files import write_figures
@@ -76,7 +81,7 @@ def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
     for misses, held in ((allowed, True), (allowed + 1, False)):
         table = rows(40)
         table["passed"] = (table["trial"] >= misses) | (table["joint"] == 2)
-        one, two = pass_rule(gathered(table).joints, wanted=0.9, false_alarm=0.01)
+        one, two = joint_statistics(gathered(table).joints, wanted=0.9, false_alarm=0.01)
         assert (one.passed, one.held, two.held) == (40 - misses, held, True)
 
 
@@ -92,7 +97,7 @@ def test_the_rule_finds_the_rate_it_says_it_can_tell():
     allowed = allowed_misses(20, 0.95, 0.01 / 6)
     rate = detectable_rate(20, allowed, 0.95)
     np.testing.assert_allclose(stats.binom.sf(allowed, 20, 1 - rate), 0.95, rtol=1e-6)
-    held, other = pass_rule(gathered(rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
+    held, other = joint_statistics(gathered(rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
     assert not held.held  # 90 % pass
     assert other.held
 

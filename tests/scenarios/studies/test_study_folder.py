@@ -8,8 +8,7 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from scenarios.experiments.studies.folder import _refuse_other, study_folder
-from scenarios.experiments.studies.parts import LOST, WHOLE, Part
+from scenarios.experiments.study_folder import study_folder
 from scenarios.support.errors import StudyError
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
@@ -19,23 +18,17 @@ def opened(path, identity=IDENTITY, count=10):
     return study_folder(path, identity, count=count, command="rx90 x", rows_per_trial=2)
 
 
-def whole(first: int, last: int) -> Part:
-    return Part(range(first, last + 1), WHOLE)
-
-
-def lost(first: int, last: int) -> Part:
-    return Part(range(first, last + 1), LOST)
-
-
-def part(first: int, last: int) -> pa.Table:
+def part(first: int, last: int, failure: str | None = None) -> pa.Table:
     numbers = np.repeat(np.arange(first, last + 1), 2)
-    return pa.table({"trial": numbers, "joint": np.tile([1, 2], last - first + 1), "z": numbers + 0.5})
+    failures = pa.array([failure] * len(numbers), pa.string())
+    joints = np.tile([1, 2], last - first + 1)
+    return pa.table({"trial": numbers, "joint": joints, "z": numbers + 0.5, "failure": failures})
 
 
 def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
     with opened(tmp_path / "study") as folder:
-        folder.write_part(whole(4, 5), part(4, 5))
-        folder.write_part(whole(0, 2), part(0, 2))
+        folder.keep(part(4, 5))
+        folder.keep(part(0, 2))
         assert folder.missing(8) == [range(3, 4), range(6, 8)]
     with opened(tmp_path / "study") as folder:
         assert folder.missing(6) == [range(3, 4)]
@@ -48,22 +41,22 @@ def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
 
 def test_lost_trials_are_there_for_readers_and_missing_for_the_next_to_work(tmp_path):
     with opened(tmp_path) as folder:
-        folder.write_part(whole(0, 2), part(0, 2))
-        folder.write_part(lost(3, 4), part(3, 4))
-        folder.write_part(whole(5, 5), part(5, 5))
+        folder.keep(part(0, 2))
+        folder.keep(part(3, 4, "WorkerDied"))
+        folder.keep(part(5, 5))
     assert sorted(set(pd.read_parquet(tmp_path / "trials")["trial"])) == [0, 1, 2, 3, 4, 5]
     with opened(tmp_path) as folder:
         assert folder.missing(8) == [range(3, 5), range(6, 8)]
         assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
         folder.forget_lost()
         assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 5, 5]
-        folder.write_part(whole(3, 4), part(3, 4))
+        folder.keep(part(3, 4))
         assert folder.missing(6) == []
 
 
 def test_a_hundred_million_missing_trials_take_no_memory(tmp_path):
     with opened(tmp_path) as folder:
-        folder.write_part(whole(7, 7), part(7, 7))
+        folder.keep(part(7, 7))
         assert folder.missing(10**8) == [range(7), range(8, 10**8)]
 
 
@@ -120,21 +113,21 @@ def test_strange_or_damaged_parts_are_refused(tmp_path):
             with pytest.raises(StudyError, match=rf"{name}: not part of a study; move it away"):
                 folder.parts()
             (folder.trials / name).unlink()
-        folder.write_part(whole(0, 2), part(0, 2).slice(0, 5))
+        folder.keep(part(0, 2).slice(0, 5))
         with pytest.raises(StudyError, match="its 5 rows are not those of trials 0 to 2"):
             folder.parts()
 
 
 def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
     with opened(tmp_path) as folder:
-        folder.write_part(whole(0, 3), part(0, 3))
+        folder.keep(part(0, 3))
         good = folder.trials / "00000000-00000003.parquet"
         for name in ("00000004-00000007.parquet", "0-3.parquet", "00000000-00000003.copy.parquet", "00000000-00000003"):
             (folder.trials / name).write_bytes(good.read_bytes())
             with pytest.raises(StudyError, match=rf"{name}: contains trials 0 to 3; move it away"):
                 folder.missing(10)
             (folder.trials / name).unlink()
-        folder.write_part(whole(3, 4), part(3, 4))
+        folder.keep(part(3, 4))
         with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are also in 0"):
             folder.missing(10)
 
@@ -146,7 +139,7 @@ def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
 
 def test_what_a_crash_left_half_written_is_cleared_away(tmp_path):
     with opened(tmp_path) as folder:
-        folder.write_part(whole(0, 0), part(0, 0))
+        folder.keep(part(0, 0))
     (tmp_path / ".unfinished").write_bytes(b"half a part")
     with opened(tmp_path) as folder:
         assert folder.missing(2) == [range(1, 2)]
@@ -159,12 +152,12 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
         "import resource, signal, sys\n"
         "sys.path.insert(0, sys.argv[2])\n"
         "from pathlib import Path\n"
-        "from test_study_folder import opened, part, whole\n"
+        "from test_study_folder import opened, part\n"
         "with opened(Path(sys.argv[1])) as folder:\n"
-        "    folder.write_part(whole(0, 0), part(0, 0))\n"
+        "    folder.keep(part(0, 0))\n"
         "    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
-        "    folder.write_part(whole(1, 1), part(1, 1))\n"
+        "    folder.keep(part(1, 1))\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path), str(__file__).rpartition("/")[0]], capture_output=True, text=True
@@ -177,5 +170,10 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
 @pytest.mark.parametrize(("there", "here"), [({"gain": 0.9}, None), (None, {"gain": 0.9}), ({"gain": 0.9}, 2.5)])
 def test_a_table_that_another_study_has_no_table_for_is_a_difference_like_any_other(tmp_path, there, here):
     words = [re.escape("absent" if x is None else json.dumps(x)) for x in (there, here)]
-    with pytest.raises(StudyError, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"):
-        _refuse_other(tmp_path, {"table": {"plant": there}}, {"table": {"plant": here}})
+    with opened(tmp_path, {"table": {"plant": there}}):
+        pass
+    with (
+        pytest.raises(StudyError, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"),
+        opened(tmp_path, {"table": {"plant": here}}),
+    ):
+        pass

@@ -10,12 +10,11 @@ import pyarrow as pa
 import pytest
 from scipy import stats
 
-import scenarios.experiments.studies.budget as study_budget_module
-from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.budget import NEEDED, Budget, BudgetJoint, Interval, SourceCost, ranking
-from scenarios.experiments.studies.joint_rows import JointRows
-from scenarios.experiments.studies.statistics import joint_statistics
-from scenarios.experiments.studies.stored import StoredStudy
+import scenarios.experiments.budget as study_budget_module
+from scenarios.experiments.budget import NEEDED, Budget, BudgetJoint, Interval, SourceCost, ranking
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.statistics import JointRows, joint_statistics
+from scenarios.experiments.study_folder import StoredStudy
 from scenarios.rendering.content import Paragraph, Table
 from scenarios.rendering.plot import Plot
 from scenarios.reports.error_density import MOST as MOST_CLAIMS

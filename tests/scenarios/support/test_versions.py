@@ -28,7 +28,7 @@ def test_a_copy_has_the_same_digests(copied):
         "scenarios/catalog/motions/drive-gains.toml",
         "sim/record.py",
         "ident/model/regressor.py",
-        "scenarios/experiments/files/draws.py",
+        "scenarios/experiments/draws.py",
     ],
 )
 def test_a_byte_more_in_any_file_that_decides_a_row_is_seen_and_named(copied, name):

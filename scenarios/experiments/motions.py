@@ -11,9 +11,10 @@ from ident.support.arrays import Array
 from ident.support.file_access import read_bytes
 from ident.support.naming import nearest, shown
 from ident.support.toml_files import LARGEST as LARGEST_FILE
-from scenarios.experiments.files.tables import CATALOG, read_table
-from scenarios.experiments.files.toml_text import schema_line
+from ident.support.toml_files import read_toml
+from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, MOTION
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.toml_text import schema_line
 from sim.trajectory import FourierTrajectory, at_rest
 
 LONGEST = 600.0
@@ -23,6 +24,8 @@ LARGEST = 1e4
 KEYS = ("duration", "center", "sine", "cosine")
 MOTIONS = CATALOG / "motions"
 """Folder of the built-in motions."""
+FORMS = ("a number", "an array of numbers", "rows of numbers, all of one length")
+"""Values by number of dimensions."""
 
 
 @lru_cache(maxsize=32)
@@ -33,7 +36,7 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
         ScenarioError: If it does not exist, or does not start and end at rest.
     """
     path = _motion_path(name, folder)
-    table = read_table(path)
+    table = read_toml(path, error=UnreadableFile)
     for key in table:
         if key not in KEYS:
             raise ScenarioError(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
@@ -54,23 +57,20 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
 
 
 def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int) -> Array:
-    """Return numbers of a motion file as an array."""
-    form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
-    if not _all_numbers(table[key], dimensions):
-        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")
+    def numbers(value: object, dimensions: int) -> bool:
+        if dimensions:
+            return isinstance(value, list) and all(numbers(inner, dimensions - 1) for inner in value)
+        return isinstance(value, int | float) and not isinstance(value, bool)
+
     try:
+        if not numbers(table[key], dimensions):
+            raise ValueError
         values = np.array(table[key], dtype=np.float64)
     except (ValueError, OverflowError):  # rows of unequal length, or an integer too large for a float
-        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
+        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {FORMS[dimensions]}") from None
     if not (np.abs(values) <= LARGEST).all():
         raise ScenarioError(f"{path}: {key} contains a number that is not finite or beyond {LARGEST:g}")
     return values
-
-
-def _all_numbers(value: object, dimensions: int) -> bool:
-    if dimensions:
-        return isinstance(value, list) and all(_all_numbers(inner, dimensions - 1) for inner in value)
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def motion_digest(name: str, folder: Path) -> str:
@@ -84,7 +84,7 @@ def motion_digest(name: str, folder: Path) -> str:
 
 
 def _motion_path(name: str, folder: Path) -> Path:
-    builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
+    builtin = BUILT_IN[MOTION]
     path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
     if not path.exists():
         raise UnknownName(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")

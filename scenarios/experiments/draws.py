@@ -15,8 +15,8 @@ import scipy
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest
-from scenarios.experiments.files.schema import DrawTable, Scenario, ScenarioTable
-from scenarios.experiments.files.settings import Value, value_at, with_settings
+from scenarios.experiments.scenario import Value, value_at, with_settings
+from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable
 from scenarios.support.errors import ScenarioError, WrongDraw
 from sim.errors import SimulationError
 
@@ -35,11 +35,8 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
     Raises:
         WrongDraw: If the target of a draw is not a number of the scenario, or the distribution does not exist.
     """
-    draws = scenario.table.random
-    if not draws:
-        return {}
     table, settings = scenario.table, dict[str, Value]()
-    for name, draw in draws.items():
+    for name, draw in table.random.items():
         key = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(name.encode()),))
         try:
             uniform = np.random.default_rng(key).random(numbers_needed(draw, table))
@@ -64,17 +61,13 @@ def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> Non
     Raises:
         WrongDraw: If a draw is not possible (the first one).
     """
-    groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (
-        ("random", scenario.table.random),
-        ("sources", {k: s for k, s in scenario.table.sources.items() if s.stream is None}),
-    )
-    if not any(draws for _, draws in groups):
-        return
-    for group, draws in groups:
+    table = scenario.table
+    drawn = {name: source for name, source in table.sources.items() if source.stream is None}
+    for group, draws in (("random", table.random), ("sources", drawn)):
         for name, draw in draws.items():
             try:
                 for u in CHECKED_AT:
-                    settings_from(draw, np.full(numbers_needed(draw, scenario.table), u), scenario.table)
+                    settings_from(draw, np.full(numbers_needed(draw, table), u), table)
                 for value in draw.choice or ():
                     usable(with_settings(scenario, dict.fromkeys(draw.targets, value)))
             except (ScenarioError, SimulationError, IdentificationError) as error:
@@ -85,8 +78,7 @@ def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
     """Return the number of uniform numbers that a draw needs."""
     if draw.shared or draw.choice is not None:
         return 1
-    values = [value_at(table, place) for place in draw.targets]
-    return sum(len(value) if isinstance(value, list) else 1 for value in values)
+    return sum(np.size(np.asarray(value_at(table, place))) for place in draw.targets)
 
 
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
@@ -104,15 +96,15 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
         chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
         return dict.fromkeys(draw.targets, chosen)
     settings, used = dict[str, Value](), 0
-    total = sum(len(np.atleast_1d(np.asarray(value_at(table, place)))) for place in draw.targets)
+    total = sum(np.size(np.asarray(value_at(table, place))) for place in draw.targets)
     for place in draw.targets:
         value = value_at(table, place)
         if isinstance(value, str):
             raise WrongDraw(f"{place} is a name, {value!r}; draw it with choice = [...]")
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
         own = slice(used, used + len(base))
-        part = np.repeat(uniform, len(base)) if draw.shared else uniform[own]
         used += len(base)
+        part = np.repeat(uniform, len(base)) if draw.shared else uniform[own]
         numbers = _quantiles(draw, part, _parameters(draw, own, total))
         changed = {"replace": numbers, "add": base + numbers, "multiply": base * numbers}[draw.apply]
         settings[place] = changed.tolist() if isinstance(value, list) else float(changed[0])
@@ -167,15 +159,16 @@ def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, Number]
     if missing:
         raise WrongDraw(f"{name} needs the parameter {', '.join(missing)}")
     stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
+    misfit = WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
     try:
         with np.errstate(all="ignore"):
             numbers = np.asarray(distribution.ppf(uniform, **parameters), dtype=np.float64)
     except ValueError as error:
-        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
+        raise misfit from error
     if not np.isfinite(numbers).all():
         raise WrongDraw(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
     if numbers.shape != uniform.shape:
-        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
+        raise misfit
     return numbers
 
 

@@ -72,26 +72,21 @@ def simultaneous_band(correlation: Array, trials: int, *, level: float, draws: i
         draws: Simulated curves; the level is known to sqrt(level (1 - level) / draws).
         rng: Their random numbers.
     """
-    curves = np.concatenate(
-        [_differences(_honest(correlation, trials, some, rng)) for some in _chunks(draws, trials * len(correlation))]
-    )  # (draws, K)
+    m, most = len(correlation), max(1, AT_ONCE // (trials * len(correlation)))
+    curves = np.concatenate(  # (draws, K)
+        [
+            _differences(
+                rng.multivariate_normal(np.zeros(m), correlation, (min(most, draws - start), trials), method="eigh")
+            )
+            for start in range(0, draws, most)
+        ]
+    )
     ordered = np.sort(curves, axis=0)
     columns = list(zip(ordered.T, curves.T, strict=True))
     below = np.array([np.searchsorted(column, values, side="right") for column, values in columns])  # (K, draws)
     above = draws - np.array([np.searchsorted(column, values, side="left") for column, values in columns])
     k = int(np.quantile(np.minimum(below, above).min(axis=0), 1.0 - level, method="lower"))
     return Band(low=ordered[k - 1], high=ordered[draws - k])
-
-
-def _honest(correlation: Array, trials: int, draws: int, rng: np.random.Generator) -> Array:
-    """Draw z of correct standard deviations, shape (draws, trials, m)."""
-    return rng.multivariate_normal(np.zeros(len(correlation)), correlation, (draws, trials), method="eigh")
-
-
-def _chunks(draws: int, width: int) -> list[int]:
-    """Return the numbers of draws made together."""
-    most = max(1, AT_ONCE // width)
-    return [min(most, draws - start) for start in range(0, draws, most)]
 
 
 def _differences(z: Array) -> Array:

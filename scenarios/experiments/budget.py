@@ -10,9 +10,9 @@ from pydantic import Field
 from scipy import stats
 
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.folder import StudyFolder
-from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL
+from scenarios.experiments.schema import Scenario
+from scenarios.experiments.sensitivity import ALL, ALONE, NONE, SOBOL
+from scenarios.experiments.study_folder import StudyFolder
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import StudyError
 

@@ -7,13 +7,12 @@ from functools import lru_cache
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
-from scenarios.experiments.files.mountings import BARE, by_mounting, motion_names, mountings
-from scenarios.experiments.files.resolved import believed_payloads
-from scenarios.experiments.files.schema import BodyTable, Scenario
-from scenarios.experiments.files.settings import Value, with_settings
-from scenarios.experiments.robots import motion_of, robot_of
+from scenarios.experiments.motions import read_motion
 from scenarios.experiments.robots import structure as believed_structure
-from scenarios.support.errors import ScenarioError
+from scenarios.experiments.scenario import Value, believed_payloads, robot_of, with_settings
+from scenarios.experiments.scenario_files import MOTION
+from scenarios.experiments.schema import BARE, BodyTable, Scenario, by_mounting, motion_names, mountings
+from scenarios.support.errors import ScenarioError, UnknownName
 from sim.controller import ControllerBelief
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
@@ -90,7 +89,12 @@ def setup_without_motion(scenario: Scenario) -> Setup:
     structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
     believed = believed_payloads(scenario)
     payloads = {name: believed[name] for name in mountings(table.experiment.protocol)}
-    return Setup(scenario, true_plants(scenario), structure, payloads)
+    drives = _drives(**{field.name: getattr(table.plant, field.name) for field in fields(DriveTruth)})
+    plants = {
+        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=table.plant.errors)
+        for name, body in by_mounting(table.plant.payload, table.plant.payloads).items()
+    }
+    return Setup(scenario, plants, structure, payloads)
 
 
 def setup_of(scenario: Scenario) -> Setup:
@@ -103,7 +107,10 @@ def setup_of(scenario: Scenario) -> Setup:
     setup = setup_without_motion(scenario)
     table, plant = scenario.table, setup.plant
     protocol, n = table.experiment.protocol, plant.robot.n
-    motion = motion_of(scenario)
+    try:
+        motion = read_motion(table.experiment.motion, scenario.folder)
+    except UnknownName as error:
+        raise UnknownName(f"{scenario.asking.get(MOTION, scenario.name)}: {MOTION}: {error}") from error
     if motion.n != n:
         raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(
@@ -144,16 +151,6 @@ def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
         ScenarioError: As `setup_of`.
     """
     return setup_of(with_settings(setup.scenario, settings)) if settings else setup
-
-
-def true_plants(scenario: Scenario) -> dict[str, Plant]:
-    """Return the true plants of a scenario, by mounting."""
-    stated, arm = scenario.table.plant, robot_of(scenario)
-    drives = _drives(**{field.name: getattr(stated, field.name) for field in fields(DriveTruth)})
-    return {
-        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)
-        for name, body in by_mounting(stated.payload, stated.payloads).items()
-    }
 
 
 @lru_cache(maxsize=DRIVES_KEPT)

@@ -1,1 +1,0 @@
-"""Scenario files: from TOML to validated values."""

@@ -1,0 +1,289 @@
+"""A scenario: loaded once, with every number stated, and then changed by key path, as `plant.payload.mass` = 7.0.
+
+Names of payloads and omitted drives are replaced by their numbers at loading, so repetitions read no file again.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+import rx90_mjcf
+from ident.estimation.estimators import ESTIMATORS
+from ident.payload.payload import INERTIA_KEYS, Payload, payload_from_table, payload_to_table, read_payload
+from ident.support.errors import PayloadError
+from ident.support.naming import nearest, shown
+from ident.support.options import options_from_table, table_from_words
+from scenarios.experiments.robots import robot
+from scenarios.experiments.scenario_files import BUILT_IN, LOADED, scenario_table, stating_file
+from scenarios.experiments.schema import (
+    BodyTable,
+    InertiaTable,
+    Scenario,
+    ScenarioTable,
+    by_mounting,
+    check_lengths,
+    mountings,
+    refusal,
+    validated,
+)
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from sim.robot import DriveTruth, Robot
+
+Value = float | str | list[float]
+"""A value of a scenario: a number, a name, or one number per joint or axis."""
+UNNAMED = "scenario"
+"""Name of files that are known by the name of their folder."""
+OPTIONAL = "plant.errors."
+"""Keys whose omitted array means zeros, one per joint."""
+NOTHING = (0.0, 0.0, 0.0)
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read, validate and resolve a built-in scenario or a user's file.
+
+    Raises:
+        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+        RobotError: If the file of its robot is not valid.
+    """
+    return resolved(scenario_as_stated(name))
+
+
+def scenario_as_stated(name: str) -> Scenario:
+    """Return a scenario as specified by its file and the extended ones, without the numbers that they leave out.
+
+    Raises:
+        ScenarioError: As `load_scenario`.
+    """
+    table, path = scenario_table(name)
+    wanted = stating_file(name, "tolerance.identifiable")
+    return Scenario(
+        name=path.parent.name or path.stem if path.stem == UNNAMED else path.stem,
+        folder=path.parent,
+        table=validated(table, str(path)),
+        expectation="" if wanted is None else wanted.name,
+        asking={key: str(stating_file(name, key) or path) for key in BUILT_IN},
+    )
+
+
+def resolved(scenario: Scenario) -> Scenario:
+    """Return a scenario with all numbers filled in, and without payloads that are never mounted.
+
+    Raises:
+        UnknownName: If its robot or payload does not exist.
+        RobotError: If the robot's file cannot be read.
+        ScenarioError: If the assumed payload is impossible.
+    """
+    table, name, nominal = scenario.table, scenario.name, robot_of(scenario).drives
+    believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
+    true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
+    used = mountings(table.experiment.protocol) or tuple(true)  # a draw of a payload that is never mounted is an error
+    plant, belief = (
+        {"payload": of.get(LOADED) if LOADED in used else None, "payloads": {k: of[k] for k in used if k != LOADED}}
+        for of in (true, believed)
+    )
+    drives = {
+        field.name: tuple(getattr(nominal, field.name).tolist())
+        for field in fields(DriveTruth)
+        if getattr(table.plant, field.name) is None
+    }
+    update: dict[str, object] = {
+        "plant": table.plant.model_copy(update={**drives, **plant}),
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a specified value is replaced by zero
+    }
+    if table.cost is not None:
+        update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, name)})
+    return replace(scenario, table=table.model_copy(update=update))
+
+
+def robot_of(scenario: Scenario) -> Robot:
+    """The robot.
+
+    Raises:
+        UnknownName: If it does not exist.
+        UnreadableFile: If its file cannot be read.
+        RobotError: If its file is not valid.
+    """
+    try:
+        return robot(scenario.table.robot, scenario.folder)
+    except (UnknownName, UnreadableFile) as error:
+        raise type(error)(f"{scenario.asking.get('robot', scenario.name)}: robot: {error}") from error
+
+
+def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """Return the assumed payloads, by mounting; without standard deviations if taken as exact.
+
+    Raises:
+        UnknownName: If a name does not exist.
+        ScenarioError: If a payload is impossible.
+    """
+    exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
+    return {
+        key: replace(payload, **certain) if (exact.get(key) if isinstance(exact, Mapping) else exact) else payload
+        for key, payload in stated_payloads(scenario).items()
+    }
+
+
+def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """Return the assumed payloads with specified standard deviations, by mounting; raises as `believed_payloads`."""
+    belief, found = scenario.table.belief, dict[str, Payload]()
+    for key, stated in by_mounting(belief.payload, belief.payloads).items():
+        try:
+            payload = _named(stated, scenario.name) if isinstance(stated, str) else payload_from_table(stated)
+            known = belief.known.get(key) if isinstance(belief.known, Mapping) else belief.known
+            found[key] = payload if known is None else replace(payload, known=known)
+        except PayloadError as error:
+            where = "" if key == LOADED else f"payloads.{key}: "
+            raise ScenarioError(f"{scenario.name}: belief.{where}{error}") from error
+    return found
+
+
+def _named(payload: str, name: str) -> Payload:
+    if payload not in rx90_mjcf.PAYLOADS:
+        raise UnknownName(
+            f"{name}: unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; "
+            f"known: {', '.join(rx90_mjcf.PAYLOADS)}"
+        )
+    return read_payload(rx90_mjcf.PAYLOADS[payload])
+
+
+def _body(body: str | BodyTable, name: str) -> BodyTable:
+    if not isinstance(body, str):
+        return body
+    payload = _named(body, name)
+    assert payload.com is not None, "the shipped payloads are complete"
+    assert payload.inertia is not None, "the shipped payloads are complete"
+    inertia = InertiaTable(**dict(zip(INERTIA_KEYS, payload.inertia, strict=True)))
+    return BodyTable(mass=payload.mass, com=payload.com, inertia=inertia)
+
+
+def value_at(table: ScenarioTable, place: str) -> Value:
+    """Return the value at a key path of a scenario.
+
+    Raises:
+        ScenarioError: If it does not exist, or is a table.
+    """
+    inner: object = table
+    for depth, key in enumerate(keys := place.split(".")):
+        below = _entries(inner)
+        if inner is None and keys[depth - 1] == "payload":
+            raise ScenarioError(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries this payload")
+        if key not in below:
+            at = ".".join(keys[:depth]) or "the scenario"
+            raise ScenarioError(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")
+        inner = below[key]
+    if inner is None and place.startswith(OPTIONAL):
+        return [0.0] * len(table.tolerance.gain)
+    if isinstance(inner, list | tuple) and all(_is_number(x) for x in inner):
+        return [float(x) for x in inner]
+    if isinstance(inner, str):
+        return inner
+    if isinstance(inner, float | int) and _is_number(inner):
+        return float(inner)
+    kind = "a table" if _entries(inner) else f"{inner!r}"
+    raise ScenarioError(f"{place} holds {kind}; expected a number, an array of numbers or a name")
+
+
+def place_of(table: ScenarioTable, name: str) -> str:
+    """Return the full key path for its end: `identification.observe.cutoff_hz` for `observe.cutoff_hz`.
+
+    Raises:
+        ScenarioError: If there is no such path, or more than one.
+    """
+
+    def places(node: object, above: str) -> Iterator[str]:
+        for key, value in _entries(node).items():
+            yield from places(value, f"{above}{key}.") if _entries(value) else [f"{above}{key}"]
+
+    found = [place for place in places(table, "") if f".{place}".endswith(f".{name}")]
+    if len(found) > 1 and name not in found:
+        raise ScenarioError(f"{name} is ambiguous: {', '.join(found)}; expected one of them")
+    place = found[0] if len(found) == 1 else name
+    value_at(table, place)
+    return place
+
+
+def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
+    """Return the scenario with changed values and without random tables.
+
+    Only tables with changed values are validated again.
+
+    Raises:
+        ScenarioError: If a key path does not exist.
+        WrongValue: If a value is not valid.
+    """
+    changes: dict[str, Any] = {}
+    for place, value in settings.items():
+        value_at(scenario.table, place)
+        *above, last = place.split(".")
+        inner = changes
+        for key in above:
+            inner = inner.setdefault(key, {})
+        inner[last] = value
+    update = {key: _changed(getattr(scenario.table, key), inner, key, scenario.name) for key, inner in changes.items()}
+    table = scenario.table.model_copy(update={**update, "random": {}})
+    check_lengths(table, scenario.name)
+    return replace(scenario, table=table)
+
+
+def _changed(node: object, changes: object, place: str, name: str) -> object:
+    """Return a table with changes applied and validated; other values are replaced."""
+    entries = _entries(node)
+    if not isinstance(changes, Mapping):
+        return tuple(changes) if isinstance(changes, list) else changes
+    values = {**entries, **{k: _changed(entries[k], v, f"{place}.{k}", name) for k, v in changes.items()}}
+    try:
+        if isinstance(node, BaseModel):
+            return type(node).model_validate(values, strict=True)
+        if is_dataclass(node):
+            return _adapter(type(node)).validate_json(json.dumps(values), strict=True)
+    except ValidationError as error:
+        raise refusal(error, name, place) from error
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
+
+
+@lru_cache(maxsize=32)
+def _adapter(kind: type) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _entries(node: object) -> dict[str, Any]:
+    """Return the items of a table; empty if it is not a table."""
+    if isinstance(node, BaseModel):
+        return dict(node.__dict__)
+    if is_dataclass(node):
+        return {name: getattr(node, name) for name in _names(type(node))}
+    return {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
+
+
+@lru_cache(maxsize=32)
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
+def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
+    """Return the scenario with another method or other options.
+
+    Args:
+        scenario: The scenario.
+        method: A name in `ESTIMATORS`, None for the scenario's.
+        words: `KEY=VALUE`, options of the method; a named method starts from its defaults.
+
+    Raises:
+        OptionError: If an option does not exist or a value is not valid.
+    """
+    stated = scenario.table.identification
+    if method is None and not words:
+        return scenario
+    name, kept = (stated.method, stated.options) if method is None else (method, {})
+    options = {**kept, **table_from_words(ESTIMATORS[name].options, words)}
+    options_from_table(ESTIMATORS[name].options, options)
+    chosen = stated.model_copy(update={"method": name, "options": options})
+    return replace(scenario, table=scenario.table.model_copy(update={"identification": chosen}))

@@ -1,0 +1,202 @@
+"""Scenario files as TOML tables: names and places, and `extends`. Light imports: the command line checks names here.
+
+An extending file replaces values key by key. Paths of robot and motions are relative to the file that names them. A
+payload's standard deviation in a file has priority over an inherited `belief.exact`; both in one file are an error.
+"""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from ident.support.file_access import check_file
+from ident.support.naming import nearest, one_line, shown
+from ident.support.toml_files import DEEPEST, LARGEST, read_toml
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
+
+CATALOG = Path(__file__).parents[1] / "catalog"
+"""Folder of the built-in scenarios."""
+PARTS = CATALOG / "parts"
+"""Folder of partial scenarios, which can be extended but not run."""
+ROBOT = "rx90"
+"""The default robot."""
+MOTION = "experiment.motion"
+BUILT_IN = {
+    "robot": (ROBOT, *sorted(path.parent.name for path in CATALOG.glob("robots/*/robot.toml"))),
+    MOTION: tuple(sorted(path.stem for path in CATALOG.glob("motions/*.toml"))),
+}
+"""Keys whose value is the path of a file or one of these names."""
+LOADED = "loaded"
+"""Name of the payload in key `payload` of plant and belief."""
+DEVIATIONS = ("mass_std", "com_std", "inertia_std")
+
+Table = dict[str, object]
+
+
+def builtin_names() -> list[str]:
+    """Names of the built-in scenarios."""
+    return sorted(path.stem for path in CATALOG.glob("*.toml"))
+
+
+def part_names() -> list[str]:
+    """Names of partial scenarios."""
+    return sorted(path.stem for path in PARTS.glob("*.toml"))
+
+
+def find_scenario(name: str, folder: Path | None = None) -> Path:
+    """Return the path of a built-in scenario or of a user's file.
+
+    Args:
+        name: A built-in name, or the path of a TOML file.
+        folder: Folder of the file that extends it, the base of relative paths; None for the working folder.
+
+    Raises:
+        ScenarioError: If it does not exist; the message names the nearest built-in one.
+    """
+    if name in builtin_names():
+        return CATALOG / f"{name}.toml"
+    if name in part_names():
+        if folder is None:
+            raise UnknownName(f"{name} is a partial scenario; extend it by a file that states the rest")
+        return PARTS / f"{name}.toml"
+    path = (folder or Path()) / name
+    if path.suffix != ".toml" and not path.is_file():
+        own = path / "scenario.toml"
+        near = f"; did you mean {one_line(own)}?" if own.is_file() else nearest(name, builtin_names())
+        raise UnknownName(f"unknown scenario {shown(name)}{near}; `rx90 list` shows all")
+    if path.suffix != ".toml":
+        from ident.model.files import MODEL_FILES  # not at the top: it imports NumPy
+
+        if path.suffix.lower() in MODEL_FILES:
+            raise UnknownName(f"{one_line(path)} is a robot model; `rx90 new-robot` writes a scenario for it")
+    check_file(path, most_bytes=LARGEST, error=UnreadableFile)
+    return path.resolve()
+
+
+def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
+    """Read a scenario merged with the scenarios that it extends.
+
+    Args:
+        name: A built-in name, or the path of a TOML file.
+        folder: Base of relative paths; the working folder if None.
+        below: Files already being read, to detect circles.
+
+    Returns:
+        The merged table without `extends`, with paths relative to the file's folder, and the file.
+
+    Raises:
+        ScenarioError: If a file is missing or not TOML, or `extends` is circular.
+    """
+    path = find_scenario(name, folder)
+    if path in below:
+        raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
+    if len(below) >= DEEPEST:
+        raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
+    table = read_toml(path, error=UnreadableFile)
+    for payload, key in _deviations(table).items():
+        if _taken_as_exact(_below(table, "belief").get("exact"), payload):
+            place = "payload" if payload == LOADED else f"payloads.{payload}"
+            raise WrongValue(
+                f"{path}: belief.{place}: {key} is specified, but belief.exact sets it to zero; remove one of them"
+            )
+    parent = table.pop("extends", None)
+    if parent is None:
+        return table, path
+    if not isinstance(parent, str):
+        raise ScenarioError(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
+    try:
+        base, there = scenario_table(parent, path.parent, (*below, path))
+    except ScenarioError as error:
+        if below or str(error).startswith(str(path)):
+            raise
+        raise ScenarioError(f"{path}: extends: {error}") from error
+    return _merged(seen_from(base, there.parent, path.parent), table), path
+
+
+def stating_file(name: str, key: str, folder: Path | None = None) -> Path | None:
+    """Return the file that states a key path: the scenario's own, or the nearest extended one; None if none does."""
+    path = find_scenario(name, folder)
+    table = read_toml(path, error=UnreadableFile)
+    inner: object = table
+    for part in key.split("."):
+        inner = inner.get(part) if isinstance(inner, Mapping) else None
+    parent = table.get("extends")
+    if inner is None and isinstance(parent, str):
+        return stating_file(parent, key, path.parent)
+    return None if inner is None else path
+
+
+def seen_from(table: Mapping[str, object], beside: Path, folder: Path) -> Table:
+    """Return a scenario's tables in folder `beside`, with paths relative to another folder."""
+
+    def seen(place: object, key: str) -> object:
+        if beside == folder or not isinstance(place, str) or place in BUILT_IN[key] or Path(place).is_absolute():
+            return place
+        return os.path.relpath(beside / place, folder)
+
+    def of_draw(draw: object) -> object:
+        if not isinstance(draw, Mapping) or not isinstance(draw.get("choice"), list):
+            return draw
+        targets = draw.get("target")
+        if MOTION not in (targets if isinstance(targets, list) else [targets]):
+            return draw
+        return {**draw, "choice": [seen(each, MOTION) for each in draw["choice"]]}
+
+    found, experiment = dict(table), _below(table, "experiment")
+    if "robot" in found:
+        found["robot"] = seen(found["robot"], "robot")
+    if "motion" in experiment:
+        found["experiment"] = {**experiment, "motion": seen(experiment["motion"], MOTION)}
+    for group in ("random", "sources"):
+        if isinstance(found.get(group), Mapping):
+            found[group] = {name: of_draw(draw) for name, draw in _below(found, group).items()}
+    return found
+
+
+def _merged(base: Table, over: Table) -> Table:
+    """Return the tables of a file and of the one that it extends."""
+    merged, below, above = overlaid(base, over), _below(base, "belief"), _below(over, "belief")
+    exact, stated = above.get("exact", below.get("exact")), _deviations(over)
+    if "exact" not in above and any(_taken_as_exact(exact, name) for name in stated):
+        names = sorted({*_payloads(below), *_payloads(above)})
+        exact = {name: name not in stated and _taken_as_exact(exact, name) for name in names}
+    return merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})
+
+
+def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> Table:
+    """Merge tables key by key; other values replace."""
+    merged = dict(base)
+    for key, value in over.items():
+        old = merged.get(key)
+        if isinstance(old, Mapping) and isinstance(value, Mapping):
+            merged[key] = overlaid(old, value)
+        else:
+            merged[key] = value
+    return merged
+
+
+def _deviations(table: Mapping[str, object]) -> dict[str, str]:
+    """Return the first nonzero standard deviation that is specified for each payload."""
+    stated = {
+        name: [key for key in DEVIATIONS if isinstance(payload, Mapping) and _nonzero(payload.get(key))]
+        for name, payload in _payloads(_below(table, "belief")).items()
+    }
+    return {name: keys[0] for name, keys in stated.items() if keys}
+
+
+def _nonzero(value: object) -> bool:
+    if isinstance(value, Mapping | list):
+        return any(map(_nonzero, value.values() if isinstance(value, Mapping) else value))
+    return value is not None and value != 0
+
+
+def _payloads(belief: Mapping[str, object]) -> Table:
+    return {**({LOADED: belief["payload"]} if "payload" in belief else {}), **_below(belief, "payloads")}
+
+
+def _taken_as_exact(exact: object, name: str) -> bool:
+    return exact is True or (isinstance(exact, Mapping) and exact.get(name) is True)
+
+
+def _below(table: object, key: str) -> dict[str, object]:
+    inner = table.get(key) if isinstance(table, Mapping) else None
+    return dict(inner) if isinstance(inner, Mapping) else {}

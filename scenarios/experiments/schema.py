@@ -1,0 +1,432 @@
+"""The schema of a scenario: true plant, experiment, assumed values, tolerances, random values, error sources.
+
+`experiment.protocol = ["bare", "light", "heavy", "bare"]` names the payload of each motion, in order of time. `bare` is
+the flange alone. Other names are keys of `[plant.payloads]` and `[belief.payloads]`; `loaded` is the payload in key
+`payload` of both. Motions of one name are one mounting.
+"""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import PydanticCustomError
+
+from ident.estimation.estimators import DEFAULT, ESTIMATORS
+from ident.estimation.gain_options import GainOptions
+from ident.observation.observation import ObserveOptions
+from ident.support.errors import OptionError
+from ident.support.naming import nearest, shown
+from ident.support.options import options_from_table
+from scenarios.experiments.scenario_files import LOADED, ROBOT
+from scenarios.support.errors import ScenarioError, UnknownName, WrongDraw, WrongValue
+from sim.controller import ControllerOptions
+from sim.effects import ModelErrors
+from sim.sensors import STREAMS, SensorOptions
+
+BARE = "bare"
+PAIR = (BARE, LOADED)
+"""The paper's protocol, the default."""
+UNLOADED = "unloaded"
+"""Name of a bare motion in files and messages."""
+NAME = re.compile(r"[a-z][a-z0-9_]*")
+"""Pattern of names of mountings; they are used as file names, in which a hyphen precedes the repetition number."""
+MOST_MOTIONS = 64
+"""Largest number of motions of an experiment."""
+DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
+"""Tables whose values a run or a source may change."""
+
+Body = TypeVar("Body")
+Vector = tuple[float, ...]
+Triple = tuple[float, float, float]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
+Known = Literal["all", "mass"]
+
+
+def mountings(protocol: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the payloads that a protocol mounts, in the order of their first motions."""
+    return tuple(dict.fromkeys(name for name in protocol if name != BARE))
+
+
+def motion_names(protocol: Sequence[str]) -> tuple[str, ...]:
+    """Return a name for each motion: `unloaded` or its mounting, with suffixes `-2` and so on for repetitions."""
+    earlier = [list(protocol[:k]).count(carried) for k, carried in enumerate(protocol)]
+    names = [UNLOADED if carried == BARE else carried for carried in protocol]
+    return tuple(f"{name}-{times + 1}" if times else name for name, times in zip(names, earlier, strict=True))
+
+
+def grouped(protocol: Sequence[str]) -> tuple[int, ...]:
+    """Return the indices of the motions in order of time, but with motions of one payload grouped at its first one.
+
+    Identification uses this order, and so does a command line, in which a payload follows its recordings.
+    """
+    first = {name: list(protocol).index(name) for name in mountings(protocol)}
+    return tuple(sorted(range(len(protocol)), key=lambda k: first.get(protocol[k], k)))
+
+
+def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Body]:
+    """Return payloads by mounting; the one in key `payload` is `loaded`."""
+    return {**({} if single is None else {LOADED: single}), **named}
+
+
+def _known_stream(name: str) -> str:
+    if name not in STREAMS:
+        raise PydanticCustomError("stream", "expected one of {known}", {"known": ", ".join(STREAMS)})
+    return name
+
+
+class _Table(BaseModel):
+    """A TOML table: unknown keys are errors, values are frozen and strictly typed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+
+
+class InertiaTable(_Table):
+    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
+
+    ixx: float = Field(description="Moment about x [kg m^2]")
+    iyy: float = Field(description="Moment about y [kg m^2]")
+    izz: float = Field(description="Moment about z [kg m^2]")
+    ixy: float = Field(0.0, description="Product of x and y [kg m^2]")
+    ixz: float = Field(0.0, description="Product of x and z [kg m^2]")
+    iyz: float = Field(0.0, description="Product of y and z [kg m^2]")
+
+
+class BodyTable(_Table):
+    """The true payload, in the frame of the last link."""
+
+    mass: Positive = Field(description="Its mass [kg]")
+    com: Triple = Field(description="Its centre of mass [m]")
+    inertia: InertiaTable = Field(description="About the centre of mass [kg m^2]")
+
+
+class PlantTable(_Table):
+    """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
+
+    payload: str | BodyTable | None = Field(
+        None, description="The payload of `loaded` motions of the protocol: a name of `rx90_mjcf.PAYLOADS` or a table"
+    )
+    payloads: dict[str, str | BodyTable] = Field({}, description="Further payloads, by their names in the protocol")
+    gain: Vector | None = Field(
+        None, description="Drive gains [N m / drive unit], [N / drive unit] for prismatic joints"
+    )
+    amplifier_offset: Vector | None = Field(None, description="Current references at zero torque [drive units]")
+    rotor_inertia: Vector | None = Field(None, description="Inertias of the rotors, joint side [kg m^2]")
+    viscous_friction: Vector | None = Field(None, description="Viscous friction [N m s/rad]")
+    coulomb_friction: Vector | None = Field(None, description="Coulomb friction [N m]")
+    coulomb_asymmetry: Vector | None = Field(
+        None, description="Asymmetry of Coulomb friction between the directions [N m]"
+    )
+    current_limit: Vector | None = Field(None, description="Saturation of the current reference [drive units]")
+    errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
+
+
+class ExperimentTable(_Table):
+    """The experiment: the motion is repeated for each entry of `protocol`, which states the payload.
+
+    `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
+    independent noise, and friction may drift between motions. Drives that warm up stay warm.
+    """
+
+    motion: str = Field(description="Name of a built-in motion, or a motion file in the scenario's folder")
+    protocol: tuple[str, ...] = Field(PAIR, description="The payload of each motion, or bare")
+    warm_up: Seconds = Field(
+        0.0, description="Duration of the warm-up, in which the robot repeats the first motion with a bare flange [s]"
+    )
+    pause: Seconds = Field(0.0, description="Rest before each motion but the first, brakes on [s]")
+    step: Positive = Field(description="Step of the physics [s]")
+    controller: ControllerOptions = Field(ControllerOptions(), description="The digital controller")
+    sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
+
+
+class BeliefTable(_Table):
+    """Values that controller and identification assume.
+
+    Attributes:
+        controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
+            the identification model has only these, whatever the robot has.
+        payload: The assumed payload: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payloads: Further assumed payloads, by their names in the protocol.
+        known: Overrides `known` of payloads, for all or by name, as `{ light = "mass" }`.
+        exact: Whether the standard deviations of payloads are zero, for scenarios without payload errors; for all or by
+            name, as `{ light = true }`. Standard deviations in a file have priority over an inherited `exact`.
+    """
+
+    controller_gain: Vector
+    couplings: tuple[tuple[int, int], ...] = ()
+    payload: str | dict[str, object] | None = None
+    payloads: dict[str, str | dict[str, object]] = {}
+    known: Known | dict[str, Known] | None = None
+    exact: bool | dict[str, bool] = False
+
+
+class IdentificationTable(_Table):
+    """Method of identification and its options."""
+
+    method: str = Field(default=DEFAULT, description="Name of the estimator")
+    options: dict[str, bool | float | str] = Field(default={}, description="Options of the method")
+    observe: ObserveOptions = Field(default=ObserveOptions(), description="Filters and rows of the linear system")
+    gains: GainOptions = Field(default=GainOptions(), description="Limits for accepting a gain")
+
+    @property
+    def method_options(self) -> object:
+        """Options of the method, an instance of its options class."""
+        return options_from_table(ESTIMATORS[self.method].options, self.options)
+
+
+class ToleranceTable(_Table):
+    """Criteria for passing."""
+
+    gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
+    identifiable: tuple[bool, ...] = Field(description="Joints whose gains should be identifiable")
+    pass_rate: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
+        0.95, description="Share of the trials of a study in which each joint must pass"
+    )
+
+
+class CostTable(_Table):
+    """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values."""
+
+    payload: str | BodyTable = Field(
+        description=(
+            "Payload of one more motion, which is not used for identification; its mass is known exactly: a name of "
+            "`rx90_mjcf.PAYLOADS` or a table"
+        )
+    )
+    mass_error: Positive = Field(
+        0.02, description="Largest relative error of the payload's mass that passes, with the identified gains"
+    )
+
+
+class DrawTable(_Table):
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+
+    Attributes:
+        target: Key path of the numbers in the scenario (`plant.gain`, `plant.payload.mass`), or a list of paths.
+        distribution: Name of a distribution of `scipy.stats` that implements its own quantile function.
+        parameters: Parameters of the distribution; an array has one value per number of the target, or of all targets
+            in order.
+        apply: Use of the drawn numbers.
+        shared: Whether one number is drawn for the whole target, instead of one per number.
+        choice: A set from which one value is drawn, instead of a distribution.
+    """
+
+    target: str | tuple[str, ...]
+    distribution: str | None = None
+    parameters: dict[str, float | Vector] = {}
+    apply: Literal["replace", "add", "multiply"] = "replace"
+    shared: bool = False
+    choice: tuple[str | float, ...] | None = None
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Key paths in the scenario that it changes."""
+        return (self.target,) if isinstance(self.target, str) else self.target
+
+
+class SourceTable(DrawTable):
+    """An error source of the error budget: a drawn value as in `DrawTable`, or a noise."""
+
+    stream: Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={"enum": list(STREAMS)})] | None = (
+        Field(None, description="The noise that this source switches on, with its own random numbers")
+    )
+    size: float | None = Field(None, description="Size of the noise (default: the scenario's value)")
+    off: float | None = Field(None, description="Value with this source off (default: the scenario's)")
+
+
+class ScenarioTable(_Table):
+    """A scenario file after `extends` is resolved."""
+
+    description: str = Field(description="One line for `rx90 list`")
+    robot: str = Field(
+        ROBOT, description="Name of a built-in robot, or path of a robot file relative to the scenario's folder"
+    )
+    plant: PlantTable = Field(description="The true robot")
+    experiment: ExperimentTable = Field(description="The motions, controller and sensors")
+    belief: BeliefTable = Field(description="Values that controller and identification assume")
+    identification: IdentificationTable = Field(IdentificationTable(), description="How gains are identified")
+    tolerance: ToleranceTable = Field(description="Criteria for passing")
+    cost: CostTable | None = Field(
+        None,
+        description="If specified, single runs (not studies) also estimate the effect of belief.controller_gain",
+    )
+    random: dict[str, DrawTable] = Field(
+        {}, description="Random values of every trial of a study, by names of your choice"
+    )
+    sources: dict[str, SourceTable] = Field(
+        {}, description="Error sources of the error budget, by names of your choice"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A named scenario.
+
+    Attributes:
+        name: Name of the built-in scenario or of the file; for `scenario.toml`, of its folder.
+        folder: Folder of its file and of its motions.
+        table: Its content, with all numbers of drives and payloads stated.
+        expectation: Name of the file (its own or an extended one) that states which gains should be identifiable.
+        asking: Path of the file (its own or an extended one) that names robot or motion, by key.
+    """
+
+    name: str
+    folder: Path
+    table: ScenarioTable
+    expectation: str = ""
+    asking: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
+    """Validate a scenario's tables; `path` is its name in messages.
+
+    Raises:
+        ScenarioError: If there is an unknown key, a wrong value or a contradiction; the message names it.
+    """
+    _refuse_unknown(table, ScenarioTable, path, "")
+    try:
+        # Strict, so that "1" and true are not numbers; as JSON, where an array may become a tuple.
+        parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
+    except ValidationError as error:
+        raise refusal(error, path, "") from error
+    check_lengths(parsed, path)
+    _check_payloads(parsed, path)
+    for group, draws in (("random", parsed.random), ("sources", parsed.sources)):
+        _check_draws(group, draws, path)
+    return parsed
+
+
+def refusal(error: ValidationError, path: str, place: str) -> WrongValue:
+    """Return the error of pydantic in one line."""
+    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # for a union, the most specific branch
+    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
+    what = first["msg"][0].lower() + first["msg"][1:]
+    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
+    return WrongValue(f"{path}: {'.'.join([place, *below] if place else below)}: {what}{got}")
+
+
+def _refuse_unknown(table: object, hint: Any, path: str, where: str) -> None:
+    """Check keys against the type of a table; the message suggests the nearest key, which pydantic does not."""
+    if not isinstance(table, Mapping):
+        return
+    if get_origin(hint) is dict:  # names of the user's choice
+        known = dict.fromkeys(table, get_args(hint)[1])
+    elif is_dataclass(hint):
+        known = dict.fromkeys((each.name for each in fields(hint)), None)
+    elif isinstance(hint, type) and issubclass(hint, BaseModel):
+        known = {name: each.annotation for name, each in hint.model_fields.items()}
+    else:
+        for each in get_args(hint):  # str | X is a name or a table
+            _refuse_unknown(table, each, path, where)
+        return
+    for key, value in table.items():
+        if key not in known:
+            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+        _refuse_unknown(value, known[key], path, f"{where}{key}.")
+
+
+def check_lengths(table: ScenarioTable, path: str) -> None:
+    """Check that every array has one entry per joint, and that method and options are known.
+
+    Raises:
+        ScenarioError: If an array has another length (the first one).
+        WrongValue: If a value is not one of the known ones.
+    """
+    n = len(table.tolerance.gain)
+    arrays = {
+        "tolerance.identifiable": table.tolerance.identifiable,
+        "belief.controller_gain": table.belief.controller_gain,
+        **{f"plant.{name}": value for name, value in table.plant if isinstance(value, tuple)},
+    }
+    for where, values in arrays.items():
+        if len(values) != n:
+            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one per joint")
+    if not all(table.belief.controller_gain):
+        raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+    for first, second in table.belief.couplings:
+        if first == second or not {first, second} <= set(range(1, n + 1)):
+            raise WrongValue(
+                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, "
+                "such as [[5, 6]]"
+            )
+    method = table.identification.method
+    if method not in ESTIMATORS:
+        raise UnknownName(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+    try:
+        _ = table.identification.method_options
+    except OptionError as error:
+        raise WrongValue(f"{path}: identification.options: {error}") from error
+
+
+def _check_payloads(table: ScenarioTable, path: str) -> None:
+    """Check that every payload of the protocol is described once in plant and belief."""
+    protocol, sides = table.experiment.protocol, dict[str, dict[str, Any]]()
+    for side, stated in (("plant", table.plant), ("belief", table.belief)):
+        if stated.payload is not None and LOADED in stated.payloads:
+            raise WrongValue(
+                f"{path}: {side}: payload and payloads.{LOADED} denote the same payload; state one of them"
+            )
+        sides[side] = by_mounting(stated.payload, stated.payloads)
+    plant, belief = sides["plant"], sides["belief"]
+    if not 0 < len(protocol) <= MOST_MOTIONS:
+        raise WrongValue(
+            f"{path}: experiment.protocol: {len(protocol)} motions; expected 1 to {MOST_MOTIONS}, "
+            'such as ["bare", "loaded"]'
+        )
+    for side, names in sides.items():
+        for name in names:
+            if not NAME.fullmatch(name) or name in (BARE, UNLOADED):
+                raise WrongValue(
+                    f"{path}: {side}.payloads: {shown(name)} is no name for a payload; expected small letters, digits "
+                    f"and _, not {BARE} or {UNLOADED}"
+                )
+    if not plant:
+        raise WrongValue(f"{path}: plant: no payload; state payload, or payloads by name")
+    for one, other in (("belief", "plant"), ("plant", "belief")):
+        for name in sides[one]:
+            if name not in sides[other]:
+                raise UnknownName(
+                    f"{path}: {one} has a payload {name!r}, {other} has not{nearest(name, sides[other])}; "
+                    f"known: {', '.join(sides[other]) or 'none'}"
+                )
+    for name in protocol:
+        if name != BARE and name not in plant:
+            raise UnknownName(
+                f"{path}: experiment.protocol: no payload {shown(name)}{nearest(name, (BARE, *plant))}; "
+                f"known: {', '.join((BARE, *plant))}"
+            )
+    if table.cost is not None and len({name == BARE for name in protocol}) < 2:
+        raise WrongValue(
+            f"{path}: cost: needs a bare and a loaded motion in experiment.protocol, got {', '.join(protocol)}"
+        )
+    for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
+        for name in named if isinstance(named, Mapping) else ():
+            if name not in belief:
+                raise UnknownName(
+                    f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
+                )
+
+
+def _check_draws(group: str, draws: Mapping[str, DrawTable], path: str) -> None:
+    """Check that no two draws change the same value, and that each has exactly one form."""
+    owner: dict[str, str] = {}
+    for name, draw in draws.items():
+        where = f"{path}: {group}.{name}"
+        stream = draw.stream if isinstance(draw, SourceTable) else None
+        if sum(way is not None for way in (draw.distribution, draw.choice, stream)) != 1:
+            raise WrongDraw(f"{where}: give either a distribution, or a choice, or for a source its stream")
+        if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
+            raise WrongDraw(f"{where}: size applies to noise only; a drawn source gets its size from its distribution")
+        if not draw.targets:
+            raise WrongDraw(f"{where}: target is empty; name the value to draw")
+        for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
+            if stream is None and not place.startswith(DRAWABLE):
+                raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+            if place in owner:
+                raise WrongDraw(f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once")
+            owner[place] = name

@@ -1,1 +1,0 @@
-"""Studies: thousands of trials of one scenario."""

@@ -1,0 +1,296 @@
+"""A study's folder: `study.json`, and in `trials/` one Parquet file per finished chunk, written atomically.
+
+The name of a file states its trials, `00000064-00000095.parquet`, so the missing trials after a crash follow from the
+names. Trials that failed for external reasons are in files of their own, `00000003-00000003.lost.parquet`; readers
+include them, and the next run repeats them.
+"""
+
+import itertools
+import json
+import os
+import shlex
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+from filelock import FileLock, Timeout
+from pydantic import ValidationError
+
+from ident.support.naming import one_line
+from scenarios.experiments.schema import Scenario, ScenarioTable
+from scenarios.experiments.trials import OUTSIDE
+from scenarios.support.errors import ScenarioError, StudyError
+from scenarios.support.versions import files, versions
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
+WHOLE, LOST = ".parquet", ".lost.parquet"
+"""Endings of names of parts: finished trials, and trials to be repeated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A file of rows: its trials, and whether they are `WHOLE` or `LOST`."""
+
+    trials: range
+    ending: str
+
+    @property
+    def name(self) -> str:
+        """Name of its file."""
+        return f"{self.trials.start:08d}-{self.trials.stop - 1:08d}{self.ending}"
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFolder:
+    """A study's folder.
+
+    Attributes:
+        path: The folder.
+        rows_per_trial: Rows of each trial, one per joint.
+    """
+
+    path: Path
+    rows_per_trial: int
+
+    @property
+    def trials(self) -> Path:
+        """Folder of the parts."""
+        return self.path / TRIALS
+
+    def parts(self) -> list[Part]:
+        """The existing parts, in order of their trials.
+
+        Raises:
+            StudyError: If a file is not a part, or does not match its name.
+        """
+        parts = [self._part(path) for path in self.trials.iterdir()] if self.trials.is_dir() else []
+        parts.sort(key=lambda part: part.trials.start)
+        for before, after in itertools.pairwise(parts):
+            if after.trials.start < before.trials.stop:
+                raise StudyError(f"{self.trials / after.name}: its trials are also in {before.name}; move one away")
+        return parts
+
+    def _part(self, path: Path) -> Part:
+        numbers, _, ending = path.name.partition(".")
+        try:
+            first, last = map(int, numbers.split("-"))
+            found = pq.read_metadata(path)
+            at = found.schema.names.index("trial")
+            groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
+            there = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
+        except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
+            raise StudyError(f"{path}: not part of a study; move it away") from error
+        part, is_part = Part(range(first, last + 1), f".{ending}"), f".{ending}" in (WHOLE, LOST)
+        if not is_part or path.name != part.name or there != part.trials:
+            raise StudyError(f"{path}: contains trials {there.start} to {there.stop - 1}; move it away")
+        if found.num_rows != len(part.trials) * self.rows_per_trial:
+            trials = f"{there.start} to {there.stop - 1}"
+            raise StudyError(f"{path}: its {found.num_rows} rows are not those of trials {trials}; move it away")
+        return part
+
+    def missing(self, count: int) -> list[range]:
+        """Return the unfinished trials of the first `count`, including lost ones, in order."""
+        gaps, start = list[range](), 0
+        for part in self.parts():
+            if part.ending == WHOLE:
+                gaps.append(range(start, min(part.trials.start, count)))
+                start = part.trials.stop
+        return [gap for gap in (*gaps, range(start, count)) if gap]
+
+    def forget_lost(self) -> None:
+        """Remove the rows of lost trials before they are repeated."""
+        for part in self.parts():
+            if part.ending == LOST:
+                (self.trials / part.name).unlink()
+
+    def keep(self, rows: pa.Table) -> None:
+        """Write the rows of consecutive trials: finished and lost trials separately, each part atomically.
+
+        Raises:
+            StudyError: If they cannot be written; existing parts remain.
+        """
+        lost: set[int] = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
+        numbers: list[int] = rows["trial"].unique().sort().to_pylist()
+        for is_lost, run in itertools.groupby(numbers, key=lost.__contains__):
+            members = list(run)
+            content = pa.BufferOutputStream()
+            pq.write_table(rows.filter(pc.is_in(rows["trial"], pa.array(members, pa.int64()))), content)
+            part = Part(range(members[0], members[-1] + 1), LOST if is_lost else WHOLE)
+            _write(self.trials / part.name, content.getvalue().to_pybytes(), self.path / UNFINISHED)
+
+    def tables(self, columns: Sequence[str]) -> Iterator[pa.Table]:
+        """Yield the rows of one part after the other, to save memory.
+
+        Raises:
+            StudyError: If one cannot be read.
+        """
+        for part in self.parts():
+            path = self.trials / part.name
+            try:
+                with pq.ParquetFile(path) as file:
+                    yield file.read(columns=list(columns), use_threads=False)
+            except (OSError, pa.ArrowException) as error:
+                raise StudyError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
+
+    def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
+        """Return all existing rows, sorted by trial, method (if several) and joint.
+
+        Raises:
+            StudyError: If a part cannot be read.
+        """
+        paths = [self.trials / part.name for part in self.parts()]
+        try:
+            rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
+        except (OSError, pa.ArrowException) as error:
+            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
+        keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
+        return rows.sort_values(keys, ignore_index=True)
+
+
+def _write(path: Path, content: bytes, unfinished: Path) -> None:
+    """Write a file atomically, even if the machine loses power."""
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path}: cannot be written: {error.strerror}; finished trials are kept; free disk space and "
+            "repeat the command"
+        ) from error
+
+
+@contextmanager
+def study_folder(
+    path: Path, identity: Mapping[str, object], *, count: int, command: str, rows_per_trial: int
+) -> Generator[StudyFolder]:
+    """Open a new or existing study folder, locked for other processes.
+
+    Args:
+        path: The folder; made if missing.
+        identity: Identity of the study: kind, scenario, seeds. JSON values.
+        count: Number of trials requested; the record keeps the largest number requested so far.
+        command: The command, for the record.
+        rows_per_trial: Rows of each trial, one per joint.
+
+    Raises:
+        StudyError: If it cannot be created or written; if it is not a study or another one (the message names the first
+            difference); if it is open elsewhere; if its record cannot be read.
+    """
+    path = path.absolute()
+    try:
+        if path.is_dir() and not (path / STUDY).is_file():
+            strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
+            if strange or any((path / TRIALS).glob("*")):
+                named = [*strange, TRIALS][0]
+                raise StudyError(f"{path}: contains {named!r} but no {STUDY}, so it is not a study; use another --out")
+        (path / TRIALS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{path}: cannot contain a study: {error.strerror}; use another --out") from error
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise StudyError(f"{path}: another process uses this folder; wait for it or use another --out") from error
+    try:
+        (path / UNFINISHED).unlink(missing_ok=True)
+        wanted = json.loads(json.dumps({**identity, "files": files(), "versions": versions()}))
+        known = _record(path / STUDY)
+        if known is not None:
+            difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
+            if difference is not None:
+                raise StudyError(f"{path}: belongs to another study: {difference}; use another --out")
+            count = max(count, int(str(known["trials"])))
+        record = {**wanted, "trials": count, "command": command}
+        _write(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
+        yield StudyFolder(path, rows_per_trial)
+    finally:
+        lock.release()
+
+
+def _record(path: Path) -> dict[str, object] | None:
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(record, dict) and isinstance(record.get("trials"), int):
+            return record
+    except FileNotFoundError:
+        return None
+    except ValueError:
+        pass
+    raise StudyError(f"{path}: not the record of a study; use another --out")
+
+
+def _first_difference(there: object, here: object, place: str) -> str | None:
+    """Return the first difference between two JSON values: path and both values."""
+    if isinstance(there, Mapping) and isinstance(here, Mapping):
+        inner = (
+            _first_difference(there.get(key), here.get(key), f"{place}.{key}" if place else str(key))
+            for key in dict.fromkeys((*here, *there))
+        )
+        return next(filter(None, inner), None)
+    if there == here:
+        return None
+    texts = ["absent" if value is None else json.dumps(value) for value in (there, here)]
+    old, new = (text if len(text) <= 60 else f"{text[:57]}..." for text in texts)
+    return f"{place} is {old} there and {new} here"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StoredStudy:
+    """A finished study; `named` is the name of its scenario, `seed` that of the first trial."""
+
+    folder: Path
+    kind: str
+    scenario: Scenario
+    named: str
+    seed: int
+    trials: int
+    command: str
+    versions: Mapping[str, object]
+    rows: StudyFolder
+
+
+def read_study(folder: Path) -> StoredStudy:
+    """Read a finished study from its folder; nothing is opened for writing.
+
+    Raises:
+        ScenarioError: If its record is damaged or from another version; if trials are missing.
+        StudyError: If a part is damaged or missing.
+    """
+    path = folder / STUDY
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        kind, stated = record["study"], record["scenario"]
+        table = ScenarioTable.model_validate_json(json.dumps({"description": "", **stated["table"]}))
+        scenario = Scenario(str(stated["name"]), folder, table)
+        trials, seed, command = int(record["trials"]), int(record["seed"]), str(record["command"])
+        words, versions = shlex.split(command), dict(record["versions"])
+    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
+    rows = StudyFolder(folder, len(table.tolerance.gain))
+    missing = sum(map(len, rows.missing(trials)))
+    if missing:
+        raise ScenarioError(f"{one_line(folder)}: {missing} of {trials} trials are missing; continue with: {command}")
+    return StoredStudy(
+        folder=folder,
+        kind=str(kind),
+        scenario=scenario,
+        named=words[2] if len(words) > 2 else scenario.name,
+        seed=seed,
+        trials=trials,
+        command=command,
+        versions=versions,
+        rows=rows,
+    )

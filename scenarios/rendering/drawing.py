@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from ident.support.arrays import Array
 from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, Value
@@ -25,10 +24,13 @@ COLOURS = {
 """Colours by their names in the style sheet (`page.css`), where they differ in the dark and on paper."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
+LEFT, RIGHT, BELOW, GAP = 56, 10, 36, 8
+"""Margins of axes, and the gap above a strip [pixel]."""
 ROW = 19
 """Least height of a category [pixel]."""
 SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
     "svg.fonttype": "none",
+    "text.parse_math": False,
     "font.size": 10.5,
     "font.family": "sans-serif",
     "text.color": COLOURS["ink"],
@@ -96,23 +98,26 @@ def svg(plot: Plot, number: int) -> str:
 
 def figure(plots: Sequence[Plot], *, across: int = 1, titles: bool = True, title: str = "") -> Figure:
     """Draw plots in a grid, each with the strip below it, if it has one; `titles` also draws their titles."""
+    columns = [plots[k::across] for k in range(min(across, len(plots)))]
+    lines = [plots[k : k + across] for k in range(0, len(plots), across)]
+    widths = [WIDE if any(each.zoom for each in column) else WIDTH for column in columns]
+    heights = [max(_height(each, title=titles) for each in line) for line in lines]
+    whole_width, whole_height = sum(widths), sum(heights) + 30 * bool(title)
     with rc_context(SETTINGS):
-        down, across = -(-len(plots) // across), min(across, len(plots))
-        heights = [max(map(_height, plots[k * across : (k + 1) * across])) for k in range(down)]
-        wide = sum(WIDE if any(each.zoom for each in plots[k::across]) else WIDTH for k in range(across))
-        size = (wide / 72.0, sum(heights) / 72.0 + 0.4 * bool(title))
-        whole = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.03, h_pad=0.03))
+        whole = Figure(figsize=(whole_width / 72.0, whole_height / 72.0))
         if title:
-            whole.suptitle(title, fontsize=12)
-        grid = whole.add_gridspec(down, across, height_ratios=heights)
+            whole.suptitle(title, fontsize=12, y=1.0 - 6.0 / whole_height, va="top")
         for k, plot in enumerate(plots):
-            place = grid[k // across, k % across]
-            if plot.strip is None:
-                axes = whole.add_subplot(place)
-            else:
-                inner = place.subgridspec(2, 1, height_ratios=[plot.height, plot.strip.height], hspace=0.0)
-                axes = whole.add_subplot(inner[0])
-                below = whole.add_subplot(inner[1], sharex=axes)
+            row, column = divmod(k, across)
+            longest = max((len(name) for name in plot.y.categories), default=0)
+            left = min(max(LEFT, 6.0 * longest + 30.0), 0.5 * widths[column])
+            strip = 0 if plot.strip is None else plot.strip.height + GAP
+            upper = sum(heights[: row + 1]) + 30 * bool(title)  # lower edge of this line of plots, from above
+            x, width = (sum(widths[:column]) + left) / whole_width, (widths[column] - left - RIGHT) / whole_width
+            y = (whole_height - upper + BELOW) / whole_height
+            axes = whole.add_axes((x, y + strip / whole_height, width, _inner(plot) / whole_height))
+            if plot.strip is not None:
+                below = whole.add_axes((x, y, width, plot.strip.height / whole_height), sharex=axes)
                 axes.tick_params(labelbottom=False)
                 _draw(below, plot.strip)
             _draw(axes, plot)
@@ -123,9 +128,13 @@ def figure(plots: Sequence[Plot], *, across: int = 1, titles: bool = True, title
         return whole
 
 
-def _height(plot: Plot) -> int:
-    rows = max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot))))
-    return rows + 40 + 18 * bool(_labels(plot)) + (0 if plot.strip is None else plot.strip.height + 10)
+def _inner(plot: Plot) -> int:
+    return max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot))))
+
+
+def _height(plot: Plot, *, title: bool) -> int:
+    above = 8 + 16 * bool(_labels(plot)) + 18 * title
+    return above + _inner(plot) + BELOW + (0 if plot.strip is None else plot.strip.height + GAP)
 
 
 def _labels(plot: Plot) -> list[str]:
@@ -160,6 +169,8 @@ def _scale(axes: Axes, axis: Axis, name: str, *, strip: bool) -> None:
         own.grid(visible=False)
     elif axis.log:
         axes.set(**{f"{name}scale": "log"})
+        own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        own.set_minor_formatter(NullFormatter())
     else:
         own.set_major_locator(MaxNLocator(6 if name == "x" else 3 if strip else 5))
 

@@ -30,6 +30,7 @@ def render(report: Report, page: Page) -> str:
         loader=PackageLoader("scenarios.rendering", ""),
         autoescape=True,
         undefined=StrictUndefined,
+        keep_trailing_newline=True,
         trim_blocks=True,
         lstrip_blocks=True,
     )

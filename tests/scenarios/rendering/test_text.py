@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from ident.estimation.all_joints.terms import SHARES
-from ident.estimation.estimators.nls import FRICTIONS
 from scenarios.rendering import RENDERERS, Page, renderer
 from scenarios.rendering.content import (
     Column,
@@ -25,8 +23,6 @@ from scenarios.rendering.content import (
     table,
 )
 from scenarios.rendering.text import blocks, continued, fold
-from scenarios.reports.bare import TERMS
-from scenarios.results.gains import quantity_row
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(
@@ -181,25 +177,6 @@ def test_the_widest_column_gives_way_as_far_as_it_can():
     assert fold({4: (17, 17), 2: (4, 9)}, 15) == {4: 17, 2: 4}
 
 
-def test_a_number_wider_than_the_page_is_whole():
-    columns = (Column(title="What", words=True), Column(title="Count"))
-    text = renderer("text")(
-        Report("", (Table(columns=columns, rows=(cells("motor side", "123456789012"),)),), {}), Page(width=11)
-    )
-    assert text.split() == ["Wha", "t", "Count", "mot", "123456789012", "or", "sid", "e"]
-
-
-def test_a_page_of_any_width_breaks_nothing():
-    lines = renderer("text")(REPORT, Page()).splitlines()
-    assert "Words that go on for longer than a narrow page is wide." in lines
-    assert lines[0] == "What was found"
-    assert lines[lines.index("Gains") + 1 : lines.index("Gains") + 4] == [
-        "Joint       Gain  Verdict",
-        "        N m/unit",
-        "    1  0.9401234  passed",
-    ]
-
-
 def test_moods_are_colours_where_there_are_any(monkeypatch):
     monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.delenv("NO_COLOR", raising=False)
@@ -216,20 +193,10 @@ def test_markdown_has_every_row_and_names_pictures():
     assert "**Words that go on" in text
 
 
-def test_a_heading_of_two_lines_is_one_line_of_markdown():
-    table = Table(columns=(Column(title="95 %\nbelow", unit="%"),), rows=(cells("1.5"),))
+def test_a_heading_of_two_lines_and_a_bar_in_a_cell_keep_the_columns_of_markdown():
+    table = Table(columns=(Column(title="95 %\nbelow", unit="%"),), rows=(cells("a|b|c"),))
     text = renderer("markdown")(Report("Title", (table,), {}), Page())
-    assert "| 95 % below [%] |\n| ---: |\n| 1.5 |" in text
-
-
-def test_a_bar_in_a_cell_ends_no_column_of_markdown():
-    text = renderer("markdown")(Report("Title", (Table(columns=COLUMNS[:1], rows=(cells("a|b|c"),)),), {}), Page())
-    assert r"| a\|b\|c |" in text
-
-
-def test_of_a_table_that_is_shown_whole_nothing_is_said_to_be_left():
-    whole, cut = (renderer("text")(Report("T", (replace(TABLE, shown=k),), {}), Page()) for k in (2, 1))
-    assert ("and 1 more" in whole, "and 1 more" in cut) == (False, True)
+    assert "| 95 % below [%] |\n| ---: |\n| a\\|b\\|c |" in text
 
 
 def test_json_is_the_document_and_no_number_that_is_none():
@@ -239,18 +206,20 @@ def test_json_is_the_document_and_no_number_that_is_none():
 
 
 @pytest.mark.parametrize("name", RENDERERS)
-def test_every_renderer_draws_an_empty_report(name):
+def test_every_renderer_draws_an_empty_report_and_text_no_picture(name):
     assert renderer(name)(Report("Nothing", (), {}), Page(width=20)).endswith("\n")
+    if name != "html":
+        assert "0.125" in renderer(name)(REPORT, Page()) or "0.9401234" in renderer(name)(REPORT, Page())
 
 
-@pytest.mark.parametrize("name", [name for name in RENDERERS if name != "html"])  # a page holds its pictures
-@pytest.mark.parametrize(
-    "page", [Page(), Page(width=20), Page(width=90, colour=True)], ids=["file", "narrow", "terminal"]
-)
-def test_every_renderer_tells_every_kind_of_part_without_drawing_a_picture(name, page):
-    text = renderer(name)(REPORT, page)
-    assert text.endswith("\n")
-    assert "0.125" in text or all(word in text for word in ("What was found", "Joint", "0.9401234", "passed"))
+def test_what_is_for_files_is_on_a_screen_when_asked_for():
+    heading = Heading("Every check", file_only=True)
+    report = Report("T", (heading, replace(TABLE, file_only=True), Paragraph("end")), {})
+    shown, whole = (renderer("text")(each, Page()) for each in (report, report.in_full))
+    assert shown.split() == ["T", "end"]
+    assert "0.9401234" in whole
+    for form in ("markdown", "html"):
+        assert all(word in renderer(form)(report, Page()) for word in ("Every check", "0.9401234"))
 
 
 def test_a_share_is_told_in_percent_and_none_as_a_dash():
@@ -262,17 +231,18 @@ def test_a_number_that_is_rounded_to_zero_has_no_minus_sign():
     assert plus_minus(-1e-6, 0.01) == "0.000 ± 0.010"
 
 
-def test_every_term_of_friction_that_is_told_has_its_meaning():
-    known = {"Fv", "Fc", "off", *SHARES, *(name for terms in FRICTIONS.values() for name in terms)}
-    assert set(TERMS) == known
-    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())
-
-
 def test_numbers_have_the_decimals_that_two_digits_of_their_spread_need_and_short_lengths_are_in_millimetres():
     assert [rounded(11.78412, spread) for spread in (0.59, 0.059, 0.0099, 12.0)] == ["11.78", "11.784", "11.7841", "12"]
     assert [rounded(0.5, None), rounded(0.5, 0.0), rounded(None, 0.1)] == ["0.5000", "0.5000", "-"]
     assert in_unit("m", 0.25, None, -0.003) == ("mm", (250.0, None, -3.0))
     assert in_unit("m", 0.25, -1.0) == ("m", (0.25, -1.0))
     assert in_unit("kg", 0.25) == ("kg", (0.25,))
-    row = quantity_row("x", "m", 0.0123, 0.0041, 0.00051)
-    assert [cell.text for cell in row] == ["x", "12.3", "4.1", "mm", "0.5"]
+    for value, spread, text in (
+        (7.0531, 0.0482, "7.05 ± 0.05"),
+        (7.0531, 0.0142, "7.053 ± 0.014"),
+        (-0.00034, 0.00061, "-0.0003 ± 0.0006"),
+        (4.2, 0.0996, "4.20 ± 0.10"),
+        (1234.0, 23.0, "1234 ± 23"),
+        (7.025, 0.0, "7.025"),
+    ):
+        assert plus_minus(value, spread) == text

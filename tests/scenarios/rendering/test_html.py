@@ -3,9 +3,7 @@
 import json
 import math
 import re
-from dataclasses import replace
 
-import numpy as np
 import pytest
 from page_parts import Elements
 
@@ -24,7 +22,7 @@ from scenarios.rendering.content import (
     Table,
     cells,
 )
-from scenarios.rendering.drawing import STYLES, script_code, script_json, specification
+from scenarios.rendering.html import script_json, sections
 from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
 EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
@@ -64,7 +62,7 @@ def evil_report() -> Report:
 def test_no_text_of_a_report_is_html():
     page = renderer("html")(evil_report(), Page())
     elements = Elements(page)
-    assert elements.count("script") == 3  # the document, the plots, what draws them
+    assert elements.count("script") == 1  # the document, which is data
     assert elements.count("img") == 2
     assert all(
         attributes["src"].startswith("data:image/png;base64,") for tag, attributes in elements.found if tag == "img"
@@ -91,23 +89,17 @@ def test_a_page_asks_for_nothing_from_anywhere():
     elements = Elements(renderer("html")(evil_report(), Page()))
     assert elements.count("link") == elements.count("iframe") == 0
     policy = next(a["content"] for tag, a in elements.found if a.get("http-equiv") == "Content-Security-Policy")
-    assert policy.startswith("default-src 'none';")
-    assert "http" not in policy
+    assert policy == "default-src 'none'; style-src 'unsafe-inline'; img-src data:"  # no script
+    assert elements.count("svg") == 1
+    assert not re.search(r"url\((?!#)", renderer("html")(evil_report(), Page()))
 
 
-def test_json_and_code_cannot_end_their_script_and_mean_the_same():
+def test_json_cannot_end_its_element_and_means_the_same():
     text = script_json({EVIL: [EVIL, 0.125, None]})
     assert not set("<>&") & set(text)
     assert json.loads(text) == {EVIL: [EVIL, 0.125, None]}
-    assert script_code('a("</script><!--")') == 'a("<\\/script><\\!--")'
     with pytest.raises(ValueError, match="not JSON compliant"):
         script_json(float("nan"))
-
-
-def test_a_report_without_plots_has_no_library():
-    page = renderer("html")(Report("Title", (Paragraph("text"),), {}), Page())
-    assert len(page) < 15_000
-    assert Elements(page).count("script") == 1
 
 
 def test_rows_beyond_those_of_a_screen_are_folded_away():
@@ -143,24 +135,22 @@ def test_numbers_of_a_plot_have_five_digits_and_gaps_where_there_are_none():
     assert [one_in(count, 100) for count in (1, 100, 101, 200, 201)] == [1, 1, 2, 2, 3]
 
 
-def test_series_that_share_a_joint_stand_beside_each_other_and_stripes_behind_them():
-    spec = specification(DRAWN)
-    offsets = [layer.get("encoding", {}).get("xOffset") for layer in spec["layer"]]
-    assert [each and each["datum"] for each in offsets] == [None, EVIL, "bars"]
-    stripe = Series(label="limit", mark=Mark.INTERVALS, tone=Tone.QUIET, x=("two",), y=(0.0,), low=(-1.0,), high=(1.0,))
-    alone = Plot(title="", caption="", x=DRAWN.x, y=DRAWN.y, series=(stripe, DRAWN.series[1]))
-    behind, _ = specification(alone)["layer"]
-    assert "xOffset" not in behind["encoding"]
-    assert [each["mark"]["type"] for each in behind["layer"]] == ["rule"]
-    quiet = replace(stripe, mark=Mark.BARS, low=(), high=())
-    beside = specification(replace(alone, series=(quiet, DRAWN.series[1])))["layer"]
-    assert [each["encoding"]["xOffset"]["datum"] for each in beside] == ["limit", "bars"]
+def test_parts_stand_below_their_headings_and_adjacent_plots_together():
+    parts = (DRAWN, DRAWN, Paragraph("text"), DRAWN, Heading("more"), Heading("last", folded=True), DRAWN)
+    found = [(heading and heading.text, [len(group) for _, group in groups]) for heading, groups in sections(parts)]
+    assert found == [(None, [2, 1, 1]), ("more", []), ("last", [1])]
 
 
-def test_every_tone_differs_from_others_without_its_colour():
-    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
-    fills = sorted(style.fill for style in STYLES.values())
-    assert min(np.diff(fills)) >= 0.15
+def test_links_lead_to_sections_and_some_are_folded():
+    parts = (Paragraph("verdict"), *(Heading(f"H{k}", folded=k == 2) for k in range(3)))
+    page = renderer("html")(Report("Title", parts, {}), Page())
+    assert re.findall(r'<a href="#(\w+)">(\w+)<', page) == [(f"section{k + 1}", f"H{k}") for k in range(3)]
+    assert re.findall(r'<(section|details class="section") id="(\w+)"', page) == [
+        ("section", "section1"),
+        ("section", "section2"),
+        ('details class="section"', "section3"),
+    ]
+    assert "<nav" not in renderer("html")(Report("Title", parts[:2], {}), Page())
 
 
 def test_a_verdict_stands_behind_the_first_column_of_a_page_and_last_elsewhere():

@@ -1,0 +1,128 @@
+"""What plots show, read back from the axes and the SVG that Matplotlib draws."""
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+
+from scenarios.rendering.drawing import COLOURS, ROW, STYLES, figure, svg
+from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone
+
+JOINTS = Axis(title="joint", categories=("10", "9", "2"))
+ENDS = {"low": (3.0, 1.0), "high": (4.5, 2.5)}
+BARS = Series(label="bars", mark=Mark.BARS, x=("10", "2"), y=(3.5, 1.5), **ENDS)
+
+
+def plot(*series: Series, **more) -> Plot:
+    return Plot(**{"title": "", "caption": "", "x": JOINTS, "y": Axis(title="gain"), "series": series, **more})
+
+
+def drawn(*series: Series, **more):
+    return figure([plot(*series, **more)]).axes[0]
+
+
+def spans(axes) -> list[tuple[float, float, float, float]]:
+    """Left, right, lower and upper end of every bar."""
+    boxes = [patch.get_bbox() for patch in axes.patches]
+    return [(box.x0, box.x1, box.y0, box.y1) for box in boxes]
+
+
+def rules(axes) -> list[np.ndarray]:
+    return [segment for lines in axes.collections for segment in lines.get_segments()]
+
+
+def test_bars_stand_at_their_categories_in_order_with_a_rule_between_their_ends():
+    axes = drawn(BARS)
+    assert [each.get_text() for each in axes.get_xticklabels()] == ["10", "9", "2"]
+    assert [(0.5 * (a + b), low, high) for a, b, low, high in spans(axes)] == [(0.0, 0.0, 3.5), (2.0, 0.0, 1.5)]
+    np.testing.assert_array_equal(rules(axes), [[[0, 3], [0, 4.5]], [[2, 1], [2, 2.5]]])
+    lying = Series(label="bars", mark=Mark.BARS, x=(3.5, 1.5), y=("10", "2"), **ENDS)
+    axes = drawn(lying, x=Axis(title="rms"), y=JOINTS)
+    assert [(low, high, 0.5 * (a + b)) for low, high, a, b in spans(axes)] == [(0.0, 3.5, 0.0), (0.0, 1.5, 2.0)]
+    np.testing.assert_array_equal(rules(axes), [[[3, 0], [4.5, 0]], [[1, 2], [2.5, 2]]])
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first category is at the top
+
+
+def test_series_that_share_categories_stand_beside_each_other_and_a_band_behind_them():
+    other = Series(label="other", mark=Mark.BARS, tone=Tone.SECOND, x=("10", "2"), y=(1.0, 2.0))
+    first, last, *_ = spans(drawn(BARS, other))
+    left, *_ = spans(drawn(other, BARS))
+    assert first[1] == pytest.approx(0.0, abs=1e-12)  # half of a category each
+    assert first[1] - first[0] == pytest.approx(0.375, rel=1e-12)
+    assert (left[0], left[1]) == pytest.approx((first[0], first[1]), rel=1e-12)
+    assert last[0] > 1.0
+    band = Series(label="limit", mark=Mark.INTERVALS, tone=Tone.QUIET, x=("9",), y=(0.0,), low=(-1.0,), high=(2.0,))
+    axes = drawn(band, BARS)
+    assert spans(axes)[0][2:] == (-1.0, 2.0)
+    assert spans(axes)[1][1] - spans(axes)[1][0] == pytest.approx(0.75, rel=1e-12)  # alone beside the band
+    assert axes.patches[0].zorder < axes.patches[1].zorder
+
+
+def test_an_interval_is_a_rule_with_a_point_and_a_stack_lies_between_its_ends():
+    found = Series(label="", mark=Mark.INTERVALS, x=("10", "2"), y=(3.5, 1.5), **ENDS)
+    axes = drawn(found)
+    np.testing.assert_array_equal(rules(axes), [[[0, 3], [0, 4.5]], [[2, 1], [2, 2.5]]])
+    (points,) = axes.lines
+    np.testing.assert_array_equal(points.get_xydata(), [[0, 3.5], [2, 1.5]])
+    part = Series(label="part", mark=Mark.STACK, x=("9",), y=(20.0,), low=(10.0,), high=(30.0,))
+    assert [(0.5 * (a + b), *ends) for a, b, *ends in spans(drawn(part))] == [(1.0, 10.0, 30.0)]
+
+
+def test_a_line_breaks_where_it_has_no_number_and_the_strip_below_has_the_same_time():
+    line = Series(label="line", mark=Mark.LINE, x=(0.5, 2.0, 7.0), y=(1.5, None, 2.5))
+    time = Axis(title="time", unit="s")
+    strip = plot(line, x=time, height=50)
+    whole = figure([plot(line, x=time, bands=((0.7, 0.9),), bands_label="still", strip=strip)])
+    below, above = sorted(whole.axes, key=lambda axes: axes.get_position().y0)
+    np.testing.assert_array_equal(np.isnan(above.lines[0].get_ydata()), [False, True, False])
+    assert below.get_xlim() == above.get_xlim()
+    assert [text.get_text() for text in above.get_legend().get_texts()] == ["still", "line"]
+    assert spans(above) == [(0.7, pytest.approx(0.9), 0.0, 1.0)]  # as high as the axes
+
+
+def test_a_reference_stands_at_a_value_of_y_or_upright_at_one_of_x():
+    level, upright = drawn(references=(Reference("", 2.25), Reference("", 0.7, upright=True))).lines
+    assert (set(level.get_ydata()), set(upright.get_xdata())) == ({2.25}, {0.7})
+
+
+def test_an_axis_is_logarithmic_or_includes_zero_where_that_is_stated():
+    line = Series(label="line", mark=Mark.LINE, x=(0.5, 2.0), y=(1.5, 3.0))
+    axes = drawn(line, x=Axis(title="f", unit="Hz", log=True), y=Axis(title="power", zero=True))
+    assert (axes.get_xscale(), axes.get_ylim()[0], axes.get_xlabel()) == ("log", 0.0, "F [Hz]")
+    assert drawn(line, x=Axis(title="f"), y=Axis(title="power")).get_ylim()[0] > 1.0
+
+
+def test_many_categories_have_room_and_plots_stand_in_a_grid():
+    many = Axis(title="source", categories=tuple(map(str, range(40))))
+    tall, short = (figure([plot(x=Axis(title="rms"), y=axis, height=20)]).get_figheight() for axis in (many, JOINTS))
+    assert 72.0 * (tall - short) == pytest.approx(37 * ROW, rel=1e-12)
+    places = [axes.get_position() for axes in figure([plot(BARS)] * 5, across=3, title="all").axes]
+    columns, lines = (sorted({round(getattr(each, side), 9) for each in places}) for side in ("x0", "y0"))
+    found = [(lines.index(round(each.y0, 9)), columns.index(round(each.x0, 9))) for each in places]
+    assert found == [(1, 0), (1, 1), (1, 2), (0, 0), (0, 1)]  # the first line is the upper one
+    assert all(0.0 < each.x0 < each.x1 < 1.0 and 0.0 < each.y0 < each.y1 < 1.0 for each in places)
+
+
+def test_every_tone_differs_from_others_without_its_colour():
+    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
+    fills = sorted(style.fill for style in STYLES.values())
+    assert min(np.diff(fills)) >= 0.1 - 1e-12
+
+
+def test_svg_has_text_and_names_of_colours_and_no_size_or_identifier_of_another_plot():
+    series = tuple(
+        Series(label=tone.value, mark=Mark.LINE, tone=tone, x=(0.0, 1.0), y=(0.1, 0.123456)) for tone in Tone
+    )
+    one, two = (svg(plot(*series, x=Axis(title="a < b")), number) for number in (3, 4))
+    assert one.startswith("<svg")
+    assert "<text" in one
+    assert "A &lt; b" in one
+    assert set(re.findall(r"var\(--(\w+)\)", one)) >= {"ink", "grid", *(tone.value for tone in Tone)}
+    assert not re.findall(r"#[0-9a-f]{6}\b", one)
+    assert not re.search(r'<svg[^>]* (width|height)="', one)
+    ids = [set(re.findall(r' id="([^"]+)"', text)) for text in (one, two)]
+    assert ids[0]
+    assert not ids[0] & ids[1]
+    assert svg(plot(*series, x=Axis(title="a < b")), 3) == one
+    assert len(set(map(to_hex, COLOURS.values()))) == len(COLOURS)  # each can be told by its value

@@ -1,0 +1,298 @@
+"""A result of gains: what is shown of it, its plots against closed forms, its JSON and back."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from estimates import gain_estimate
+from page_parts import identified
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
+from ident.diagnosis.samples.motion import JointMotion
+from ident.estimation.estimate import JointResult, RefusedGain
+from ident.identification import Identification
+from scenarios.rendering.content import Mood, Paragraph, Table
+from scenarios.rendering.plot import Plot
+from scenarios.rendering.result import to_json
+from scenarios.reports.pages.logs import how_to_identify
+from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
+from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
+from scenarios.results.gains import Result, ResultGain, common_unit, gain_units, meaning, quantity_row
+from scenarios.results.motion import CheckLog, motion_table, range_plot
+from scenarios.results.record import RESULT, read_result
+
+DOUBT = Diagnosis(
+    name="zero",
+    severity=Severity.WEAK,
+    sentence="the zero of q3 is off by 2 degrees",
+    advice="correct it",
+    joints=(2,),
+    logs=("far/b.csv",),
+    value=2.0,
+    std=0.1,
+    unit="degrees",
+    z=5.5,
+    effects=(Effect(joint=2, percent=-1.5, deviations=-2.0), Effect(joint=1, percent=0.1, deviations=0.1)),
+)
+GOOD = Diagnosis(name="clipping", sentence="no current is clipped", logs=("far/a.csv",))
+FOUND = Diagnosed(
+    diagnoses=(DOUBT, GOOD),
+    excluded=(
+        Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
+        Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
+    ),
+    indistinguishable=("zero of q1",),
+    indistinguishable_together=("whether q4 is negated",),
+)
+
+
+MASS = CostQuantity(
+    quantity="mass", unit="kg", true=None, stated=7.0, a_priori=6.5, a_priori_std=0.1, found=None, found_std=None
+)
+REFUSED = RefusedGain(joint="j", reason="too light", predicted_rel_std=0.35)
+
+
+def result_of(*found: JointResult, said: Diagnosed = FOUND, notes: tuple[str, ...] = (), **more) -> Result:
+    estimate = replace(gain_estimate(*[1.0] * len(found), std=0.1, reason=""), joints=found)
+    result = Result.of_identification(Identification(estimate, notes, said), 0.1)
+    return result.model_copy(update=more)
+
+
+def texts(result: Result) -> list[str]:
+    return [part.text for part in result.parts() if isinstance(part, Paragraph)]
+
+
+def plot_of(result: Result, title: str) -> Plot:
+    (plot,) = [each for each in result.plots() if each.title.startswith(title)]
+    return plot
+
+
+def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes():
+    said = texts(result_of(identified(0.8, 0.02), REFUSED, notes=("clock jitters",)))
+    assert said[0].startswith("1 of 2 gains identified from 6 rows, relative residual ")
+    assert said[0].endswith(" %. See 1 warning below.")
+    assert said[1].startswith("Gains in N m per drive unit.")
+    assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
+    assert said[-1] == "Joint 2: too light."
+    assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
+    assert [each.text for each in horizon_paragraphs(FOUND)] == [
+        "Excluded: delays beyond 5 ms.",
+        "Cannot be checked with these logs: zero of q1.",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("revolute", "unit", "said"),
+    [
+        ([True, True], "N m/unit", "Gains in N m per drive unit. 2 sigma"),
+        ([False, False], "N/unit", "Gains in N per drive unit. 2 sigma"),
+        ([True, False], "N (m)/unit", "Gains in N m per drive unit, of prismatic joint 2 in N per drive unit. 2 sigma"),
+    ],
+)
+def test_gains_have_the_unit_of_their_joints(revolute, unit, said):
+    units = gain_units(revolute)
+    assert common_unit(units) == unit
+    assert meaning(units).text.startswith(said)
+    gains = [ResultGain.of(1, gain_estimate(0.8, std=0.1, reason=""), None, each) for each in units]
+    table = result_of(identified(0.8, 0.02), gains=gains).tables()[0]
+    assert {column.title: column.unit for column in table.columns}["Gain"] == unit
+
+
+def verdict(joint: int, **more) -> ResultGain:
+    given = {"true": -0.5, "estimate": -0.52, "std": 0.015, "rel_error": 0.04, "z": -1.3}
+    judged = {"tolerance": 0.07, "identifiable": True, "passed": True, "reason": None}
+    return ResultGain(joint=joint, **{**given, **judged, **more})
+
+
+NONE = dict.fromkeys(("estimate", "std", "rel_error", "z")) | {"identifiable": False}
+
+
+@pytest.mark.parametrize(
+    ("gains", "said", "mood"),
+    [
+        (
+            [verdict(1), verdict(2, rel_error=-0.06), verdict(3, **NONE)],
+            "PASSED: 2 gains within tolerance (worst: joint 2, -6 %, tolerance 7 %); joint 3 refused, as the scenario "
+            "expects.",
+            Mood.GOOD,
+        ),
+        (
+            [verdict(1), verdict(2, rel_error=-0.16, passed=False), verdict(4, rel_error=0.3, passed=False)],
+            "FAILED: joints 2 and 4 exceed their tolerance (worst: joint 4, +30 %, tolerance 7 %).",
+            Mood.BAD,
+        ),
+        (
+            [verdict(2, passed=False), verdict(5, **NONE, passed=False), verdict(6, rel_error=0.08, passed=False)],
+            "FAILED: joint 6 exceeds its tolerance (+8 %, tolerance 7 %); joint 2 identified, where the scenario "
+            "expects a refusal; joint 5 refused, where the scenario expects a gain.",
+            Mood.BAD,
+        ),
+    ],
+)
+def test_a_run_begins_with_its_verdict_and_the_worst_gain(gains, said, mood):
+    first, *_ = result_of(identified(0.8, 0.02), gains=gains).parts()
+    assert (first.text, first.mood, first.strong) == (said, mood, True)
+
+
+def test_tolerances_are_listed_if_they_differ_and_every_row_has_its_verdict():
+    gains = [verdict(1), verdict(2, tolerance=0.09), verdict(3, **NONE), verdict(4, passed=False)]
+    result = result_of(identified(0.8, 0.02), gains=gains)
+    assert "Tolerances: 7 % (joint 1), 9 % (joint 2), 7 % (joint 4)." in texts(result)
+    table = result.tables()[0]
+    assert [row[-1].text for row in table.rows] == ["passed", "passed", "refused", "FAILED"]
+    assert [cell.text for cell in table.rows[0][:5]] == ["1", "-0.500", "-0.520", "5.77", "+4.000"]
+    same = result_of(identified(0.8, 0.02), gains=gains[::2])
+    assert not any(text.startswith("Tolerances") for text in texts(same))
+
+
+def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
+    plot = plot_of(result_of(identified(-0.8, 0.02, 0.03, 0.007), REFUSED), "Contributions")
+    assert plot.x.categories == ("1", "2")
+    assert (plot.y.unit, plot.y.zero) == ("%", True)
+    found = {series.label: (series.x, series.y) for series in plot.series}
+    assert found == {"Residual": (("1",), (5.0,)), "Payload": (("1",), (6.0,)), "Model": (("1",), (1.4,))}
+
+
+def test_a_gain_stands_between_two_deviations_of_all_shares_together():
+    result = result_of(REFUSED, identified(-0.8, 0.012, 0.02))
+    plot = plot_of(result, "Interval of each gain")
+    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "% from the gain")
+    (shown,) = plot.series
+    # hypot(0.012, 0.02 * 0.8) = 0.02, of which two: 5 % of 0.8.
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (0.0,), (-5.0,), (5.0,))
+    rest = dict.fromkeys(CostJoint.model_fields)
+    joints = [CostJoint(**{**rest, "joint": j, "a_priori_gain": gain}) for j, gain in ((1, 3.0), (2, -0.5))]
+    cost = ResultCost.model_construct(joints=joints, payload=[MASS], arm=[], tolerance=None, passed=None)
+    (shown,) = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain").series
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (60.0,), (52.0,), (68.0,))
+
+
+def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
+    gains = [verdict(1, **NONE, tolerance=0.03), verdict(2)]
+    tolerance, error = plot_of(result_of(identified(0.8, 0.02), gains=gains), "Error of each gain").series
+    # The refused joint does not stretch the axis.
+    assert (tolerance.x, tolerance.low, tolerance.high) == (("2",), (-7.0,), (7.0,))
+    assert (error.x, error.y, error.low, error.high) == (("2",), (4.0,), (-2.0,), (10.0,))  # 0.015 is 3 % of 0.5
+
+
+def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
+    joints = (
+        identified(0.9, 0.01),
+        RefusedGain(joint="b", reason="", predicted_rel_std=0.35),
+        RefusedGain(joint="c", reason="", predicted_rel_std=None),
+        RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
+        RefusedGain(joint="e", reason="", predicted_rel_std=0.105),
+        RefusedGain(joint="f", reason="", predicted_rel_std=0.1),
+        RefusedGain(joint="g", reason="", predicted_rel_std=1.04),
+    )
+    said = [part.text for part in how_to_identify(result_of(*joints).gains, 0.1)[1:]]
+    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5", "Joint 6", "Joint 7"]
+    # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
+    assert "3.5 times the torque" in said[0]
+    assert "12 times as many rows" in said[0]
+    assert "do not determine" in said[1]
+    assert "its standard deviation is small enough" in said[2]
+    assert "with 1.05 times the torque" in said[3]
+    assert "or record 1.1 times as many rows" in said[3]
+    assert "its standard deviation is small enough" in said[4]  # as large as is allowed
+    assert "with 10 times the torque" in said[5]
+
+
+def test_a_fault_is_marked_as_worse_than_a_warning():
+    (wrong,) = doubt_paragraphs(Diagnosed(diagnoses=(replace(DOUBT, severity=Severity.WRONG),)))
+    assert wrong.text.startswith("WRONG: ")
+    assert wrong.mood is Mood.BAD
+
+
+def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
+    named = replace(DOUBT, sentence="the zero of q3 is off in b.csv alone")
+    assert words_of(named, several=True) == "WARNING: the zero of q3 is off in b.csv alone. Correct it."
+    tied = replace(DOUBT, rivals=("the base is tilted", "a delay"))
+    assert words_of(tied, several=False) == (
+        "WARNING: the zero of q3 is off by 2 degrees. "
+        "These logs do not distinguish it from: the base is tilted and 1 more."
+    )
+
+
+def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them():
+    effects = ((0, -9.3, -7.0), (1, 0.62, 2.1), (2, 0.1, 0.3))
+    wrong = replace(
+        DOUBT, severity=Severity.WRONG, effects=tuple(Effect(joint=j, percent=p, deviations=d) for j, p, d in effects)
+    )
+
+    def result(said: Diagnosed) -> Result:
+        found = gain_estimate(None, 4.4, 5.5, std=0.1, reason="")
+        return Result.of_identification(Identification(found, (), said), 0.1)
+
+    smaller = replace(wrong, effects=(Effect(joint=1, percent=-0.41, deviations=-1.4),))
+    told_wrong = result(Diagnosed(diagnoses=(smaller, wrong)))  # joint 2 once, with the larger effect
+    kept = "Gains kept although a fault changes them, by less than 3 standard deviations: joint 2 by +0.62 %."
+    assert kept in texts(told_wrong)
+    assert not any(text.startswith("Gains kept") for text in texts(result(FOUND)))
+    said, *_ = told_wrong.parts()
+    assert said.text == (
+        "2 of 3 gains identified from 6 rows, relative residual 5.00 %; joint 1 refused because of a fault of the "
+        "logs. See 2 faults below."
+    )
+    assert said.mood is Mood.BAD
+
+
+def test_what_was_asked_is_told_though_it_is_good():
+    asked = replace(GOOD, name="delay", sentence="no delay is found", asked=True)
+    (told,) = doubt_paragraphs(Diagnosed(diagnoses=(asked, GOOD)))
+    assert told.text == "Note: no delay is found."
+    assert not told.strong
+
+
+def test_programs_are_given_every_diagnosis_with_joints_from_1(tmp_path):
+    found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
+    document = Result.of_identification(found, 0.1).model_dump(mode="json")
+    assert document["notes"] == ["clock jitters"]
+    assert [each["joints"] for each in document["diagnoses"]] == [[3], []]
+    assert [each["joint"] for each in document["diagnoses"][0]["effects"]] == [3, 2]
+
+
+def test_what_was_said_is_read_back_as_it_was(tmp_path: Path):
+    found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
+    result = Result.of_identification(found, 0.1)
+    (tmp_path / RESULT).write_text(to_json(result.model_dump(mode="json")))
+    again = read_result(tmp_path, Result)
+    assert again == result
+    both = (*FOUND.indistinguishable, *FOUND.indistinguishable_together)
+    assert again.found == replace(FOUND, indistinguishable=both, indistinguishable_together=())
+
+
+def test_a_quantity_is_rounded_by_its_spread_and_short_lengths_are_in_millimetres():
+    row = quantity_row("x", "m", 0.0123, 0.0041, 0.00051)
+    assert [cell.text for cell in row] == ["x", "12.3", "4.1", "mm", "0.5"]
+
+
+def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
+    span = arm.upper[1] - arm.lower[1]
+    motion = JointMotion(
+        low=float(arm.lower[1] + 0.25 * span), high=float(arm.lower[1] + 0.75 * span), covered=0.5, speed=1.0,
+        speed_rms=0.5, acceleration_rms=2.0, slow=0.1, current_rms=3.0,
+    )  # fmt: skip
+    joints = CheckLog.of("log", [motion] * arm.n, arm).joints
+    units = [column.unit for column in motion_table("", joints).columns]
+    assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
+    both = [joints[0], joints[1].model_copy(update={"unit": "m", "limits": None})]
+    units = [column.unit for column in motion_table("", both).columns]
+    assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
+    first, second = range_plot({"first": joints, "second": joints}).series
+    assert (first.label, second.label) == ("first", "second")
+    assert (second.low[1], second.high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
+    assert first.tone is not second.tone
+    plain = range_plot({"log": both})
+    assert plain.y.unit == "rad, m"
+    assert plain.series[0].low[1] == pytest.approx(motion.low, rel=6e-5)
+
+
+def test_a_page_lists_every_check_and_a_screen_none():
+    tables = [part for part in result_of(identified(0.8, 0.02)).parts() if isinstance(part, Table)]
+    listed = [(each.title, [cell.text for cell in row]) for each in tables if each.file_only for row in each.rows]
+    assert listed == [
+        ("b.csv", ["zero", "WARNING", "the zero of q3 is off by 2 degrees"]),
+        ("a.csv", ["clipping", "good", "no current is clipped"]),
+    ]
+    assert sum(not each.file_only for each in tables) == 1

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import page_folders
 import pytest
-from scenarios.reports.pages.gain_plots import error_plot
 
 from ident.estimation.estimators import estimator
 from ident.estimation.problem import ObservedMotion
@@ -71,9 +70,10 @@ def test_the_rows_of_a_run_are_saved_as_they_were_found(saved):
     np.testing.assert_allclose(fit.correlation, found.correlation, rtol=1e-6)
     assert (fit.row_period, fit.begins) == (found.row_period, found.begins)
     assert [[each.joint for each in log.joints] for log in fit.motions] == [[1, 2, 3, 4, 5, 6]] * 2
-    for joint in range(6):
-        share = estimate.residual_share(joint)
-        assert fit.residual_share(joint) == (None if share is None else pytest.approx(share, rel=1e-9))
+    shares = [each.residual_share for each in read_result(saved, Result).gains]
+    for joint, share in enumerate(shares):
+        found = estimate.residual_share(joint)
+        assert share == (None if found is None else pytest.approx(found, rel=1e-9))
 
 
 def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
@@ -141,14 +141,15 @@ def test_verdict_gains_and_refusals_come_first(saved):
     headings = [part.text for part in report.parts if isinstance(part, Heading)]
     assert headings == [
         "Gains",
-        "Refused or failed joints, and how to identify them",
         "Diagnoses",
+        "Refused or failed joints",
+        "How to identify the refused gains",
         "Torques, measured and reconstructed",
         "Residual: spectrum",
         "Residual against position",
         "Residual against speed",
         "Outliers",
-        "Motion and joint ranges covered",
+        "Motion and joint ranges",
         "What was assumed",
         "How to repeat it",
     ]
@@ -160,7 +161,10 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert all(plot.strip is not None for plot in plots if plot.zoom)
     assert "Contributions to the intervals" in [plot.title for plot in plots]
     texts, fit = [part.text for part in report.parts if isinstance(part, Paragraph)], result["fit"]
-    assert f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %." in texts
+    assert any(
+        text.startswith(f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %; ")
+        for text in texts
+    )
     reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: (?!to identify it)", text)]
     assert reasons == [f"Joint {gain['joint']}" for gain in result["gains"] if gain["reason"] is not None]
     told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
@@ -172,19 +176,8 @@ def test_verdict_gains_and_refusals_come_first(saved):
         if gain.estimate is None and gain.predicted_rel_std is not None and 0.1 < gain.predicted_rel_std < 1:
             torque = f"Joint {gain.joint}: to identify it, use a payload with {10 * gain.predicted_rel_std:.3g} times"
             assert any(text.startswith(torque) for text in texts)
-    errors = error_plot(read_result(saved, Result).gains)
-    shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
-    tops = dict(zip(errors.series[1].x, errors.series[1].high, strict=True))
     # The second motion is drawn behind the first.
     assert all(plot.references[1].at > 0.9 * max(plot.series[0].x) / 2 for plot in plots if plot.zoom)
-    allowed = [100 * gain["tolerance"] for gain in result["gains"] if gain["identifiable"]]
-    assert errors.series[0].high == tuple(allowed)
-    assert errors.series[0].low == tuple(-each for each in allowed)
-    for gain in result["gains"]:
-        if gain["identifiable"]:
-            half = 200 * gain["std"] / gain["true"]
-            assert tops[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"] + half, rel=6e-5)  # five digits
-            assert shown[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"], rel=6e-5)  # five digits
 
 
 def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
@@ -209,10 +202,9 @@ def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
         str(saved / "unloaded.parquet"),
         str(saved / "loaded.parquet"),
     ]
-    result, fit = read_result(folder, Result), read_fit(folder)
     table = next(part for part in report.parts if isinstance(part, Table))
-    for gain, row in zip(result.gains, table.rows, strict=True):
-        assert row[7].text == f"{100 * fit.residual_share(gain.joint - 1):.1f}"
+    for gain, row in zip(read_result(folder, Result).gains, table.rows, strict=True):
+        assert row[7].text == f"{100 * gain.residual_share:.1f}"
     assert report.parts[0].text.startswith("4 of 6 gains identified from ")
     assert report.parts[0].strong
     assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
@@ -261,7 +253,7 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
     verdicts = {"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}
-    assert report.parts[0].text.startswith(verdicts[told["verdict"]])
+    assert report.title.startswith(verdicts[told["verdict"]])
     tables = [part for part in report.parts if isinstance(part, Table) and part.columns[-1].title == "Found"]
     order = ["wrong", "weak", "good"]
     lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))

@@ -23,7 +23,6 @@ does not: only the log is rounded.
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -118,31 +117,6 @@ def closed_loop(
     return log
 
 
-class _Period(NamedTuple):
-    """Views of the memory of one control period, and of its neighbours.
-
-    Attributes:
-        reading: Readings [rad], shape (B, n).
-        before: Readings of the preceding period [rad], shape (B, n).
-        difference: `reading` minus `before` [rad], shape (B, n).
-        known: Readings, speed estimate of the preceding period, reference, difference; shape (4, B, n).
-        after: Reference minus position feedback [drive units], then the speed estimate [rad/s]; shape (2, B, n). The
-            next period writes its readings over the first of these, and takes the second as its preceding estimate.
-        left: The first row of `after`, shape (B, n).
-        dq: The second row of `after`, shape (B, n).
-        v: Current references [drive units], shape (B, n).
-    """
-
-    reading: Array
-    before: Array
-    difference: Array
-    known: Array
-    after: Array
-    left: Array
-    dq: Array
-    v: Array
-
-
 class ControlPeriods:
     """B controllers in a sequence of control periods, with their readings and commands.
 
@@ -176,9 +150,11 @@ class ControlPeriods:
         self.reading, self.reference = self._memory[1:-1, 0], self._memory[1:-1, 2]
         self.q_ref = None if self._ki is None else np.zeros((length, B, n))
         self.v = np.zeros((length, B, n))
+        # Of a period: readings, speed estimate of the period before, reference, difference to the readings before. The
+        # results, reference minus position feedback and speed estimate, are where the next period has its first two.
         rows = zip(self._memory, self._memory[1:], self._memory[2:], self.v, strict=False)
         self._periods = [
-            _Period(now[0], before[0], now[3], now, after[:2], after[0], after[1], v) for before, now, after, v in rows
+            (now[0], before[0], now[3], now, after[:2], after[0], after[1], v) for before, now, after, v in rows
         ]
         self._products, self._product = np.empty((4, B, n)), np.empty((B, n))
         self._first, self._second = self._products[:2], self._products[2:]

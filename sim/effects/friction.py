@@ -63,12 +63,10 @@ class Stribeck(Effect):
     stribeck_speed: Annotated[float, Interval(ge=1e-6, le=100.0), Unit("rad/s")] = 0.1
 
     def varies(self) -> bool:
-        """It depends on speed."""
         return self.stribeck > 0.0
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Scale dry friction."""
         share, fall = each_value(values, "stribeck", "stribeck_speed")
 
         def add(step: ControlStep) -> None:
@@ -90,12 +88,10 @@ class FrictionByDirection(Effect):
     viscous_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
 
     def varies(self) -> bool:
-        """It depends on the direction."""
         return bool(self.coulomb_by_direction or self.viscous_by_direction)
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Scale both kinds of friction."""
         dry, viscous = (0.5 * each for each in each_value(values, "coulomb_by_direction", "viscous_by_direction"))
 
         def add(step: ControlStep) -> None:
@@ -123,7 +119,6 @@ class ViscousCurve(Effect):
     viscous_speed: Annotated[float, Interval(ge=1e-3, le=100.0), Unit("rad/s")] = 1.0
 
     def varies(self) -> bool:
-        """It depends on speed."""
         return self.viscous_curve > 0.0
 
     @staticmethod
@@ -157,12 +152,10 @@ class LoadFriction(Effect):
     gear_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
 
     def varies(self) -> bool:
-        """It depends on torque."""
         return max(self.load_friction, self.transmitted_friction, self.gear_friction) > 0.0
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Add dry friction."""
         gain, offset = each_drive(builds, "gain", "amplifier_offset")
         share, per_torque, per_gear = each_value(values, "load_friction", "transmitted_friction", "gear_friction")
         per_current = share * np.abs(gain)  # (B, n)
@@ -194,7 +187,6 @@ class Presliding(Effect):
     presliding: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse a distance that is too stiff for a rotor."""
         if not self.presliding:
             return
         friction, inertia = (np.asarray(x, dtype=np.float64) for x in (drives.coulomb_friction, drives.rotor_inertia))
@@ -207,12 +199,10 @@ class Presliding(Effect):
             )
 
     def varies(self) -> bool:
-        """It depends on the way since the last reversal."""
         return self.presliding > 0.0
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Replace dry friction by the torque of its deflection."""
         (distance,) = each_value(values, "presliding")
         builds_up = distance > 0.0
         distance = np.where(builds_up, distance, 1.0)

@@ -28,7 +28,6 @@ class BaseTilt(Effect):
     base_tilt_y: Annotated[float, Interval(ge=-0.5, le=0.5), Unit("rad")] = 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Rotate gravity."""
         if not (self.base_tilt_x or self.base_tilt_y):
             return
         (cx, cy), (sx, sy) = (f([self.base_tilt_x, self.base_tilt_y]) for f in (np.cos, np.sin))
@@ -55,13 +54,11 @@ class MovedFrames(Effect):
         return {name: error for name, error in (("d3", self.d3_error), ("r4", self.r4_error)) if error}
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse a frame that the robot does not have."""
         for name, error in self.moved.items():
             if name not in robot.frames:
                 raise PlantError(f"errors: {name}_error = {error:g} m: {robot.name} has no frame {name}; leave it at 0")
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Move the frames along the line to their parents."""
         for name, error in self.moved.items():
             stated, body = f"errors: {name}_error = {error:g} m", spec.body(build.robot.frames[name])
             if body is None:
@@ -92,14 +89,12 @@ class ZeroErrors(Effect):
             )
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse another number of joints."""
         if self.zero_error is not None and len(self.zero_error) != robot.n:
             raise PlantError(
                 f"errors: zero_error: {len(self.zero_error)} values [rad], expected {robot.n}, one per joint"
             )
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Move the zeros."""
         for joint, error in zip(spec.joints, self.zero_error or (), strict=False):
             in_degrees = spec.compiler.degree and joint.type == mujoco.mjtJoint.mjJNT_HINGE
             joint.ref += float(np.degrees(error)) if in_degrees else error
@@ -116,7 +111,6 @@ class GravitySpringErrors(Effect):
     gravity_spring: Annotated[float, Interval(ge=0.0, le=1e6), Unit("N/m")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse a robot without one."""
         if self.gravity_spring and robot.gravity_spring is None:
             raise PlantError(
                 f"errors: gravity_spring = {self.gravity_spring:g} N/m: {robot.name} has no gravity spring; leave it "
@@ -124,7 +118,6 @@ class GravitySpringErrors(Effect):
             )
 
     def resizes(self) -> bool:
-        """A spring is a tendon."""
         return self.gravity_spring > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:

@@ -44,12 +44,10 @@ class Cogging(Effect):
     motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0
 
     def varies(self) -> bool:
-        """It depends on position."""
         return self.cogging > 0.0 or self.torque_ripple > 0.0
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Add torque."""
         gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
         waves, ripple, cogging = each_value(values, "motor_waves", "torque_ripple", "cogging")
         ripple, cogging = ripple * gain, cogging * np.abs(gain) * limit  # (B, n)
@@ -80,7 +78,6 @@ class Temperature(Effect):
     viscous_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse a drive without a current limit, to which warming refers."""
         limit = np.asarray(drives.current_limit)
         if self.motor_warming and not limit.all():
             raise PlantError(
@@ -96,7 +93,6 @@ class Temperature(Effect):
 
     @staticmethod
     def term(values: Sequence[object], builds: Sequence[Build]) -> Term:
-        """Change gains and friction, then the temperatures."""
         gain, offset, limit = each_drive(builds, "gain", "amplifier_offset", "current_limit")
         warming, time = each_value(values, "motor_warming", "warming_time")
         by_gain, by_coulomb, by_viscous = each_value(

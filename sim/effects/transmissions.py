@@ -50,7 +50,6 @@ class WristCoupling(Effect):
     wrist_coupling: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse a robot without couplings, and a share that leaves a joint less than nothing."""
         share = self.wrist_coupling
         if not share:
             return
@@ -67,11 +66,9 @@ class WristCoupling(Effect):
                 )
 
     def resizes(self) -> bool:
-        """A coupled motor is a tendon."""
         return self.wrist_coupling > 0.0
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Add a tendon for each coupled motor."""
         share = self.wrist_coupling
         for coupling in build.robot.couplings if share else ():
             tendon = spec.add_tendon(name=f"{spec.joints[coupling.motor].name}{COUPLING}")
@@ -82,7 +79,6 @@ class WristCoupling(Effect):
                 tendon.wrap_joint(spec.actuators[joint].target, 1.0)
 
     def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
-        """Leave the joints what does not turn with a sum."""
         if self.wrist_coupling:
             own, driven = own_parts(self.wrist_coupling, build.robot, build.drives), slice(model.nv - model.nu, None)
             model.dof_armature[driven] = own["rotor_inertia"]
@@ -138,7 +134,6 @@ class JointElasticity(Effect):
             )
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse another number of joints, and drives without rotors."""
         if self.joint_compliance is None:
             return
         if len(self.joint_compliance) != robot.n:
@@ -150,11 +145,9 @@ class JointElasticity(Effect):
             raise PlantError("errors: joint_compliance needs a rotor_inertia above 0 kg m^2 at every joint")
 
     def resizes(self) -> bool:
-        """Motors have joints of their own."""
         return self.joint_compliance is not None
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
-        """Add a motor and a tendon for each joint."""
         if self.joint_compliance is None:
             return
         stiffness, inertia = 1.0 / np.array(self.joint_compliance), np.asarray(build.drives.rotor_inertia)
@@ -185,7 +178,6 @@ class JointElasticity(Effect):
             spec.actuators[j].target = motor.name
 
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
-        """Begin with every link at its motor."""
         if self.joint_compliance is not None:
             n = len(self.joint_compliance)
             state[:n] = state[n:]
@@ -214,27 +206,23 @@ class Backlash(JointElasticity):
     backlash: Annotated[float, Interval(ge=0.0, le=0.1), Unit("rad")] = 0.0
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
-        """Refuse rigid joints."""
         if self.backlash and self.joint_compliance is None:
             raise PlantError(
                 f"errors: backlash = {self.backlash:g} rad needs elastic transmissions; state joint_compliance"
             )
 
     def resizes(self) -> bool:
-        """The gap is a number of a model with elastic joints."""
         return False
 
     def before_compile(self, spec: mujoco.MjSpec, build: Build) -> None:
         """Leave the motors to the effect of elasticity."""
 
     def after_compile(self, model: mujoco.MjModel, build: Build) -> None:
-        """Open the gaps."""
         if self.backlash:
             gap = (-0.5 * self.backlash, 0.5 * self.backlash)
             model.tendon_lengthspring[_tendons(model, TRANSMISSION)] = gap
 
     def settle(self, model: mujoco.MjModel, state: Array) -> None:
-        """Move links to one side of the gap, then to equilibrium."""
         if not self.backlash:
             return
         n, data = model.nu, mujoco.MjData(model)

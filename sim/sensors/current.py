@@ -38,7 +38,6 @@ class CurrentNoise(Sensor):
     coloured_cutoff_hz: Annotated[float, Interval(ge=0.0, le=1e6), Unit("Hz")] = 20.0
 
     def fits(self, rate_hz: float) -> None:
-        """Refuse a cut-off that the rate does not allow."""
         low, high = LOWEST_SHARE * rate_hz, 0.5 * rate_hz
         if self.current_coloured and not low <= self.coloured_cutoff_hz < high:
             raise PlantError(
@@ -60,7 +59,6 @@ class CurrentNoise(Sensor):
         return replace(log, v=noise)
 
     def noise(self, log: Log) -> Sequence[Noise]:
-        """White and filtered numbers."""
         rms, none, found = np.sqrt(np.mean(log.v**2, axis=0)), np.zeros(1), list[Noise]()
         if self.current_white:
             found.append(Noise(stream="white", q=none, v=self.current_white * rms))
@@ -102,7 +100,6 @@ class CurrentSensor(Sensor):
     current_offset: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Scale and shift."""
         if not (self.current_gain_error or self.current_offset):
             return log
         gain, offset = streams["current_sensor"].standard_normal((2, log.v.shape[1]))
@@ -110,7 +107,6 @@ class CurrentSensor(Sensor):
         return replace(log, v=(1.0 + self.current_gain_error * gain) * log.v + self.current_offset * offset * rms)
 
     def noise(self, log: Log) -> Sequence[Noise]:
-        """One number a motion and joint for each."""
         sizes = (self.current_gain_error * log.v, self.current_offset * np.sqrt(np.mean(log.v**2, axis=0)))
         return [Noise(stream="current_sensor", q=np.zeros(1), v=size, lasting=True) for size in sizes if size.any()]
 
@@ -126,7 +122,6 @@ class Delay(Sensor):
     current_delay: Annotated[float, Interval(ge=-10.0, le=10.0), Unit("s")] = 0.0
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Interpolate linearly, and hold the ends."""
         if not self.current_delay:
             return log
         t = np.arange(len(log.v)) / log.rate_hz

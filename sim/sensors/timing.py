@@ -25,7 +25,6 @@ class LogRate(Sensor):
     log_rate_hz: Annotated[float, Interval(ge=0.0, le=1e5), Unit("Hz")] = 0.0
 
     def fits(self, rate_hz: float) -> None:
-        """Refuse a rate that is not a fraction of the controller's."""
         every = _every(self, rate_hz)
         if self.log_rate_hz and abs(every * self.log_rate_hz / rate_hz - 1.0) > ROUNDING:
             raise PlantError(
@@ -34,7 +33,6 @@ class LogRate(Sensor):
             )
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Keep every k-th sample."""
         k = _every(self, log.rate_hz)
         return log if k == 1 else replace(log, t=log.t[::k], q=log.q[::k], v=log.v[::k], rate_hz=log.rate_hz / k)
 
@@ -57,7 +55,6 @@ class Clock(Sensor):
     clock_jitter: Annotated[float, Interval(ge=0.0, le=10.0), Unit("s")] = 0.0
 
     def fits(self, rate_hz: float) -> None:
-        """Refuse jitter that may reverse the order of samples."""
         if self.clock_jitter > 0.25 / rate_hz:
             raise PlantError(
                 f"sensors: clock_jitter = {self.clock_jitter:g} s at {rate_hz:g} Hz: expected a quarter of the period, "
@@ -65,7 +62,6 @@ class Clock(Sensor):
             )
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Shift the stamps."""
         if not self.clock_jitter:
             return log
         even = streams["clock"].uniform(-np.sqrt(3.0), np.sqrt(3.0), len(log.t))  # of unit deviation
@@ -96,7 +92,6 @@ class DriveClocks(Sensor):
     clock_rate: Annotated[float, Interval(ge=0.0, le=0.01)] = 0.0
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Read each drive at its own times."""
         if not (self.clock_offset or self.clock_rate):
             return log
         rate, offset = streams["drive_clocks"].standard_normal((2, log.v.shape[1]))
@@ -126,7 +121,6 @@ class Samples(Sensor):
     samples_repeated: Annotated[float, Interval(ge=0.0, le=0.5)] = 0.0
 
     def logs(self, log: Log, streams: NoiseStreams) -> Log:
-        """Lose and repeat."""
         if not (self.samples_lost or self.samples_repeated):
             return log
         lost, repeated = streams["samples"].random((2, len(log.t))) < [[self.samples_lost], [self.samples_repeated]]

@@ -507,3 +507,11 @@ def test_each_size_by_itself_switches_its_effect_on(name, values):
 )
 def test_shapes_without_a_size_and_warmth_without_consequence_are_no_effect(values):
     assert not any(effect.varies(ModelErrors(**values)) for effect in EFFECTS.values())
+
+
+def test_rounding_pulls_no_link_out_of_the_middle_of_its_play(rng):
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, backlash=3e-3))
+    model = plant_model(plant, loaded=False, step=1e-3)
+    for q in rng.uniform(-2.0, 2.0, (6, 6)):  # the centre of the last link is on its axis
+        state = resting(plant, model, q)
+        np.testing.assert_allclose(state[[0, 5]], q[[0, 5]], rtol=0, atol=1e-15)

@@ -173,8 +173,9 @@ def test_links_behind_elastic_transmissions_give_way_by_what_they_carry():
     np.testing.assert_allclose(found - stiff, difference, rtol=0, atol=0.03 * np.abs(difference).max())
 
 
-def test_the_inertia_along_a_motion_is_pinocchio_s_with_rotors():
-    motion = motion_of()
+@pytest.mark.parametrize("compliance", [None, COMPLIANCE])
+def test_the_inertia_along_a_motion_is_pinocchio_s_with_rotors(compliance):
+    motion = motion_of(joint_compliance=compliance)
     arm, (_, q, _, _) = arm_with_payload(), states(motion)
     found = inertia_along(motion, RATE)
     data = arm.createData()

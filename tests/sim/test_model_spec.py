@@ -219,3 +219,18 @@ def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent,
     np.testing.assert_allclose(model.body_mass.sum(), 12.0 + max(float(mass), 0.0), rtol=1e-12)  # rounding of a sum
     with pytest.raises(ModelFileError, match="antenna"):
         bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "antenna" if parent == "tool0" else None)
+
+
+def test_moments_beside_the_arm_of_which_one_exceeds_the_others_do_not_matter(tmp_path):
+    more = ANTENNA.replace("PARENT", "elbow_link").replace("MASS", "0.5")
+    for old, new in (
+        ("2.4e-8", "1e-5"),
+        ("6.1e-8", "0"),
+        ("1.2e-8", "0"),
+        ("2.8e-8", "1e-5"),
+        ("8e-9", "0"),
+        ("3.8e-8", "4e-5"),
+    ):
+        more = more.replace(old, new)
+    model = bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "tool0")
+    np.testing.assert_allclose(model.body("antenna").inertia, 2e-5, rtol=1e-12)  # their mean

@@ -51,6 +51,7 @@ def test_a_site_or_body_of_a_known_name_on_the_last_link_is_the_flange_seen_from
     tmp_path, element, name, joint
 ):
     def change(text: str) -> str:
+        text = text.replace('<body name="part1"', '<body euler="0.3 -0.2 0.5" name="part1"')
         return on_last(text.replace('<joint name="axis2"', f'<joint pos="{joint}" name="axis2"'), element)
 
     flange = flange_of(robot(tmp_path, change))

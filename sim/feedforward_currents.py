@@ -16,8 +16,8 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
+import scipy
 
-from ident.numerics.splines import periodic_spline
 from ident.support.arrays import Array
 from sim.compile import bare_arm, lean_model
 from sim.controller import inverse_dynamics
@@ -291,7 +291,7 @@ def _torque_along(rigid: _Frictionless, motion: FourierTrajectory, rate_hz: floa
     free = model.nv - n
     torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
     closed = np.vstack((torque, torque[:1]))[:, free:]
-    return periodic_spline(coarse, closed)(t % coarse[-1])
+    return scipy.interpolate.CubicSpline(coarse, closed, bc_type="periodic")(t % coarse[-1])
 
 
 def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:

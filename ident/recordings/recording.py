@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts are imported at first use
 from numpy.typing import NDArray
 
 from ident.support.arrays import Array, Indices, readonly
@@ -84,10 +85,8 @@ def _resampled(recording: Recording) -> Recording:
             f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
             f"usually {np.median(intervals):.3g} s; use the part before or after the gap"
         )
-    from ident.numerics.splines import spline  # SciPy, which the command line's help does not need
-
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
-    q = spline(recording.t, recording.q)(t)
+    q = scipy.interpolate.CubicSpline(recording.t, recording.q)(t)
     v = np.column_stack([np.interp(t, recording.t, each) for each in recording.v.T])
     return Recording(t, q, v, recording.name)
 

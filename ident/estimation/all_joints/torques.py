@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.problem import ObservedMotion, Problem
@@ -12,7 +13,6 @@ from ident.model.displacement import Dynamics, States
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
-from ident.numerics.splines import spline
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array, Indices, Mask
 
@@ -83,7 +83,8 @@ class Torques:
         behind = self._behind
         given = self.sampled if torque is None else torque[behind.at]
         times, states = behind.t[behind.at], behind.states
-        transmitted = spline(times, given - drive_torques(self.arm, self.rotors, states.dq, states.ddq))
+        links = given - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
+        transmitted = scipy.interpolate.CubicSpline(times, links)
         behind_motor = States(*(-transmitted(times, order) for order in range(3)))
         return self._at_full_rate(self.links.displaced(behind_motor))
 
@@ -105,7 +106,7 @@ class Torques:
 
     def _at_full_rate(self, x: Array) -> Array:
         behind = self._behind
-        return spline(behind.t[behind.at], x).evenly(int(behind.at[1]), len(behind.t))
+        return scipy.interpolate.CubicSpline(behind.t[behind.at], x)(behind.t)
 
 
 def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:

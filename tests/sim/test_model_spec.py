@@ -3,7 +3,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from collections_of_arms import FINGERS, GRIPPER, HAND, HOME, INERTIAL, TABLE, menagerie, ros, written
+from model_files import FINGERS, GRIPPER, HAND, HOME, IN_COLLECTION, TABLE, menagerie, ros, written
 from robot_folders import arm_xml
 
 from sim.compile import bare_arm, mount_payload
@@ -98,7 +98,7 @@ FAULTS = {
     "a spring": (menagerie(joint='stiffness="3"'), None, r"arm\.xml: joint elbow has a spring, stiffness = 3,"),
     "a free arm": (
         menagerie().replace(
-            'childclass="arm">', 'childclass="arm"><freejoint name="float"/>' + INERTIAL.format(mass=3)
+            'childclass="arm">', 'childclass="arm"><freejoint name="float"/>' + IN_COLLECTION.format(mass=3)
         ),
         None,
         "joint float is free or a ball",

@@ -6,8 +6,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pinocchio as pin
 import pytest
-from collections_of_arms import FINGERS, GRIPPER, HAND, TABLE, menagerie, ros, written
-from model_files import LINKS, mjcf, urdf
+from model_files import FINGERS, GRIPPER, HAND, LINKS, TABLE, menagerie, mjcf, ros, urdf, written
 from pinocchio_arms import random_arm
 
 import rx90_mjcf

@@ -5,9 +5,8 @@ import re
 import mujoco
 import numpy as np
 import pytest
-from collections_of_arms import FINGERS, GRIPPER, HAND, menagerie, ros, written
+from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, scara, weak, with_jaw, written
 from robot_folders import arm_xml
-from small_arms import no_limits, scara, weak, with_jaw
 
 from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError

@@ -7,10 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from collections_of_arms import GRIPPER, HOME, menagerie, ros, written
+from model_files import GRIPPER, HOME, menagerie, no_limits, random_arm_urdf, ros, scara, weak, with_jaw, written
 from printed import printed
-from random_arms import write_random_arm
-from small_arms import no_limits, scara, weak, with_jaw
 
 import scenarios.commands.new_robot as command_module
 import scenarios.design.robot_folder as folder_module
@@ -350,7 +348,7 @@ def test_a_payload_that_identifies_no_gain_is_refused(servo_arm, tmp_path, capsy
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_gains_of_random_arms_are_as_accurate_as_predicted(tmp_path, capsys, seed):
-    path = write_random_arm(tmp_path, seed)
+    path = written(tmp_path, "arm.urdf", random_arm_urdf(seed))
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), "--json"]) == Status.PASSED
     predicted = json.loads(capsys.readouterr().out)["predicted_rel_std"]
     words = ["-n", "20", "--out", str(tmp_path / "study"), "--json"]

@@ -8,14 +8,14 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from model_files import INERTIAL, LINKS, RADIANS, mjcf
+from model_files import INERTIAL, LINKS, RADIANS, ends, mjcf, urdf_joint, urdf_link
 from printed import printed
 
 from ident.arm_parameters.links import nearest_links
 from ident.arm_parameters.parameter_values import Parameter
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
-from ident.payload.payload import INERTIA_KEYS, standard_parameters
+from ident.payload.payload import standard_parameters
 from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
 from scenarios.experiments.robot_models import nominal_links, read_arm
@@ -32,27 +32,19 @@ ANCHORS = [[round(0.03 + 0.01 * k, 2), -0.02, round(0.05 - 0.02 * k, 2)] for k i
 RPY = "0.3 -0.2 0.5"
 
 
-def urdf_link(name: str, mass: float, inertia: tuple[float, ...], origin: str) -> str:
-    moments = " ".join(f'{key}="{value}"' for key, value in zip(INERTIA_KEYS, inertia, strict=True))
-    return f'<link name="{name}"><inertial>{origin}<mass value="{mass}"/><inertia {moments}/></inertial></link>'
-
-
 def lopsided_urdf() -> str:
     """A URDF whose third link has its inertia turned, and the fifth no origin; a tool is fixed to the last."""
-    links, above = '<link name="base"/>', "base"
+    text, above = '<robot name="ur">\n<link name="base"/>\n', "base"
     for k, (name, pos, rpy, axis) in enumerate(LINKS):
         turned = f' rpy="{RPY}"' if k == 2 else ""
         origin = "" if k == 4 else f'<origin xyz="0.0{k + 1} -0.02 0.05"{turned}/>'
-        links += (
-            f"\n{urdf_link(f'{name}_link', MASSES[k], INERTIAS[k], origin)}"
-            f'<joint name="{name}_joint" type="revolute"><parent link="{above}"/>'
-            f'<child link="{name}_link"/><origin xyz="{pos}" rpy="{RADIANS[rpy]}"/><axis xyz="{axis}"/>'
-            '<limit lower="-2.97" upper="3.05" effort="150" velocity="3.1"/></joint>'
-        )
+        place = f'<origin xyz="{pos}" rpy="{RADIANS[rpy]}"/><axis xyz="{axis}"/>'
+        text += urdf_link(f"{name}_link", MASSES[k], INERTIAS[k], origin)
+        text += urdf_joint(f"{name}_joint", "revolute", (above, f"{name}_link"), place, ends(-2.97, 3.05, 150, 3.1))
         above = f"{name}_link"
-    tool = urdf_link("tool", 0.31, (0.002, 0.003, 0.0025, 0.0, 0.0, 0.0), '<origin xyz="0 0.01 0.04"/>')
-    flange = f'<joint name="flange" type="fixed"><parent link="{above}"/><child link="tool"/>'
-    return f'<robot name="ur">\n{links}\n{tool}{flange}<origin xyz="0 0.02 0.09" rpy="0.1 0.4 0"/></joint></robot>\n'
+    text += urdf_link("tool", 0.31, (0.002, 0.003, 0.0025, 0, 0, 0), '<origin xyz="0 0.01 0.04"/>')
+    place = '<origin xyz="0 0.02 0.09" rpy="0.1 0.4 0"/>'
+    return f"{text}{urdf_joint('flange', 'fixed', (above, 'tool'), place)}</robot>\n"
 
 
 def lopsided_mjcf() -> str:

@@ -1,16 +1,22 @@
 """What a command printed with `--json`, held against its schema."""
 
 import json
+from functools import cache
 
 import jsonschema
 import pytest
 
-from scenarios.support.toml_text import ENDING, FOLDER
+from scenarios.results.json_schemas import schema
+
+
+@cache
+def _schema(name: str) -> dict:
+    return schema(name)
 
 
 def fits(value: object, name: str) -> None:
-    """Fail unless a value fits the shipped schema of that name."""
-    jsonschema.Draft202012Validator(json.loads((FOLDER / f"{name}{ENDING}").read_text())).validate(value)
+    """Fail unless a value fits the schema of that name."""
+    jsonschema.Draft202012Validator(_schema(name)).validate(value)
 
 
 def printed(capsys: pytest.CaptureFixture[str], name: str) -> dict:

@@ -59,6 +59,6 @@ def claimed_folder(options: argparse.Namespace, motions: int, command: str) -> C
     """
     if options.save is None:
         return None
-    from scenarios.results.log_folder import log_files
+    from scenarios.results.record import saved_files
 
-    return right_to_write(options, options.save, log_files(motions), command=command)
+    return right_to_write(options, options.save, saved_files(motions), command=command)

@@ -43,7 +43,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.robot_models import model_links
     from scenarios.rendering.content import Paragraph
     from scenarios.results.check import Check
-    from scenarios.results.log_folder import save_logs
+    from scenarios.results.record import save_result
     from scenarios.support.errors import ScenarioError
 
     if options.loaded and options.payload is None:
@@ -78,16 +78,18 @@ def main(options: argparse.Namespace) -> Status:
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
         with saving.writing():
-            save_logs(
+            save_result(
                 saving.folder,
+                result,
                 kind="check",
                 title=f"Logs of {robot.structure.arm.name}",
                 command=options.command_line,
-                robot=robot,
+                model=robot.model,
+                flange=robot.flange,
+                arm=robot.structure.arm,
                 motions=list(map(Motion, recordings, carried)),
                 observing=checked.observing,
                 gains=limits,
-                result=result,
                 payload=payload,
                 about=None if robot.gain is None else tuple(robot.gain.tolist()),
             )

@@ -116,19 +116,21 @@ def main(options: argparse.Namespace) -> Status:
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     if saving is not None:
         from scenarios.results.fit_rows import fit_of
-        from scenarios.results.log_folder import save_logs
+        from scenarios.results.record import save_result
 
         with saving.writing():
-            save_logs(
+            save_result(
                 saving.folder,
+                result,
                 kind="identification",
                 title=title,
                 command=options.command_line,
-                robot=robot,
+                model=robot.model,
+                flange=robot.flange,
+                arm=robot.structure.arm,
                 motions=motions,
                 observing=found.observing,
                 gains=limits,
-                result=result,
                 method=options.method,
                 options=own,
                 fit=fit_of(found.prepared, found.estimate),

@@ -79,19 +79,21 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     arm = robot.structure.arm
     result = bare_result(answer, links, arm)
     if saving is not None:
-        from scenarios.results.log_folder import save_logs
+        from scenarios.results.record import save_result
 
         with saving.writing():
-            save_logs(
+            save_result(
                 saving.folder,
+                result,
                 kind="bare",
                 title=f"Bare motions of {arm.name}",
                 command=options.command_line,
-                robot=robot,
+                model=robot.model,
+                flange=robot.flange,
+                arm=robot.structure.arm,
                 motions=motions,
                 observing=answer.observing,
                 gains=limits,
-                result=result,
                 method=options.method,
                 options=own,
                 payload=payload,

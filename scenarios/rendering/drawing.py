@@ -169,10 +169,14 @@ def _scale(axes: Axes, axis: Axis, name: str, *, strip: bool) -> None:
         own.grid(visible=False)
     elif axis.log:
         axes.set(**{f"{name}scale": "log"})
-        own.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        own.set_major_formatter(FuncFormatter(_plain))
         own.set_minor_formatter(NullFormatter())
     else:
         own.set_major_locator(MaxNLocator(6 if name == "x" else 3 if strip else 5))
+
+
+def _plain(value: float, _: int) -> str:
+    return f"{value:g}"
 
 
 def _numbers(values: Sequence[Value], axis: Axis) -> Array:

@@ -28,6 +28,7 @@ from ident.support.errors import IdentificationError
 from ident.support.naming import one_line, shown
 from ident.support.options import options_from_table
 from scenarios.support.errors import ForeignProblem
+from scenarios.support.toml_text import schema_line
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from sim.robot import Robot
@@ -123,28 +124,10 @@ def write_problem(
     Raises:
         OSError: If the folder cannot be written.
     """
-    write_problem_of(folder, robot.model, robot.flange, couplings, motions, observing=observing, gains=gains)
-
-
-def write_problem_of(
-    folder: Path,
-    model: Path,
-    flange: str | None,
-    couplings: Sequence[tuple[int, int]],
-    motions: Sequence[Motion],
-    *,
-    observing: ObserveOptions,
-    gains: GainOptions,
-) -> None:
-    """Write a problem as `write_problem`, for a model file and its last body.
-
-    Raises:
-        OSError: If the folder cannot be written.
-    """
     folder.mkdir(parents=True, exist_ok=True)
     problem = ProblemFile(
         format=1,
-        robot=RobotTable(model=write_model(model, flange, folder), couplings=tuple(couplings)),
+        robot=RobotTable(model=write_model(robot.model, robot.flange, folder), couplings=tuple(couplings)),
         motions=write_motions(motions, folder),
         observe=asdict(observing),
         gains=asdict(gains),
@@ -158,22 +141,28 @@ def motion_files(motions: int) -> tuple[str, ...]:
     return tuple(f"{kind}-{k}.{ending}" for k in range(1, motions + 1) for kind, ending in _KINDS)
 
 
-def write_motions(motions: Sequence[Motion], folder: Path) -> tuple[MotionTable, ...]:
-    """Write recordings and payloads; motions with the same payload object share a file.
+def write_motions(
+    motions: Sequence[Motion], folder: Path, names: Sequence[MotionTable] | None = None
+) -> tuple[MotionTable, ...]:
+    """Write recordings and payloads, by their `names` if given; motions with the same payload object share a file.
 
     Raises:
         OSError: If they cannot be written.
     """
-    payloads: dict[int, str] = {}
-    tables: list[MotionTable] = []
-    for k, motion in enumerate(motions, 1):
-        recording, payload = f"motion-{k}.parquet", motion.payload
-        if payload is not None and id(payload) not in payloads:
-            payloads[id(payload)] = f"payload-{len(payloads) + 1}.toml"
-            write_payload(payload, folder / payloads[id(payload)])
-        write_recording(motion.recording, folder / recording)
-        tables.append(MotionTable(recording=recording, payload=None if payload is None else payloads[id(payload)]))
-    return tuple(tables)
+    if names is None:
+        numbers = {each: k for k, each in enumerate(dict.fromkeys(id(m.payload) for m in motions if m.payload), 1)}
+        names = [
+            MotionTable(
+                recording=f"motion-{k}.parquet",
+                payload=None if motion.payload is None else f"payload-{numbers[id(motion.payload)]}.toml",
+            )
+            for k, motion in enumerate(motions, 1)
+        ]
+    for motion, name in zip(motions, names, strict=True):
+        write_recording(motion.recording, folder / name.recording)
+        if motion.payload is not None and name.payload is not None:
+            write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
+    return tuple(names)
 
 
 def read_problem(folder: Path) -> GivenProblem:

@@ -1,13 +1,13 @@
-"""Record of a result folder: all data to repeat the result, and digests.
+"""Folder of a saved result: recordings, payloads, arm, result, rows of the fit, and a record of how to repeat it.
 
-`record.json` is a problem file (`scenarios.results.problem_folder`) with further keys. It is written last: a folder
-without it is incomplete.
+`record.json` is a problem file (`scenarios.results.problem_folder`) with further keys, among them the digests of all
+other files. It is written last: a folder without it is incomplete.
 """
 
 import hashlib
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
@@ -16,19 +16,40 @@ from typing import Literal, TypeVar
 from pydantic import Field, JsonValue, ValidationError
 
 from ident.estimation.gain_options import GainOptions
+from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload, write_payload
 from ident.recordings.description import LogDescription
 from ident.recordings.files import read_unchecked
+from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.result import ResultModel, to_json
-from scenarios.results.problem_folder import GivenProblem, MotionTable, Name, ProblemFile, given_problem, read_stated
+from scenarios.results.fit_rows import ROWS, Fit, write_fit
+from scenarios.results.problem_folder import (
+    MODELS,
+    GivenProblem,
+    MotionTable,
+    Name,
+    ProblemFile,
+    RobotTable,
+    given_problem,
+    motion_files,
+    read_stated,
+    write_model,
+    write_motions,
+)
 from scenarios.support.errors import ForeignProblem, ScenarioError
+from scenarios.support.versions import versions
 
 RECORD, RESULT = "record.json", "result.json"
 Kind = Literal["run", "identification", "check", "bare"]
 Kept = TypeVar("Kept", bound=ResultModel)
+PLANNED = "payload.toml"
+"""Name of the file of a planned payload."""
+GIVEN_GAINS = {".toml": "gains.toml", ".json": "gains.json"}
+"""Name of the file of given gains, by its ending."""
 
 
 class RecordFile(ProblemFile):
@@ -64,18 +85,108 @@ def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
     return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
 
 
-def now() -> str:
-    """Return the current time for a record."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
+def saved_files(motions: int) -> tuple[str, ...]:
+    """Return the names of files that `save_result` may write for a number of recordings."""
+    return (*motion_files(motions), PLANNED, *GIVEN_GAINS.values(), *MODELS, RESULT, ROWS, RECORD)
 
 
-def write_record(record: RecordFile, folder: Path) -> None:
-    """Write the record of a folder after its other files.
+def save_result(
+    folder: Path,
+    result: ResultModel,
+    *,
+    kind: Kind,
+    title: str,
+    command: str,
+    model: Path,
+    flange: str | None,
+    arm: Arm,
+    motions: Sequence[Motion],
+    names: Sequence[MotionTable] | None = None,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    method: str | None = None,
+    options: object | None = None,
+    payload: Payload | None = None,
+    about: tuple[float, ...] | None = None,
+    believed: Path | None = None,
+    fit: Fit | None = None,
+    more: Sequence[str] = (),
+    scenario: str | None = None,
+    scene: str | None = None,
+) -> None:
+    """Write recordings, payloads, the arm, the result and its rows, and the record.
+
+    Args:
+        folder: The folder.
+        result: The result.
+        kind: Kind of the result.
+        title: Title of its page.
+        command: The command.
+        model: Model file.
+        flange: Last body of the arm, None if all joints of the model belong to it.
+        arm: The arm.
+        motions: Recordings and payloads, in order.
+        names: Their files; numbered ones if None.
+        observing: Filters and thresholds.
+        gains: Limits for accepting a gain.
+        method: Method of an identification.
+        options: Options of the method, a dataclass.
+        payload: The planned payload of a check or of bare motions.
+        about: Nominal gains of a check [N m / drive unit].
+        believed: File of gains given with bare motions.
+        fit: Rows of the fit.
+        more: Further files of the folder.
+        scenario: Name of the scenario of a run.
+        scene: Digest of its picture.
 
     Raises:
-        OSError: If it cannot be written.
+        OSError: If the folder cannot be written.
     """
+    tables, minimal = write_motions(motions, folder, names), write_model(model, flange, folder)
+    (folder / RESULT).write_text(to_json(result.model_dump(mode="json")) + "\n", encoding="utf-8")
+    files = [name for each in tables for name in (each.recording, each.payload) if name is not None]
+    files += [minimal, RESULT, *more]
+    if payload is not None:
+        write_payload(payload, folder / PLANNED)
+        files.append(PLANNED)
+    if fit is not None:
+        write_fit(fit, folder)
+        files.append(ROWS)
+    given = None if believed is None else GIVEN_GAINS[believed.suffix.lower()]
+    if believed is not None and given is not None:
+        (folder / given).write_bytes(believed.read_bytes())
+        files.append(given)
+    record = RecordFile(
+        format=1,
+        kind=kind,
+        title=title,
+        command=command,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+        sources=tuple(each.recording.name for each in motions) if names is None else tuple(n.recording for n in names),
+        robot=RobotTable(model=minimal, couplings=tuple((i + 1, j + 1) for i, j in arm.couplings)),
+        motions=tables,
+        observe=asdict(observing),
+        gains=asdict(gains),
+        method=method,
+        options=_changed(options),
+        payload=None if payload is None else PLANNED,
+        about=about,
+        believed=given,
+        scenario=scenario,
+        scene=scene,
+        versions=versions(),
+        files=digests_of(folder, list(dict.fromkeys(files))),
+    )
     (folder / RECORD).write_text(to_json(record.model_dump(mode="json")) + "\n", encoding="utf-8")
+
+
+def _changed(options: object | None) -> dict[str, JsonValue]:
+    """Return the fields of an options dataclass that differ from their defaults."""
+    if options is None:
+        return {}
+    defaults = type(options)()
+    names = [field.name for field in fields(options)]  # pyright: ignore[reportArgumentType]
+    return {name: getattr(options, name) for name in names if getattr(options, name) != getattr(defaults, name)}
 
 
 def read_record(folder: Path) -> RecordFile:
@@ -133,12 +244,6 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
         return given_problem(folder / RECORD, record, unchecked)
     except IdentificationError as error:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
-
-
-def read_saved(folder: Path, kind: type[Kept]) -> tuple[RecordFile, Kept, GivenProblem]:
-    """Return record, result and problem of a folder; raises as `read_record` and those two."""
-    record = read_record(folder)
-    return record, read_result(folder, kind), recorded_problem(folder, record)
 
 
 def motion_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:

@@ -15,23 +15,12 @@ from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import BARE, Scenario, grouped
 from scenarios.experiments.setup import CHECK, Setup
 from scenarios.rendering.result import to_json
-from scenarios.results.fit_rows import ROWS, fit_of, write_fit
+from scenarios.results.fit_rows import ROWS, fit_of
 from scenarios.results.gains import Result
 from scenarios.results.gains_file import Origin
-from scenarios.results.problem_folder import MODELS, MotionTable, RobotTable, write_model
-from scenarios.results.record import (
-    RECORD,
-    RESULT,
-    RecordFile,
-    coupling_words,
-    digests_of,
-    motion_words,
-    now,
-    option_words,
-    write_record,
-)
+from scenarios.results.problem_folder import MODELS, MotionTable
+from scenarios.results.record import RECORD, RESULT, coupling_words, motion_words, option_words, save_result
 from scenarios.support.toml_text import schema_line
-from scenarios.support.versions import versions
 
 
 def run_files(setup: Setup) -> tuple[str, ...]:
@@ -54,49 +43,39 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     Raises:
         OSError: If the folder cannot be written.
     """
-    for experiment, recording in zip(run.setup.experiments, run.recordings, strict=True):
-        write_recording(recording, folder / f"{experiment.name}.parquet")
-    for mounting, payload in run.setup.payloads.items():
-        write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
+    setup, more = run.setup, ["truth.json"]
     if run.check is not None and run.cost is not None:
-        write_recording(run.check, folder / f"{CHECK}.parquet")
-        write_payload(run.cost.a_priori.weighed.payload, folder / payload_file(CHECK), comment=schema_line("payload"))
-    drives = run.setup.experiments[0].plant.drives
-    bodies = {mounting: asdict(body) for mounting, body in run.setup.true_payloads.items()}
+        more += [f"{CHECK}.parquet", payload_file(CHECK)]
+        write_recording(run.check, folder / more[1])
+        write_payload(run.cost.a_priori.weighed.payload, folder / more[2], comment=schema_line("payload"))
+    plant, bodies = setup.experiments[0].plant, {name: asdict(body) for name, body in setup.true_payloads.items()}
     truth = {
-        "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
+        "drives": {field.name: getattr(plant.drives, field.name).tolist() for field in fields(plant.drives)},
         **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
         "payloads": bodies,
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
-    (folder / RESULT).write_text(to_json(Result.of_run(run).model_dump(mode="json")) + "\n", encoding="utf-8")
     assert run.prepared is not None, "a run has what it was identified from"
-    write_fit(fit_of(run.prepared, run.estimate), folder)
-    robot = run.setup.experiments[0].plant.robot
-    model = write_model(robot.model, robot.flange, folder)
-    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})
-    write_record(record, folder)
-
-
-def _record(run: Run, folder: Path, model: str) -> RecordFile:
-    setup, scenario = run.setup, run.setup.scenario
-    chosen, motions = scenario.table.identification, _motions(setup)
-    written = [name for name in run_files(setup) if name not in (*MODELS, RECORD)]
-    return RecordFile(
-        format=1,
+    scenario, chosen = setup.scenario, setup.scenario.table.identification
+    save_result(
+        folder,
+        Result.of_run(run),
         kind="run",
         title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
-        command="",
-        created=now(),
-        sources=tuple(motion.recording for motion in motions),
-        robot=RobotTable(model=model, couplings=scenario.table.belief.couplings),
-        motions=motions,
-        observe=asdict(chosen.observe),
-        gains=asdict(chosen.gains),
+        command=command,
+        model=plant.robot.model,
+        flange=plant.robot.flange,
+        arm=setup.structure.arm,
+        motions=as_identified(setup, run.recordings),
+        names=_motions(setup),
+        observing=chosen.observe,
+        gains=chosen.gains,
         method=chosen.method,
-        options=dict(chosen.options),
-        versions=versions(),
-        files=digests_of(folder, [*written, model]),
+        options=chosen.method_options,
+        fit=fit_of(run.prepared, run.estimate),
+        more=more,
+        scenario=named,
+        scene=scene,
     )
 
 

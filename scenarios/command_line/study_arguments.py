@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, console
 from scenarios.command_line.process import complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
-from scenarios.rendering.content import Paragraph, Report
+from scenarios.rendering.content import Paragraph
 from scenarios.support.errors import StudyError
 
 if TYPE_CHECKING:
@@ -62,10 +61,10 @@ def summary_of(folder: Path) -> Generator[None]:
         ) from error
 
 
-def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
-    """Return the report with a last line on the location of rows and files."""
+def files_part(folder: Path, written: Sequence[Path]) -> Paragraph:
+    """Return the last line of a report, on the location of rows and files."""
     files = ", ".join(path.name for path in written)
-    return replace(report, parts=(*report.parts, Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")))
+    return Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")
 
 
 @contextmanager

@@ -8,9 +8,9 @@ from scenarios.command_line.process import Status
 from scenarios.command_line.study_arguments import (
     add_study_arguments,
     carried_out,
+    files_part,
     resuming_command,
     summary_of,
-    with_files,
 )
 
 
@@ -29,14 +29,12 @@ def main(options: argparse.Namespace) -> Status:
     study = monte_carlo(scenario, options.trials, options.seed)
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
-    from scenarios.experiments.statistics import rows_in, study_result, write_summary
-    from scenarios.reports.files import write_figures
-    from scenarios.reports.monte_carlo import monte_carlo_report
+    from scenarios.experiments.statistics import rows_in
+    from scenarios.results.monte_carlo import StudyResult, write_files
 
     rows = rows_in(folder)
-    result = study_result(scenario, options.seed, rows)
-    report = monte_carlo_report(result, rows, asked=options.trials)
+    result = StudyResult.of(scenario, options.seed, rows)
     with summary_of(options.out):
-        written = [write_summary(result.joints, options.out), *write_figures(report, options.out)]
-    show(with_files(report, options.out, written), options)
+        written = write_files(result, rows, options.out)
+    show(result.report(result.title(options.trials), files_part(options.out, written)), options)
     return Status.PASSED if result.passed else Status.MISSED

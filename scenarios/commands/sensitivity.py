@@ -8,9 +8,9 @@ from scenarios.command_line.process import Status
 from scenarios.command_line.study_arguments import (
     add_study_arguments,
     carried_out,
+    files_part,
     resuming_command,
     summary_of,
-    with_files,
 )
 
 
@@ -35,14 +35,11 @@ def main(options: argparse.Namespace) -> Status:
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.experiments.budget import study_budget, write_budget
-    from scenarios.reports.files import write_figures, write_markdown
-    from scenarios.reports.sensitivity import sensitivity_report
+    from scenarios.results.sensitivity import Budget, write_files
 
-    found = study_budget(scenario, study.count, folder, options.seed)
-    report = sensitivity_report(found, scenario)
+    found = Budget.of(scenario, study.count, folder, options.seed)
+    title = found.title(len(scenario.table.sources))
     with summary_of(options.out):
-        written = [write_budget(found.joints, options.out), write_markdown(report, options.out / "budget.md")]
-        written += write_figures(report, options.out)
-    show(with_files(report, options.out, written), options)
+        written = write_files(found, found.report(title), options.out)
+    show(found.report(title, files_part(options.out, written)), options)
     return Status.PASSED

@@ -2,23 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pydantic import Field
 from scipy import stats
 
 from ident.support.arrays import Array, Indices
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.sensitivity import ALL, ALONE, NONE, SOBOL
 from scenarios.experiments.study_folder import StudyFolder
-from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import StudyError
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 """Columns of a sensitivity study that the budget uses."""
-BUDGET = "budget.parquet"
 TAILS = (2.5, 97.5)
 """Percentiles of the bootstrap at the ends of an interval."""
 RESAMPLES = 1000
@@ -63,35 +59,33 @@ class SourceCost:
     total: Interval | None
 
 
-class BudgetJoint(ResultModel):
-    """Relative errors of one joint's gain."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BudgetJoint:
+    """Relative errors of one joint's gain.
 
-    joint: int = Field(ge=1, description="Number of the joint, from 1")
-    costs: list[SourceCost] = Field(
-        description="One entry per source with which, alone, the joint has a gain, the largest error first"
-    )
-    floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
-    together: float | None = Field(
-        description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
-    )
-    samples: int = Field(description="Number of rows of the Sobol design from which the indices are computed")
-    lost: int = Field(description="Number of trials without a gain for the joint")
-    summed: float = Field(
-        description="Relative error expected for `together` if the sources are independent and their effects add up"
-    )
-    silent: list[str] = Field(description="Sources with which, alone, the joint never has a gain")
+    Attributes:
+        joint: Number of the joint, from 1.
+        costs: One entry per source with which, alone, the joint has a gain, the largest error first.
+        floor: Relative error with every source off, null where the joint was refused.
+        together: Root mean square of the relative error with all sources on, null where no such trial gave a gain.
+        samples: Number of rows of the Sobol design from which the indices are computed.
+        lost: Number of trials without a gain for the joint.
+        summed: Relative error expected for `together` if the sources are independent and their effects add up.
+        silent: Sources with which, alone, the joint never has a gain.
+    """
 
-
-class Budget(ResultModel):
-    """What `rx90 sensitivity --json` prints."""
-
-    scenario: str = Field(description="Name of the scenario")
-    trials: int = Field(description="Number of trials")
-    joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
+    joint: int
+    costs: list[SourceCost]
+    floor: float | None
+    together: float | None
+    samples: int
+    lost: int
+    summed: float
+    silent: list[str]
 
 
-def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> Budget:
-    """Compute the budget of a sensitivity study.
+def study_budget(scenario: Scenario, folder: StudyFolder, seed: int) -> tuple[BudgetJoint, ...]:
+    """Compute the budget of a sensitivity study, of joints that should have a gain.
 
     Raises:
         StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
@@ -101,7 +95,7 @@ def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int
     silent = ", ".join(str(each.joint) for each in found if not each.costs)
     if silent:
         raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows")
-    return Budget(scenario=scenario.name, trials=trials, joints=list(found))
+    return found
 
 
 def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
@@ -157,26 +151,21 @@ def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: 
         )
         for name, square in squares.items()
     ]
-    floor, together = alone.get(NONE, np.empty(0)), alone.get(ALL, np.empty(0))
-    none = float(floor[0]) if len(floor) else None
-    costs = sorted(costs, key=lambda cost: -cost.rms.value)
+    none, together = alone.get(NONE, np.empty(0)), alone.get(ALL, np.empty(0))
+    floor = float(none[0]) if len(none) else None
+    # Signed biases beyond that of the method, and variances, of independent sources add up.
+    bias = (floor or 0.0) + sum(cost.bias - (floor or 0.0) for cost in costs)
+    variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
     return BudgetJoint(
         joint=joint,
-        costs=costs,
-        floor=none,
+        costs=sorted(costs, key=lambda cost: -cost.rms.value),
+        floor=floor,
         together=float(np.sqrt(np.mean(together**2))) if len(together) else None,
         samples=samples,
         lost=int(np.count_nonzero(rows["rel_error"].isna())),
-        summed=_summed(costs, none or 0.0),
+        summed=float(np.sqrt(variance + bias**2)),
         silent=[name for name in sources if name not in squares],
     )
-
-
-def _summed(costs: Sequence[SourceCost], floor: float) -> float:
-    """Return the relative error if variances and signed biases of independent sources add up."""
-    bias = floor + sum(cost.bias - floor for cost in costs)
-    variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
-    return float(np.sqrt(variance + bias**2))
 
 
 def _indices(
@@ -214,33 +203,3 @@ def _percentiles(values: Array | list[Array]) -> tuple[Array, Array]:
     """Return the ends of a 95 % interval over the first axis."""
     low, high = np.percentile(values, TAILS, axis=0)
     return low, high
-
-
-def write_budget(budgets: Sequence[BudgetJoint], folder: Path) -> Path:
-    """Write `budget.parquet`, one row per joint and source.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    rows = [
-        {
-            "joint": cost.joint,
-            "source": cost.source,
-            "trials": cost.trials,
-            "bias": cost.bias,
-            "share": cost.share,
-            **_flat("rms", cost.rms),
-            **_flat("first", cost.first),
-            **_flat("total", cost.total),
-        }
-        for budget in budgets
-        for cost in budget.costs
-    ]
-    pd.DataFrame(rows).to_parquet(folder / BUDGET, index=False)
-    return folder / BUDGET
-
-
-def _flat(name: str, interval: Interval | None) -> dict[str, float | None]:
-    value = None if interval is None else (interval.value, interval.low, interval.high)
-    keys = (name, f"{name}_low", f"{name}_high")
-    return dict(zip(keys, value or (None, None, None), strict=True))

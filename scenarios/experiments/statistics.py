@@ -9,22 +9,16 @@ required rate on every joint therefore fails in less than `false_alarm` of all s
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
-from pydantic import Field
 from scipy import stats
 
 from ident.support.arrays import Array, Mask
-from scenarios.experiments.schema import Scenario
 from scenarios.experiments.study_folder import StudyFolder
-from scenarios.rendering.result import ResultModel
 
-SUMMARY = "summary.parquet"
 CONFIDENCE = 0.95
 """Level of the intervals of shares of trials."""
 FALSE_ALARM = 0.01
@@ -198,16 +192,10 @@ class JointStatistics:
         """Number of trials that passed."""
         return round(self.pass_rate * self.trials)
 
-
-class StudyResult(ResultModel):
-    """What `rx90 monte-carlo --json` prints."""
-
-    scenario: str = Field(description="Name of the scenario")
-    seed: int = Field(description="Seed of the first trial")
-    trials: int = Field(description="Number of trials in the folder, which may exceed the number requested")
-    passed: bool = Field(description="Whether every joint is compatible with the pass rate that the scenario requires")
-    joints: list[JointStatistics] = Field(description="One entry per joint, in order")
-    failures: dict[str, int] = Field(description="Number of trials without any estimate, by kind of failure")
+    @property
+    def gains(self) -> int:
+        """Number of trials with a gain."""
+        return self.trials - self.failed - self.refused
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,25 +214,13 @@ class Coverage:
 
 def coverage(held: Mask) -> Coverage | None:
     """Return the coverage of intervals, None without any."""
-    return _share(int(held.sum()), len(held)) if len(held) else None
+    return coverage_of(int(held.sum()), len(held)) if len(held) else None
 
 
-def _share(count: int, trials: int) -> Coverage:
-    interval = stats.binomtest(count, trials).proportion_ci(CONFIDENCE, method="exact")
-    return Coverage(share=count / trials, low=float(interval.low), high=float(interval.high))
-
-
-def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
-    """Compute statistics of a study with the pass rate that its scenario requires."""
-    joints = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
-    return StudyResult(
-        scenario=scenario.name,
-        seed=seed,
-        trials=joints[0].trials,
-        passed=all(joint.held for joint in joints),
-        joints=list(joints),
-        failures=dict(rows.failures),
-    )
+def coverage_of(held: int, trials: int) -> Coverage:
+    """Return the coverage of `trials` intervals, of which `held` contain the true value."""
+    interval = stats.binomtest(held, trials).proportion_ci(CONFIDENCE, method="exact")
+    return Coverage(share=held / trials, low=float(interval.low), high=float(interval.high))
 
 
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
@@ -258,7 +234,7 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
     found: list[JointStatistics] = []
     for rows in joints:
         passed, allowed = (
-            _share(rows.passed, rows.trials),
+            coverage_of(rows.passed, rows.trials),
             allowed_misses(rows.trials, wanted, false_alarm / len(joints)),
         )
         error, some = rows.rel_error, rows.gains > 0
@@ -296,13 +272,3 @@ def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
 def detectable_rate(trials: int, allowed: int, power: float) -> float:
     """Return the pass rate below which a joint fails with a probability of at least `power`."""
     return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0
-
-
-def write_summary(statistics: Sequence[JointStatistics], folder: Path) -> Path:
-    """Write `summary.parquet`, one row per joint.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    pd.DataFrame([asdict(joint) for joint in statistics]).to_parquet(folder / SUMMARY, index=False)
-    return folder / SUMMARY

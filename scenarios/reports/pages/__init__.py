@@ -15,8 +15,8 @@ PAGES = {
     "identification": "logs",
     "check": "logs",
     "bare": "logs",
-    "monte-carlo": "monte_carlo",
-    "sensitivity": "sensitivity",
+    "monte-carlo": "scenarios.results.monte_carlo",
+    "sensitivity": "scenarios.results.sensitivity",
     "comparison": "comparison",
     "paper": "paper",
     "answers": "answers",
@@ -33,7 +33,8 @@ def page_of(folder: Path) -> Report:
         ScenarioError: If it holds no result, or one of another version; if it is an unfinished study; if a file is
             missing or changed.
     """
-    return import_module(f"{__name__}.{PAGES[kind_of(folder)]}").page(folder)
+    module = PAGES[kind_of(folder)]
+    return import_module(module if "." in module else f"{__name__}.{module}").page(folder)
 
 
 def kind_of(folder: Path) -> str:

@@ -8,8 +8,8 @@ from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparis
 from scenarios.rendering.content import Heading, Part, Report
 from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
 from scenarios.reports.comparison import comparison_report
-from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
 from scenarios.results import provenance
+from scenarios.results.monte_carlo import NORMAL, in_percent
 from scenarios.support.errors import ScenarioError
 
 DOCUMENT = "report.json"

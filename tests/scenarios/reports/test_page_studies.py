@@ -13,7 +13,7 @@ from scenarios.cli import main
 from scenarios.rendering.content import Heading, Line, Mood, Table
 from scenarios.rendering.plot import TONES, Plot
 from scenarios.reports.pages import kind_of, page_of
-from scenarios.reports.pages.monte_carlo import NORMAL
+from scenarios.results.monte_carlo import NORMAL
 from scenarios.support.errors import ScenarioError
 
 

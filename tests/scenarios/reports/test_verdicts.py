@@ -13,11 +13,9 @@ from ident.payload_identification.payload_body import FoundBody, Quantity
 from scenarios.design.new_robot import Given
 from scenarios.design.robot_folder import Found, new_robot
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
-from scenarios.experiments.statistics import JointStatistics, StudyResult, StudyRows
 from scenarios.gains_in_use.results import torques
 from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
-from scenarios.reports.monte_carlo import monte_carlo_report
 from scenarios.reports.new_robot import new_robot_report
 from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
@@ -211,26 +209,3 @@ def test_a_payload_above_the_rated_load_is_a_warning_that_stands_out(tmp_path, r
     warnings = [part for part in parts if isinstance(part, Paragraph) and part.text.startswith("WARNING")]
     assert [part.mood for part in warnings] == moods
     assert all(part.text == "WARNING: payload: 1.3 kg is above the rated load, 0.7 kg." for part in warnings)
-
-
-@pytest.mark.parametrize(
-    ("rates", "held", "text", "mood"),
-    [
-        ([0.96, 0.92], [True, True], "PASSED: no joint fails in more than 4 of 50 trials (a pass rate of 90 % "
-         "allows 11).", Mood.GOOD),
-        ([1.0, 1.0], [True, True], "PASSED: every joint passes in all 50 trials (a pass rate of 90 % allows 11).",
-         Mood.GOOD),
-        ([0.98, 0.70], [True, False], "FAILED: joint 2 fails the tolerance (worst: joint 2, in 15 of 50 trials; "
-         "a pass rate of 90 % allows 11).", Mood.BAD),
-    ],
-)  # fmt: skip
-def test_a_study_begins_with_the_trials_of_its_worst_joint(rates, held, text, mood):
-    joints = [
-        JointStatistics(joint=k, trials=50, failed=0, refused=0, bias=None, bias_std=None, spread=None, p95=None,
-                        claimed=None, cover_1=None, cover_2=None, pass_rate=rate, pass_low=0.5 * rate,
-                        pass_high=1.0, wanted=0.9, allowed=11, held=good)
-        for k, (rate, good) in enumerate(zip(rates, held, strict=True), 1)
-    ]  # fmt: skip
-    result = StudyResult(scenario="s", seed=0, trials=50, passed=all(held), joints=joints, failures={})
-    said = monte_carlo_report(result, StudyRows(joints=(), failures={}), asked=50).parts[0]
-    assert (said.text, said.mood, said.strong) == (text, mood, True)

@@ -50,31 +50,6 @@ def test_the_band_is_the_narrowest_that_leaves_as_many_simulated_curves_inside_a
     np.testing.assert_allclose(within.high, step[-k], atol=1e-12)
 
 
-@pytest.mark.parametrize("at_once", [1, 999])
-def test_the_band_does_not_depend_on_how_many_numbers_are_drawn_at_once(monkeypatch, at_once):
-    whole = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
-    monkeypatch.setattr("scenarios.experiments.calibration.AT_ONCE", at_once)
-    parts = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
-    np.testing.assert_array_equal(parts.low, whole.low)
-    np.testing.assert_array_equal(parts.high, whole.high)
-
-
-def test_a_band_of_a_higher_level_is_wider():
-    for narrow, wide in ((0.5, 0.9), (0.9, 0.99)):
-        inner, outer = band(80, level=narrow), band(80, level=wide)
-        assert (outer.low <= inner.low).all()
-        assert (outer.high >= inner.high).all()
-        assert (outer.high - outer.low).sum() > 1.1 * (inner.high - inner.low).sum()
-
-
-def test_every_side_of_the_band_leaves_out_as_much():
-    # An honest curve turned round, from both ends and upside down, is an honest curve; four counts of sixty of noise.
-    found = band(60)
-    np.testing.assert_allclose(found.low, -found.high[::-1], atol=4.0 / 60)
-    assert (found.low < 0.0).all()
-    assert (found.high > 0.0).all()
-
-
 @pytest.mark.parametrize("shared", [0.0, 0.6, -0.3])
 def test_the_band_of_joints_that_err_together_holds_them_jointly_at_its_level(shared):
     correlation = np.eye(3) + shared * (1.0 - np.eye(3))
@@ -84,14 +59,6 @@ def test_the_band_of_joints_that_err_together_holds_them_jointly_at_its_level(sh
     held = np.mean([((within.low - 1e-12 <= c) & (c <= within.high + 1e-12)).all() for c in curves])
     # The level is known to 0.005 from 4000 draws, the share to 0.010 from 1000; four deviations of both, and one k.
     assert abs(held - LEVEL) < 0.042 + 0.012
-
-
-def test_joints_that_err_alike_are_worth_one_and_not_two():
-    alike, one, apart = band(60, np.ones((2, 2))), band(60), band(60, np.eye(2))
-    width = {name: float((each.high - each.low).mean()) for name, each in locals().items() if name != "width"}
-    # A mean of 99 widths of single counts, each within one of 60.
-    np.testing.assert_allclose(width["alike"], width["one"], rtol=0.05)
-    np.testing.assert_allclose(width["apart"], width["one"] / np.sqrt(2.0), rtol=0.06)
 
 
 def quantiles(trials: int) -> np.ndarray:
@@ -108,14 +75,6 @@ def test_a_normal_sample_lies_on_the_middle_of_its_band():
     assert not found.outside.any()
     assert np.abs(found.difference).max() <= 0.5 / 230 + 1e-12  # ranks are half a step off at most
     assert found.trials == 230
-
-
-def test_a_curve_on_the_edge_of_its_band_is_inside_and_one_beyond_is_not():
-    edges = Band(low=np.linspace(-0.3, -0.2, len(GRID)), high=np.linspace(0.1, 0.4, len(GRID)))
-    for edge, beyond in ((edges.low, -1e-9), (edges.high, 1e-9)):
-        for shift, outside in ((0.0, False), (beyond, True)):
-            found = Calibration(trials=7, difference=edge + shift, band=edges)
-            assert (found.outside == outside).all()
 
 
 def test_curves_of_wide_narrow_and_shifted_claims_leave_the_band_where_they_should():

@@ -1,0 +1,230 @@
+"""What is shown of studies, against closed forms."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+from scipy import stats
+from study_tables import gathered
+
+from scenarios.experiments.budget import BudgetJoint, Interval, SourceCost, ranking
+from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.statistics import JointRows, joint_statistics
+from scenarios.rendering.content import Mood, Paragraph
+from scenarios.results.monte_carlo import (
+    MOST_CLAIMS,
+    StudyResult,
+    coverage_plot,
+    error_plots,
+    gain_plots,
+    pass_plot,
+    promised,
+    quantile_plots,
+    reach,
+    varies,
+    worst_trials,
+    write_files,
+)
+from scenarios.results.sensitivity import Budget, cost_plot, share_plot
+
+FIVE = 6e-5
+"""Relative rounding of a plot's numbers: five digits."""
+
+
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
+    return JointRows(
+        joint=joint,
+        trials=len(z),
+        failed=0,
+        passed=len(z),
+        tolerance=tolerance,
+        rel_error=-0.012 * z,
+        claimed=np.full(len(z), 0.012),
+        z=z,
+        step=1,
+        true=np.full(len(z), -2.5),
+    )
+
+
+def table_of(n: int) -> pd.DataFrame:
+    """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
+    error = np.random.default_rng(3).normal(0.0, 0.01, n)
+    one = {"true": 2.0, "std": 0.02, "rel_error": error, "z": error / 0.01}
+    first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
+    first["passed"] = np.abs(error) <= 0.02
+    second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
+    return pd.concat([first, second]).assign(tolerance=0.02)
+
+
+def test_errors_are_a_density_beside_the_one_that_is_claimed():
+    z = np.random.default_rng(9).normal(size=400)
+    (plot,) = error_plots([trial_rows(z)])
+    errors, claimed = plot.series
+    x, y = np.array(errors.x), np.array(errors.y)
+    np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # of rounded numbers
+    np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)
+    assert (plot.caption, [each.at for each in plot.references]) == ("400 errors.", [-2.0, 2.0])
+    few = np.array([1.0, -0.5, 0.2])  # three deviations of 1.2 % and a tenth: 3.96 %
+    for tolerance, drawn in ((0.039, 2), (0.041, 0)):
+        (plot,) = error_plots([trial_rows(few, tolerance=tolerance)])
+        assert (len(plot.references), "is outside" in plot.caption) == (drawn, not drawn)
+
+
+def test_a_study_is_drawn_as_far_as_its_errors_or_three_claimed_deviations_reach():
+    wide = replace(trial_rows(np.array([0.3, 1.0, -0.7])), claimed=np.array([0.001, 0.003, 0.02]))
+    np.testing.assert_allclose(reach(wide), 1.1 * 1.2, rtol=1e-12)  # -1.2 %, and a tenth more
+    sure = replace(wide, claimed=np.array([0.009, 0.005, 0.5]))
+    np.testing.assert_allclose(reach(sure), 1.1 * 3.0 * 0.9, rtol=1e-12)  # the middle one of the claims
+    assert not any(varies(np.array(values)) for values in ((), (0.3,), (0.3, 0.3 * (1.0 + 1e-12))))
+    assert varies(np.array([0.3, 0.3001]))
+    assert [each.title for each in error_plots([trial_rows(np.array([0.3]), joint=2), wide])] == ["Joint 4"]
+
+
+@pytest.mark.parametrize("many", [2, MOST_CLAIMS + 499, 3 * MOST_CLAIMS])
+def test_a_promised_density_is_the_mean_of_five_hundred_claims_or_of_all_that_there_are(many):
+    claimed = np.random.default_rng(3).uniform(0.01, 0.03, many)
+    rows = replace(trial_rows(np.zeros(many)), claimed=claimed)
+    x = np.array([-1.7, 0.0, 2.9])
+    wanted = stats.norm.pdf(x, scale=100.0 * claimed[:: 3 if many == 3 * MOST_CLAIMS else 1, None]).mean(axis=0)
+    np.testing.assert_allclose(promised(rows, x), wanted, rtol=1e-12)  # sums in another order
+
+
+def test_sorted_z_lie_over_normal_quantiles_and_errors_over_the_injected_gain():
+    z = np.array([0.7, -1.9, 0.2, np.nan, 2.4])
+    errors = trial_rows(np.nan_to_num(z))
+    (plot,) = quantile_plots([replace(errors, z=z)])
+    assert plot.series[1].y == (-1.9, 0.2, 0.7, 2.4)
+    np.testing.assert_allclose(plot.series[1].x, stats.norm.ppf(np.array([0.5, 1.5, 2.5, 3.5]) / 4), rtol=FIVE)
+    rows = replace(trial_rows(z[:3]), true=np.array([-1.5, -2.0, -3.0]), step=1)
+    (plot,) = gain_plots([rows, errors])  # of one injected gain there is nothing to draw
+    assert plot.series[0].x == (0.75, 1.0, 1.5)
+    np.testing.assert_allclose(plot.series[0].y, -1.2 * z[:3], rtol=FIVE)
+    many = np.random.default_rng(3).normal(size=6000)
+    (plot,) = quantile_plots([trial_rows(many)])
+    drawn = np.array(plot.series[1].y)
+    assert len(drawn) == 5000
+    np.testing.assert_allclose(drawn[[0, -1]], [many.min(), many.max()], rtol=FIVE)
+
+
+def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
+    z = np.random.default_rng(9).normal(size=390)
+    joints = [
+        replace(trial_rows(np.r_[z, np.nan]), passed=5, trials=411, failed=2),
+        replace(trial_rows(np.empty(0), joint=6), trials=411, failed=2, passed=1),
+    ]
+    statistics = joint_statistics(joints, wanted=0.9, false_alarm=0.01)
+    held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
+    plots = (coverage_plot(statistics), {"4": (held, 391)}), (pass_plot(statistics), {"4": (5, 411), "6": (1, 411)})
+    for plot, counts in plots:
+        (series,) = plot.series
+        assert (plot.x.categories, series.x) == (("4", "6"), tuple(counts))
+        for k, (count, trials) in enumerate(counts.values()):
+            ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
+            assert (series.low[k], series.high[k]) == pytest.approx(tuple(100 * ends), rel=FIVE)
+            assert series.y[k] == pytest.approx(100 * count / trials, rel=FIVE)
+    assert [each.at for each in plots[1][0].references] == [90.0]
+
+
+def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_first():
+    parts = (
+        {"seed": [11, 12, 13, 14], "joint": [1, 2, 1, 2], "z": [0.5, -4.0, None, 1.5]},
+        {"seed": [*range(15, 22)], "joint": [1, 2, 1, 2, 1, 2, 1], "z": [0.1, 0.2, 0.3, 0.4, 2.0, -2.5, 3.0]},
+    )
+    tables = [pa.table({**part, "rel_error": [0.01 * (z or 0.0) for z in part["z"]]}) for part in parts]
+    _, table, said, command = worst_trials(SimpleNamespace(tables=lambda columns: tables), "my own")
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["12", "2", "-4.000", "-4.00"],
+        ["21", "1", "+3.000", "+3.00"],
+        ["20", "2", "-2.500", "-2.50"],
+        ["19", "1", "+2.000", "+2.00"],
+        ["14", "2", "+1.500", "+1.50"],
+    ]
+    # As many are beyond it on average, on either side, as one.
+    assert f"the largest of 10 normal errors is expected at about {stats.norm.isf(1 / 20):.1f}" in said.text
+    assert command.text == "rx90 run 'my own' --seed 12 --save seed-12"
+
+
+def test_the_verdict_names_the_trials_of_the_worst_joint_and_files_are_written_even_without_any_gain(tmp_path):
+    nominal, table = load_scenario("nominal"), table_of(40)
+    for missed, mood in ((3, Mood.GOOD), (19, Mood.BAD)):
+        table["passed"] = (table["trial"] >= missed) | (table["joint"] == 1)
+        result = StudyResult.of(nominal, 0, gathered(table))
+        verdict = next(iter(result.parts()))
+        assert (verdict.mood, verdict.strong, result.passed) == (mood, True, mood is Mood.GOOD)
+        assert f"{missed} of 40 trials" in verdict.text
+    for identifiable, names in (
+        (True, ["summary.parquet", "errors.png", "z-scores.png"]),
+        (False, ["summary.parquet"]),
+    ):
+        found = gathered(table.assign(identifiable=identifiable & (table["joint"] == 1)))
+        written = write_files(StudyResult.of(nominal, 0, found), found, tmp_path)
+        assert [path.name for path in written] == names  # one injected gain is no axis
+        assert len(pd.read_parquet(tmp_path / "summary.parquet")) == 2
+
+
+def cost(source: str, share: float, rms: float) -> SourceCost:
+    size = Interval(value=rms, low=0.9 * rms, high=1.2 * rms)
+    return SourceCost(joint=3, source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
+
+
+def budget_of(joint: int, costs: Sequence[SourceCost], **more) -> BudgetJoint:
+    numbers = {"floor": 0.0, "together": 0.02, "samples": 4, "lost": 0, "summed": 0.02, "silent": []}
+    return BudgetJoint(joint=joint, costs=list(costs), **{**numbers, **more})
+
+
+def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():
+    shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
+    budget = budget_of(3, [cost(source, share, 0.01 * share) for source, share in shares.items()])
+    two_halves = budget_of(3, [cost(source, share, 0.01) for source, share in (("d", 0.35), ("e", 0.3))])
+    assert ranking([budget, two_halves])[:3] == ["d", "b", "e"]  # 0.55, 0.5, 0.42 in sum, 0.5 the largest
+    order = ranking([budget, budget])
+    assert order == ["b", "d", "e", "a", "c", "f"]
+    found = {series.label: series.y for series in share_plot([budget], order).series}
+    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "All others": (8.0,)}
+    plot = cost_plot(budget, order[:3], 0.7)
+    (bars,) = plot.series
+    assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
+    assert (bars.low, bars.high) == ((0.45, 0.18, 0.108), (0.6, 0.24, 0.144))
+    assert plot.caption.startswith("The 3 largest of 6 sources")
+    assert [each.at for each in plot.references] == [0.7]
+    assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_every_joint_s_largest_source_is_drawn_and_the_stack_reaches_the_whole():
+    joints = [
+        budget_of(j, [cost(f"own {j}", 0.4, 0.01), *(cost(f"shared {k}", 0.11, 0.01) for k in range(5))])
+        for j in range(1, 7)
+    ]
+    plot = share_plot(joints, ranking(joints))
+    assert sorted(series.label for series in plot.series[:-1]) == [f"own {j}" for j in range(1, 7)]
+    for below, above in pairwise(plot.series):
+        assert below.high == above.low
+    assert (plot.series[0].low, plot.series[-1].high) == ((0.0,) * 6, (100.0,) * 6)
+    assert plot.series[-1].y == (60.0,) * 6
+
+
+def test_a_budget_begins_with_its_verdict_and_says_what_its_trials_cannot_tell():
+    narrow, wide = (Interval(value=0.3, low=0.1, high=0.1 + width) for width in (0.49, 0.5))
+    costs = [cost(f"source {k}", share, 0.02) for k, share in enumerate(np.linspace(0.14, 0.02, 12))]
+    costs[0] = replace(costs[0], first=narrow, total=wide)
+    joints = [budget_of(2, costs, silent=["white"], floor=0.001), budget_of(5, costs, floor=None, together=0.07)]
+    result = Budget(scenario="two", trials=9, joints=joints, tolerance=[0.011, 0.014])
+    verdict, *_ = result.parts()
+    words = [part.text for part in result.parts() if isinstance(part, Paragraph)]
+    said = "Expected error 2 to 7 % rms: no joint meets its tolerance; source 0 dominates joints 2 and 5."
+    assert (verdict.text, verdict.strong) == (said, True)
+    assert "Effect unknown, as no trial with one of these sources alone gave a gain: white." in words
+    assert [("none: +0.100 %" in each, "none: refused" in each) for each in words if "none:" in each] == [
+        (True, False),
+        (False, True),
+    ]
+    assert [cell.text for cell in result.tables()[0].rows[0][-2:]] == ["0.30 (0.10..0.59)", "-"]
+    _, two, five = result.plots()
+    assert [plot.references[0].at for plot in (two, five)] == pytest.approx([1.1, 1.4], rel=1e-12)
+    assert two.series[0].y == tuple(f"source {k}" for k in range(10))
+    assert Budget.model_validate(result.model_dump(mode="json")).joints == joints

@@ -1,16 +1,22 @@
-"""Foreign logs: the same recording from whatever columns, units, signs and zeros, if they are said."""
+"""Foreign logs: the same recording from whatever columns, units, signs and zeros, if they are declared or known."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
+from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
 
-from ident.recordings.description import MEANINGS
+from ident.recordings.description import MEANINGS, Channels, LogDescription
+from ident.recordings.description_files import spread
 from ident.recordings.files import read_log, read_recording, write_recording
+from ident.recordings.formats.table import MOST_COLUMNS, listed
+from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
-from ident.support.errors import RecordingError
+from ident.support.errors import LogDescriptionError, RecordingError
 
 UNITS = {
     ("t", "s"): 1.0, ("t", "ms"): 1e3, ("t", "us"): 1e6, ("t", "ns"): 1e9,
@@ -18,43 +24,34 @@ UNITS = {
     ("v", "A"): 1.0, ("v", "mA"): 1e3,
 }  # fmt: skip
 """How many of a unit are one of ours."""
-
-
-@pytest.mark.parametrize(("kind", "unit"), UNITS)
-def test_a_log_in_another_unit_is_the_same_recording(tmp_path, kind, unit):
-    values = {"t": T, "q": Q, "v": V}
-    values[kind] = values[kind] * UNITS[kind, unit]
-    path = csv(tmp_path / "log.csv", table(**values))
-    assert_same(read_recording(path, channels(kind, unit=(unit,))))
-
-
 SIGNALS = {
-    ("percent", "%"): 1.0, ("percent", "per mille"): 10.0,
-    ("torque-after-drive", "N m"): 1.0, ("torque-after-drive", "mN m"): 1e3, ("torque-after-drive", "Nm"): 1.0,
-    ("torque-after-drive", "N"): 1.0,
+    ("percent", "%"): 1.0, ("percent", "per mille"): 10.0, ("torque-after-drive", "N m"): 1.0,
+    ("torque-after-drive", "mN m"): 1e3, ("torque-after-drive", "Nm"): 1.0, ("torque-after-drive", "N"): 1.0,
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("signal", "unit"), SIGNALS)
-def test_v_keeps_its_unit_and_what_it_is_is_told(tmp_path, signal, unit):
-    path = csv(tmp_path / "log.csv", table(v=V * SIGNALS[signal, unit]))
-    log = read_log(path, replace(channels("v", unit=(unit,)), signal=signal))
-    assert_same(log.recording)
-    assert log.read.notes == (MEANINGS[signal].note,)
-    assert log.read.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
+def test_a_log_in_another_unit_is_the_same_recording(tmp_path):
+    for (kind, unit), many in UNITS.items():
+        values = {"t": T, "q": Q, "v": V}
+        values[kind] = values[kind] * many
+        path = csv(tmp_path / "log.csv", table(**values))
+        assert_same(read_recording(path, channels(kind, unit=(unit,))))
+    for (signal, unit), many in SIGNALS.items():
+        path = csv(tmp_path / "log.csv", table(v=V * many))
+        log = read_log(path, replace(channels("v", unit=(unit,)), signal=signal))
+        assert_same(log.recording)
+        assert log.read.notes == (MEANINGS[signal].note,)
+        assert log.read.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
 
 
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):
-    logged = np.column_stack((-(Q[:, 0] * 180.0 / np.pi - 41.0), Q[:, 1] * 1e3 - 250.0, Q[:, 2] - 0.3))
+    # position = unit (sign logged + zero)
+    logged = np.column_stack((41.0 - Q[:, 0] * 180.0 / np.pi, Q[:, 1] * 1e3 - 250.0, Q[:, 2] - 0.3))
     path = csv(tmp_path / "log.csv", table(q=logged, v=V * [1e3, -1.0, -1e3]))
     description = channels("q", unit=("deg", "mm", "rad"), sign=(-1.0, 1.0, 1.0), zero=(41.0, 250.0, 0.3))
     description = replace(description, v=replace(description.v, unit=("mA", "A", "mA"), sign=(1.0, -1.0, -1.0)))
     assert_same(read_recording(path, description))
-
-
-def test_a_zero_is_added_behind_the_sign_and_before_the_unit(tmp_path):
-    # position = unit (sign logged + zero): a motor encoder that counts backwards from where the arm is at 30 degrees.
-    path = csv(tmp_path / "log.csv", table(q=30.0 - Q * 180.0 / np.pi))
+    csv(path, table(q=30.0 - Q * 180.0 / np.pi))
     assert_same(read_recording(path, channels("q", unit=("deg",), sign=(-1.0,), zero=(30.0,))))
 
 
@@ -63,9 +60,7 @@ def test_ticks_are_counts_of_a_turn_of_the_joint(tmp_path):
     path = csv(tmp_path / "log.csv", table(q=Q / (2.0 * np.pi) * counts - [0.0, 1024.0, 0.0]))
     description = channels("q", unit=("ticks",), counts_per_turn=tuple(counts), zero=(0.0, 1024.0, 0.0))
     assert_same(read_recording(path, description))
-    with pytest.raises(
-        RecordingError, match=r"log\.csv: positions are in ticks; state counts_per_turn, of the joint, in \[q\]"
-    ):
+    with pytest.raises(RecordingError, match=r"log\.csv: positions are in ticks; state counts_per_turn"):
         read_recording(path, channels("q", unit=("ticks",)))
 
 
@@ -76,48 +71,176 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     log = read_log(path, description)
     assert_same(log.recording)
     assert "v is the current" in log.read.notes[0]
-    assert log.read.v == "current, from torque by the specified constants [A]"
+    assert (log.read.v, log.read.signal) == ("current, from torque by the specified constants [A]", "current")
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
-    assert "a gain is the correction factor of its torque constant" in unknown.read.notes[0]
-    with pytest.raises(RecordingError, match=r"state the constants it was computed with, in N m/A"):
+    assert unknown.read.notes == (MEANINGS["torque-from-current"].note,)
+    with pytest.raises(RecordingError, match="state the constants it was computed with, in N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
         read_recording(path, channels("v", constant=(2.0,)))
 
 
-def test_a_log_that_is_said_to_be_gravity_compensated_is_refused_with_the_reason(tmp_path):
+UNDECLARED = {
+    r"no column is declared for currents: v=NAME\.\. of --columns, or \[v\]": replace(DESCRIPTION, v=Channels()),
+    "no column is declared for positions": replace(DESCRIPTION, q=Channels()),
+    "no column is declared for time": replace(DESCRIPTION, t=Channels()),
+    "quantity in x, y, z .* --signal .*: current, torque-from-current, ": replace(DESCRIPTION, signal=None),
+    "the unit of time is not declared": channels("t", unit=()),
+    r"the unit of positions is not declared: q=NAME\.\.\[unit\]": channels("q", unit=()),
+    "the unit of currents is not declared": channels("v", unit=()),
+    "unit 'N m' of v, current, is unknown; known: A, mA": channels("v", unit=("N m",)),
+    "unit 'grad' of q is unknown; known: rad, deg, rev": channels("q", unit=("grad",)),
+    "time is one column, not 2": channels("t", columns=("time", "mode")),
+    r"3 columns of positions \(a, b, c\), 2 of currents \(x, y\)": channels("v", columns=("x", "y")),
+    "column 'b' is declared twice": channels("v", columns=("x", "y", "b")),
+    r"no column 'mod'; did you mean 'mode'\?; found x, mode": channels("q", columns=("a", "b", "mod")),
+    "sign of q has 2 entries for 3 joints": channels("q", sign=(1.0, -1.0)),
+    r"column 'q_\{joint\}': the joints' names are unknown": channels("q", columns=("q_{joint}",)),
+    "gravity-compensated: it lacks the weight of the payload": replace(DESCRIPTION, signal="gravity-compensated"),
+    r"no column t, q1\.\. or v1\.\.; found x, mode, b, .*--columns": LogDescription(),
+}
+
+
+def test_what_is_not_declared_is_asked_for_in_one_line(tmp_path):
     path = csv(tmp_path / "log.csv", table())
-    with pytest.raises(
-        RecordingError,
-        match=r"gravity-compensated: it lacks the weight of the payload, from which "
-        "gains",
-    ):
-        read_recording(path, replace(DESCRIPTION, signal="gravity-compensated"))
+    for message, description in UNDECLARED.items():
+        with pytest.raises(RecordingError, match=message) as caught:
+            read_recording(path, description)
+        assert str(caught.value).startswith(f"{path}: ")
+        assert "\n" not in str(caught.value)
+
+
+OWN = {
+    "t,q1": "columns v1, v2, .. are missing; found t, q1",
+    "t,q1,q2,v1": "joint 2 has only one of the columns q2 and v2",
+    "t,q1,q3,v1,v3": "columns q2 and v2 are missing; joints are numbered 1 to n",
+    "t,q1,q1,v1": "column q1 appears twice",
+    "T,q1,v1": "column 'T': names are lower case; rename it t",
+    "t,q0,v0,q1,v1": "column q0: joints are numbered from 1",
+    "time_ms,q1,v1": re.escape("column t is missing; is it 'time_ms'? --columns 't=time_ms[ms]'; found q1, v1"),
+    "Timestamp [us],q1,v1": re.escape("is it 'Timestamp [us]'? --columns 't=Timestamp [us][us]'; found q1, v1"),
+    "t_robot,q1,v1": re.escape("is it 't_robot'? --columns 't=t_robot[unit]'; found q1, v1"),
+    "temperature,q1,v1": re.escape("declare it: --columns t=NAME[unit]; found q1, v1"),
+    ",".join(f"q{j},v{j}" for j in range(1, 66)) + ",t": "65 joints; recordings of up to 64 are read",
+    ",".join(["t", "q1", "v1", *map(str, range(MOST_COLUMNS))]): "10003 columns; files of up to 10000 are read",
+}
+
+
+def test_standard_columns_are_complete_and_spelt_so():
+    for header, message in OWN.items():
+        with pytest.raises(RecordingError, match=message):
+            resolved(Path("log"), header.split(","), LogDescription())
+    names = ["t", "q1", "v1", "Q1", "V", "q01", "q1_ref", "i1", "qd1", "v12345", "time"]
+    assert resolved(Path("log"), names, LogDescription()).description.names == ("t", "q1", "v1")
+    description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
+    with pytest.raises(RecordingError, match=r"no column 'time_ms'.*already has columns t, q1, v1, \.\.; convert only"):
+        resolved(Path("log"), ["t", "q1", "v1"], description)
 
 
 def test_rows_are_chosen_by_their_value(tmp_path):
     columns = {name: np.concatenate((value, 1.1 * value)) for name, value in table().items()}
     columns |= {"episode_index": np.repeat([4, 7], len(T)), "take": np.tile([1, 2], len(T))}
     path = csv(tmp_path / "log.csv", columns)
-    assert_same(read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0),))))
-    both = read_recording(path, replace(DESCRIPTION, only=(("episode_index", 7.0), ("take", 2.0))))
-    assert_same(both, 1.1 * T[1::2], 1.1 * Q[1::2], 1.1 * V[1::2])
-    with pytest.raises(RecordingError, match="no row has 'episode_index' = 5; it ranges from 4 to 7"):
-        read_recording(path, replace(DESCRIPTION, only=(("episode_index", 5.0),)))
-    with pytest.raises(RecordingError, match="no column 'episode'; did you mean 'episode_index'"):
-        read_recording(path, replace(DESCRIPTION, only=(("episode", 5.0),)))
-    columns["take"] = columns["episode_index"]
-    csv(path, columns)
+
+    def only(**values: float) -> Recording:
+        return read_recording(path, replace(DESCRIPTION, only=tuple(values.items())))
+
+    assert_same(only(episode_index=4.0))
+    assert_same(only(episode_index=7.0, take=2.0), 1.1 * T[1::2], 1.1 * Q[1::2], 1.1 * V[1::2])
+    for values, message in (
+        ({"episode_index": 5.0}, "no row has 'episode_index' = 5; it ranges from 4 to 7"),
+        ({"episode": 5.0}, "no column 'episode'; did you mean 'episode_index'"),
+    ):
+        with pytest.raises(RecordingError, match=message):
+            only(**values)
+    csv(path, columns | {"take": columns["episode_index"]})
     with pytest.raises(RecordingError, match="no row satisfies all conditions of only"):
-        read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0), ("take", 7.0))))
+        only(episode_index=4.0, take=7.0)
 
 
-def test_what_v_is_is_written_beside_it(tmp_path):
-    recording = Recording(T, Q, V)
-    write_recording(recording, tmp_path / "log.csv", signal="current [A]")
-    assert (tmp_path / "log.csv").read_text().startswith("# v: current [A]\nt,q1,")
-    write_recording(recording, tmp_path / "log.parquet", signal="current [A]")
-    assert pq.read_schema(tmp_path / "log.parquet").metadata[b"v"] == b"current [A]"
-    for name in ("log.csv", "log.parquet"):
-        assert_same(read_recording(tmp_path / name))
+def test_columns_go_by_the_joints_names_and_doubled_names_are_refused(tmp_path):
+    path = csv(tmp_path / "log.csv", {"pos_" + name if name in "abc" else name: x for name, x in table().items()})
+    description = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
+    np.testing.assert_array_equal(read_recording(path, description).q, Q[:, [1, 2, 0]])
+    with pytest.raises(RecordingError, match="no column 'pos_d'"):
+        read_recording(path, replace(description, joints=("b", "c", "d")))
+    csv(path, table())
+    path.write_text(path.read_text().replace("mode", "a", 1))
+    with pytest.raises(RecordingError, match="column 'a' appears twice"):
+        read_recording(path, DESCRIPTION)
+
+
+def test_names_of_messages_and_ranges_are_bounded():
+    assert listed([str(k) for k in range(8)]) == "0, 1, 2, 3, 4, 5, 6, 7"
+    assert listed([str(k) for k in range(9)]) == "0, 1, 2, 3, 4, 5, 6, 7, .."
+    assert listed(["x" * 150, "y" * 49]) == "x" * 150 + ", " + "y" * 48 + ", .."
+    assert spread("q{3..3}_deg", "here") == ["q3_deg"]
+    assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
+    assert len(spread("q{2..65}", "here")) == 64
+    for word in ("q{2..66}", "q{3..2}"):
+        with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
+            spread(word, "here")
+
+
+def ur_columns(*currents: str) -> dict[str, np.ndarray]:
+    q, v = (np.column_stack((x, -0.9 * x[:, ::-1])) for x in (Q, V))
+    columns = {"timestamp": T} | {f"target_q_{j}": 1.01 * q[:, j] for j in range(6)}
+    columns |= {f"actual_q_{j}": q[:, j] for j in range(6)}
+    return columns | {f"{kind}_{j}": (1.0 + k) * v[:, j] for k, kind in enumerate(currents) for j in range(6)}
+
+
+@pytest.mark.parametrize("separator", [" ", ","])
+def test_a_log_of_universal_robots_is_known_by_its_columns(tmp_path, separator):
+    columns = ur_columns("target_current", "actual_current")
+    path = csv(tmp_path / "log.csv", columns, separator)
+    log = read_log(path)
+    for joint in range(6):
+        np.testing.assert_array_equal(log.recording.q[:, joint], columns[f"actual_q_{joint}"])
+        np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"actual_current_{joint}"])
+    assert (log.read.layout, log.read.signal) == ("ur-rtde", "current")
+    assert log.read.notes == (
+        "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current",
+    )
+    log = read_log(path, LogDescription(layout="ur-rtde-target"))
+    np.testing.assert_array_equal(log.recording.v[:, 5], columns["target_current_5"])
+    assert log.read.notes == (TAKEN["ur-rtde-target"],)
+
+
+def test_declarations_replace_what_is_known_of_a_layout(tmp_path):
+    columns = ur_columns("actual_current")
+    path = csv(tmp_path / "log.csv", columns, " ")
+    plain = read_recording(path)
+    turned = read_recording(path, LogDescription(q=Channels(sign=(1.0, -1.0, 1.0, 1.0, -1.0, 1.0), zero=(0.4,))))
+    np.testing.assert_allclose(turned.q, plain.q * [1, -1, 1, 1, -1, 1] + 0.4, **ROUNDED)
+    other = LogDescription(v=Channels(columns=tuple(f"target_q_{j}" for j in range(6)), unit=("A",)))
+    with pytest.raises(RecordingError, match=r"quantity in target_q_0, target_q_1, target_q_2, .. is not declared"):
+        read_recording(path, other)
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
+        read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
+    log = read_log(path, replace(other, signal="current"))
+    np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
+    assert not log.read.notes
+    with pytest.raises(RecordingError, match="not of the layout ur-rtde-target; found timestamp"):
+        read_recording(path, LogDescription(layout="ur-rtde-target"))
+    ms = 1_710_000_000_000 + 4 * np.arange(len(T))
+    dated = {name: pa.array(values) for name, values in columns.items()} | {
+        "timestamp": pa.array(ms, pa.timestamp("ms"))
+    }
+    pq.write_table(pa.table(dated), tmp_path / "log.parquet")
+    found = read_recording(tmp_path / "log.parquet", LogDescription(t=Channels(unit=("iso",))))
+    np.testing.assert_allclose(found.t, ms / 1000, rtol=0.0, atol=3e-7)  # float64 has 2.4e-7 s in 2024
+
+
+def test_standard_columns_may_be_in_other_units_or_beside_others(tmp_path):
+    path = tmp_path / "log.csv"
+    write_recording(Recording(T, np.rad2deg(Q), 1e3 * V), path)
+    assert_same(read_recording(path, LogDescription(q=Channels(unit=("deg",)))), v=1e3 * V)
+    description = LogDescription(signal="current", q=Channels(unit=("deg",)), v=Channels(unit=("mA",)))
+    assert_same(read_recording(path, description))
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
+        read_recording(path, replace(description, v=Channels()))
+    columns = {"t": T} | {f"q{j + 1}": Q[:, j] for j in range(3)} | {name: table()[name] for name in "xyz"}
+    assert_same(read_recording(csv(path, columns), LogDescription(signal="current", v=DESCRIPTION.v)))
+    csv(path, {"t" if name == "time" else name: value for name, value in table().items()})
+    assert_same(read_recording(path, replace(DESCRIPTION, t=Channels())))

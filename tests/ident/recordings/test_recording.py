@@ -1,121 +1,98 @@
+"""Recordings: what they refuse, uniform clocks, files, copies, and their order in time."""
+
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from ident.payload.payload import Payload, write_payload
 from ident.recordings.files import read_recording, write_recording
-from ident.recordings.recording import Recording, resampled
+from ident.recordings.motion import Motion, in_order_of_time, read
+from ident.recordings.recording import LARGEST_CURRENT, LARGEST_POSITION, Recording, resampled, share_samples
 from ident.support.errors import RecordingError
 
+T = 0.01 * np.arange(50)
+Q, V = np.random.default_rng(4).normal(size=(2, 50, 2))
+LOG = Recording(T, Q, V, "motion")
 
-@pytest.fixture
-def recording(rng) -> Recording:
-    return Recording(0.01 * np.arange(50), rng.normal(size=(50, 2)), rng.normal(size=(50, 2)), "motion")
+
+def changed(x: np.ndarray, *at: int, to: float) -> np.ndarray:
+    x = x.copy()
+    x[at] = to
+    return x
+
+
+FAULTS = {
+    r"motion: t, q and v have shapes \(49,\), \(50, 2\) and \(50, 2\)": {"t": T[1:]},
+    "the recording has no joint": {"q": Q[:, :0], "v": V[:, :0]},
+    "1 samples are too few": {"t": T[:1], "q": Q[:1], "v": V[:1]},
+    r"q2 is not a finite number at row 8 \(1 such values\)": {"q": changed(Q, 7, 1, to=np.nan)},
+    "v1 is not a finite number at row 9": {"v": changed(V, 8, 0, to=np.inf)},
+    "t is not a finite number at row 1": {"t": changed(T, 0, to=np.nan)},
+    r"q2 = -1\.001e\+06 at row 6 \(1 such values\); expected positions up to 1e\+06": {
+        "q": changed(Q, 5, 1, to=-1.001 * LARGEST_POSITION)
+    },
+    r"v2 = 1\.001e\+12 at row 6 .*; expected currents up to 1e\+12": {
+        "v": changed(V, 5, 1, to=1.001 * LARGEST_CURRENT)
+    },
+    r"time does not increase at row 9: t = 0\.07 s after 0\.07 s$": {"t": changed(T, 8, to=T[7])},
+    r"row 9: t = 0\.02 s after 0\.07 s; if the file holds several recordings": {"t": changed(T, 8, to=0.02)},
+    "q2 never changes; .*name the others: q=NAME": {"q": changed(Q, slice(None), 1, to=0.3)},
+    "v1 never changes; the joint did not move or the channel was not logged$": {"v": changed(V, slice(None), 0, to=0)},
+}
+
+
+def test_impossible_samples_are_refused_with_their_place():
+    for message, fields in FAULTS.items():
+        with pytest.raises(RecordingError, match=message):
+            replace(LOG, **fields)
+    replace(LOG, q=changed(Q, 5, 1, to=-LARGEST_POSITION), v=changed(V, 5, 1, to=LARGEST_CURRENT))
+    twice = np.repeat(np.arange(25), 2)
+    with pytest.raises(
+        RecordingError, match=r"row 2: .*; 25 rows repeat the time of the row before, write t with more"
+    ):
+        replace(LOG, t=T[twice])
+    with pytest.raises(RecordingError, match=r"row 2: .*; 25 rows repeat earlier rows: drop the duplicates"):
+        replace(LOG, t=T[twice], q=Q[twice], v=V[twice])
+    with pytest.raises(ValueError, match="read-only"):
+        LOG.q[0, 0] = 0.0
 
 
 @pytest.mark.parametrize("ending", ["parquet", "csv"])
-def test_files_keep_every_digit(recording, tmp_path, ending):
+def test_files_keep_every_digit_and_say_what_v_is(tmp_path, ending):
     path = tmp_path / f"log.{ending}"
-    write_recording(recording, path)
+    write_recording(LOG, path, signal="current [A]")
     back = read_recording(path)
     for name in ("t", "q", "v"):
-        np.testing.assert_array_equal(getattr(back, name), getattr(recording, name))
-
-
-def test_parquet_is_what_pandas_writes(recording, tmp_path):
-    write_recording(recording, tmp_path / "log.parquet")
-    frame = pd.read_parquet(tmp_path / "log.parquet")
+        np.testing.assert_array_equal(getattr(back, name), getattr(LOG, name))
+    if ending == "csv":
+        assert path.read_text().startswith("# v: current [A]\nt,q1,q2,v1,v2\n")
+        return
+    assert pq.read_schema(path).metadata[b"v"] == b"current [A]"
+    frame = pd.read_parquet(path)
     assert list(frame.columns) == ["t", "q1", "q2", "v1", "v2"]
-    frame.assign(note="x").to_parquet(tmp_path / "more.parquet", index=False)  # further columns do not matter
-    np.testing.assert_array_equal(read_recording(tmp_path / "more.parquet").v, recording.v)
+    frame.assign(note="x").to_parquet(path, index=False)  # further columns do not matter
+    np.testing.assert_array_equal(read_recording(path).v, V)
 
 
 @pytest.mark.parametrize("values", [[0.3, 0.7, None, 0.2], [3, 7, None, 2]])
-def test_a_value_that_is_missing_in_parquet_is_refused_with_its_row(recording, tmp_path, values):
+def test_a_value_that_is_missing_in_parquet_is_refused_with_its_row(tmp_path, values):
     t, four = 0.125 * np.arange(4), np.array([0.4, 0.5, 0.7, 0.6])
     pq.write_table(pa.table({"t": t, "q1": pa.array(values), "v1": four}), tmp_path / "log.parquet")
     with pytest.raises(RecordingError, match=r"q1.* 3"):
         read_recording(tmp_path / "log.parquet")
 
 
-def test_csv_may_have_comments_spaces_and_other_columns(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("# cell 4\nt, mode, q1, v1\n0, a, 1, 2 # start\n\n0.1, b, 1.5, 3\n")
-    back = read_recording(path)
-    np.testing.assert_array_equal(back.q[:, 0], [1, 1.5])
-    np.testing.assert_array_equal(back.v[:, 0], [2, 3])
-
-
-CSV_FAULTS = {
-    "t,q1,v1\n0,1,2\n0.1,abc,3\n": r"line 3, column q1: 'abc' is not a number",
-    "t,q1,v1\n0,1,2\n0.1,1.5\n": r"line 3 has 2 cells, but the header names 3",
-    "q1,v1\n1,2\n2,3\n": r"column t is missing; declare it: --columns t=NAME\[unit\]; found q1, v1",
-    "t,q1\n0,2\n1,3\n": "columns v1, v2, .. are missing",
-    "t,q1,q2,v1\n0,2,1,1\n1,3,2,2\n": "joint 2 has only one of the columns q2 and v2",
-    "t,q1,q3,v1,v3\n0,2,1,1,2\n1,3,2,2,3\n": "columns q2 and v2 are missing",
-    "t,q1,q1,v1\n0,2,1,1\n": "column q1 appears twice",
-    "time,pos,cur\n0,2,1\n": "names no column t, q1.. or v1..; found time, pos, cur",
-    "t,q1,v1\n": "expected a header line and at least one row",
-    "t,q1,v1\n0,1,2\n0,2,3\n": r"time does not increase at row 2: t = 0 s after 0 s$",
-    "t,q1,v1\n0,1,2\n.1,2,3\n.1,2,3\n.2,1,3\n.2,1,2\n": r"row 3: t = 0\.1 s after 0\.1 s; 2 rows repeat .*more digits",
-    "t,q1,v1\n0,1,2\n.2,2,3\n.2,2,3\n.1,1,3\n.3,1,2\n": r"row 3: t = 0\.2 s after 0\.2 s$",
-    "t,q1,v1\n0,1,2\n1,nan,3\n": r"q1 is not a finite number at row 2 \(1 such values\)",
-    "t,q1,v1\n0,1,2\n1,inf,3\n": r"q1 is not a finite number at row 2",
-    "t,q1,v1\n0,1,2\n1,1,3\n": "q1 never changes",
-    "t,q1,v1\n0,1,2\n1,2,2\n": "v1 never changes",
-    "t,q1,v1\n0,1,2\n": "1 samples are too few",
-}
-
-
-@pytest.mark.parametrize("text", CSV_FAULTS)
-def test_a_faulty_csv_is_one_line_that_names_file_and_fault(tmp_path, text):
-    path = tmp_path / "log.csv"
-    path.write_text(text)
-    with pytest.raises(RecordingError, match=CSV_FAULTS[text]) as caught:
-        read_recording(path)
-    assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_missing_file_a_wrong_kind_and_a_text_column_are_named(tmp_path):
-    with pytest.raises(RecordingError, match=r"absent\.csv: no such file"):
-        read_recording(tmp_path / "absent.csv")
-    (tmp_path / "fake.parquet").write_text("t,q1,v1\n")
-    with pytest.raises(RecordingError, match=r"fake\.parquet: not a readable Parquet file"):
-        read_recording(tmp_path / "fake.parquet")
-    (tmp_path / "binary.csv").write_bytes(bytes(range(256)))
-    with pytest.raises(RecordingError, match="not a text file"):
-        read_recording(tmp_path / "binary.csv")
-    pd.DataFrame({"t": [0.0, 1.0], "q1": ["a", "b"], "v1": [1.0, 2.0]}).to_parquet(tmp_path / "text.parquet")
-    with pytest.raises(RecordingError, match=r"column q1 is .*string, expected numbers"):
-        read_recording(tmp_path / "text.parquet")
-
-
-def test_arrays_are_read_only_copies(recording):
-    with pytest.raises(ValueError, match="read-only"):
-        recording.q[0, 0] = 0.0
-
-
 def test_a_uniform_clock_is_left_alone_and_a_jittered_one_resampled(rng):
-    t = 0.01 * np.arange(400)
-    motion = Recording(t, np.sin(t)[:, None], np.cos(t)[:, None])
-    assert resampled(motion) is motion
-    uneven = t + np.r_[0, rng.uniform(-0.003, 0.003, 398), 0]
-    jittered = Recording(uneven, np.sin(uneven)[:, None], np.cos(uneven)[:, None])
-    even = resampled(jittered)
+    assert resampled(LOG) is LOG
+    uneven = 0.01 * np.arange(400) + np.r_[0, rng.uniform(-0.003, 0.003, 398), 0]
+    even = resampled(Recording(uneven, np.sin(uneven)[:, None], np.cos(uneven)[:, None]))
     assert even.jitter < 1e-9
     np.testing.assert_allclose(even.q[:, 0], np.sin(even.t), atol=1e-9)  # cubic spline: h^4 / 384
     np.testing.assert_allclose(even.v[:, 0], np.cos(even.t), atol=4e-5)  # straight lines: h^2 / 8, h = 16 ms
-
-
-def test_a_hole_in_the_log_is_refused_with_its_row(rng):
-    t = np.r_[0.01 * np.arange(100), 3.0 + 0.01 * np.arange(100)]
-    holed = Recording(t, rng.normal(size=(200, 1)), rng.normal(size=(200, 1)), "log")
-    with pytest.raises(
-        RecordingError, match=r"log: samples are missing: 2\.01 s pass from row 100 to the next, usually 0\.01 s"
-    ):
-        resampled(holed)
 
 
 @pytest.mark.parametrize(("share", "holed"), [(9.9, False), (10.1, True)])
@@ -126,7 +103,62 @@ def test_an_interval_of_ten_others_is_a_hole_and_nothing_is_invented_for_it(rng,
     if not holed:
         np.testing.assert_allclose(np.diff(resampled(motion).t), motion.period, rtol=1e-9)  # of sums in float64
         return
-    with pytest.raises(
-        RecordingError, match=r"samples are missing: 0\.202 s pass from row 40 to the next, usually 0\.02 s"
-    ):
+    with pytest.raises(RecordingError, match=r"missing: 0\.202 s pass from row 40 to the next, usually 0\.02 s"):
         resampled(motion)
+
+
+def test_motions_are_read_with_their_payload_and_sorted_by_absolute_time(tmp_path):
+    payload = Payload(mass=2.5, known="mass")
+    write_payload(payload, tmp_path / "p.toml")
+    write_recording(LOG, tmp_path / "log.csv")
+    assert read(tmp_path / "log.csv").payload is None
+    assert read(tmp_path / "log.csv", payload).payload is payload
+    assert read(tmp_path / "log.csv", tmp_path / "p.toml").payload == payload
+    late, early, plain = (Motion(replace(LOG, t=T + start)) for start in (1.7e9 + 5.0, 1.7e9, 30.0))
+    assert in_order_of_time([late, early]) == (early, late)
+    assert in_order_of_time([late, plain, early]) == (late, plain, early)
+
+
+def recorded(seed: int, *, rows: int = 3000, rest: int = 0) -> Recording:
+    """The same motion of three joints each time, with noise of its own; at rest, in several poses, numbers stay."""
+    rng, t = np.random.default_rng(seed), np.arange(rows) * 1e-3
+    q = 0.7 * np.sin(t[:, None] * [1.1, 1.9, 2.3]) + 2e-6 * rng.standard_normal((rows, 3))
+    v = 5.0 * np.cos(t[:, None] * [1.1, 1.9, 2.3]) + 0.1 * rng.standard_normal((rows, 3))
+    q[:rest] = 0.01 * (np.arange(rest) // 75)[:, None]
+    v[:rest] = [0.5, -0.5, 0.0]
+    return Recording(t, q, v, f"log {seed}")
+
+
+def part(log: Recording, which: slice) -> Recording:
+    return replace(log, t=log.t[which], q=log.q[which], v=log.v[which], name="copy")
+
+
+COPIES = {
+    "whole": lambda log: log,
+    "cut": lambda log: part(log, slice(1100, 1700)),
+    "brief": lambda log: part(log, slice(2000, 2020)),
+    "thinned": lambda log: part(log, slice(3, None, 7)),
+    "single precision": lambda log: replace(log, q=log.q.astype(np.float32), v=log.v.astype(np.float32)),
+    "six digits": lambda log: replace(log, q=np.round(log.q, 6), v=np.round(log.v, 6)),
+    "joined": lambda log: Recording(
+        np.arange(6000.0), np.vstack((recorded(3).q, log.q)), np.vstack((recorded(3).v, log.v)), "joined"
+    ),
+}
+
+
+@pytest.mark.parametrize("what", COPIES)
+def test_a_copy_shares_samples_with_its_recording_and_with_no_other(what):
+    log, other = recorded(1), recorded(2)
+    copy = COPIES[what](log)
+    assert share_samples(log, copy)
+    assert share_samples(copy, log)
+    assert not share_samples(other, copy)
+    assert not share_samples(log, replace(log, v=-log.v))
+    assert not share_samples(log, replace(log, q=log.q + 0.1))
+
+
+def test_rest_and_the_row_at_a_cut_are_no_copy():
+    assert not share_samples(recorded(1, rest=2970), recorded(2, rest=2970))
+    log = recorded(1, rows=60)
+    assert not share_samples(part(log, slice(0, 31)), part(log, slice(30, None)))
+    assert share_samples(part(log, slice(0, 32)), part(log, slice(30, None)))

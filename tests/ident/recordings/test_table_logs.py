@@ -1,0 +1,193 @@
+"""Logs as Parquet and NumPy's files, and what holds of every format."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, table
+
+from ident.recordings.description import Channels, LogDescription
+from ident.recordings.description_files import described
+from ident.recordings.files import read_log, read_recording
+from ident.recordings.formats import LOGS
+from ident.recordings.formats.table import LogFormat, Table
+from ident.support.errors import RecordingError
+
+DATES = np.datetime64("2031-07-19T09:41:07.125") + 4 * np.arange(len(T))
+SECONDS = DATES.astype("datetime64[us]").astype(np.int64) / 1e6
+ENTRIES = replace(described(["t=time[s]", "q=pos[rad]", "v=cur[A]"]), signal="current")
+
+
+def assert_exact(path: Path, description: LogDescription | None = None) -> None:
+    found = read_recording(path, description)
+    for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
+    def opened(path: Path, description: LogDescription) -> Table:
+        columns = {"t": T, "q1": Q[:, 0], "v1": V[:, 0], "more": V[:, 1]}
+        return Table(list(columns), lambda names, dated: {name: columns[name] for name in names})
+
+    monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), opened))
+    np.testing.assert_array_equal(read_recording(tmp_path / "log.MINE").v[:, 0], V[:, 0])
+
+
+def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path):
+    endings = [ending for log in LOGS.values() for ending in log.endings]
+    assert len(set(endings)) == len(endings)
+    for log in LOGS.values():
+        for ending in log.endings:
+            for content in (None, b"", b"\x01\x02\x00 no log of any kind \xff\n"):
+                path = tmp_path / f"log{ending}"
+                path.unlink(missing_ok=True)
+                if content is not None:
+                    path.write_bytes(content)
+                with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
+                    log.open(path, LogDescription())
+
+
+@pytest.mark.parametrize("kind", ["float32", "float16", "int32", "uint8", "decimal", "dictionary"])
+def test_numbers_of_any_type_are_read_from_parquet(tmp_path, kind):
+    v = np.round(100.0 + 50.0 * np.sin(40.0 * T))
+    stored = pa.array(v.tolist() if kind in ("decimal", "dictionary") else v.astype(kind))
+    stored = {"decimal": lambda: stored.cast(pa.decimal128(12, 4)), "dictionary": stored.dictionary_encode}.get(
+        kind, lambda: stored
+    )()
+    columns = {"t": T, "q1": Q[:, 0], "v1": stored, "note": [{"a": "x"}] * len(T)}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    np.testing.assert_array_equal(read_recording(tmp_path / "log.parquet").v[:, 0], v)
+
+
+@pytest.mark.parametrize("kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 3)], ids=["lists", "fixed"])
+def test_rows_of_numbers_in_parquet_are_columns_entry_by_entry(tmp_path, kind):
+    path = tmp_path / "log.parquet"
+    columns = {"time": T, "pos": pa.array(Q.tolist(), kind), "cur": pa.array(V.tolist(), kind)}
+    pq.write_table(pa.table(columns), path)
+    assert_exact(path, ENTRIES)
+    assert read_log(path, ENTRIES).read.description.q.columns == ("pos[0]", "pos[1]", "pos[2]")
+    picked = replace(ENTRIES, v=Channels(columns=("cur[2]", "cur[0]", "cur[1]"), unit=("A",)))
+    np.testing.assert_array_equal(read_recording(path, picked).v, V[:, [2, 0, 1]])
+
+
+def test_rows_of_unequal_length_or_none_are_named(tmp_path):
+    path, cells = tmp_path / "log.parquet", [row[: 3 - (k == 17)] for k, row in enumerate(Q.tolist())]
+    pq.write_table(pa.table({"time": T, "pos": cells, "cur": V.tolist()}), path)
+    with pytest.raises(RecordingError, match="column pos: row 18 does not have 3 numbers, as row 1 has"):
+        read_recording(path, ENTRIES)
+    pq.write_table(pa.table({"time": T, "pos": [None, *cells[1:]], "cur": V.tolist()}), path)
+    with pytest.raises(RecordingError, match="no column 'pos'"):
+        read_recording(path, ENTRIES)
+    fixed = pa.list_(pa.float64(), 3)
+    pq.write_table(pa.schema([("time", pa.float64()), ("pos", fixed), ("cur", fixed)]).empty_table(), path)
+    with pytest.raises(RecordingError, match=r"log\.parquet: column pos has no row$"):
+        read_recording(path, ENTRIES)
+
+
+@pytest.mark.parametrize("zone", [None, "UTC", "Europe/Paris"])
+def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
+    path, columns = tmp_path / "log.parquet", {name: pa.array(value) for name, value in table().items()}
+    dated = pa.array(DATES.astype(np.int64), pa.timestamp("ms", zone))
+    pq.write_table(pa.table(columns | {"time": dated}), path)
+    found = read_recording(path, channels("t", unit=("iso",)))
+    np.testing.assert_allclose(found.t, SECONDS, rtol=0.0, atol=5e-7)  # float64 has 2.4e-7 s in 2031
+    with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; set unit = "iso"'):
+        read_recording(path, DESCRIPTION)
+    pq.write_table(pa.table(columns), path)
+    with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):
+        read_recording(path, channels("t", unit=("iso",)))
+
+
+def test_nanoseconds_since_1970_keep_what_float64_has(tmp_path):
+    ns = 1_710_000_000_000_000_000 + 4_000_000 * np.arange(len(T))
+    pq.write_table(pa.table(table() | {"time": ns}), tmp_path / "log.parquet")
+    found = read_recording(tmp_path / "log.parquet", channels("t", unit=("ns",)))
+    np.testing.assert_allclose(np.diff(found.t), 0.004, rtol=0.0, atol=1e-6)  # twice the spacing of float64 there
+
+
+def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):
+    pq.write_table(pa.table({"t": T, "q1": Q[:, 0], "v1": V[:, 0]}), tmp_path / "log.parquet")
+    monkeypatch.setattr("ident.recordings.formats.parquet.MOST_VALUES", 270)
+    read_recording(tmp_path / "log.parquet")
+    monkeypatch.setattr("ident.recordings.formats.parquet.MOST_VALUES", 269)
+    with pytest.raises(RecordingError, match="90 rows of 3 columns; up to 269 numbers are read, take a part"):
+        read_recording(tmp_path / "log.parquet")
+
+
+def fields() -> np.ndarray:
+    kinds = [
+        ("t", "f8"),
+        ("q", "f8", (3,)),
+        ("v", "f8", (3,)),
+        ("word", "U3"),
+        ("stamp", "M8[ms]"),
+        ("tool", "f8", (2, 3)),
+    ]
+    array = np.zeros(len(T), dtype=kinds)
+    array["t"], array["q"], array["v"], array["stamp"] = T, Q, V, DATES
+    return array
+
+
+def test_arrays_of_standard_names_and_named_fields_are_read(tmp_path):
+    np.savez(tmp_path / "own.npz", t=T, q=Q, v=V)
+    np.savez_compressed(tmp_path / "packed.npz", t=T, q=Q, v=V, note=np.array("a text"))
+    np.savez(tmp_path / "fields.npz", log=fields())
+    np.save(tmp_path / "fields.npy", fields())
+    for name in ("own.npz", "packed.npz", "fields.npz", "fields.npy"):
+        assert_exact(tmp_path / name)
+    path = tmp_path / "fields.npy"
+    dated = read_recording(path, LogDescription(t=Channels(columns=("stamp",), unit=("iso",))))
+    np.testing.assert_allclose(dated.t, SECONDS, rtol=0.0, atol=5e-7)  # float64 in 2031
+    for column, unit, message in (
+        ("word", "s", "'word' is <U3, expected numbers"),
+        ("t", "iso", "'t' is float64, expected datetime64"),
+        ("tool", "s", "no column 'tool'"),  # a matrix in each row is no column
+    ):
+        with pytest.raises(RecordingError, match=message):
+            read_recording(path, LogDescription(t=Channels(columns=(column,), unit=(unit,))))
+    dates = DATES.copy()
+    dates[0] = np.datetime64("NaT")
+    np.savez(tmp_path / "own.npz", t=dates, q=Q, v=V)
+    with pytest.raises(RecordingError, match=r"own\.npz: t is not a finite number at row 1 "):
+        read_recording(tmp_path / "own.npz", LogDescription(t=Channels(unit=("iso",))))
+
+
+def test_arrays_of_other_names_and_of_rows_are_columns_by_number(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez(path, time=T, pos=np.rad2deg(Q), cur=V, more=T[:-1])
+    description = replace(described(["t=time[s]", "q=pos[deg]", "v=cur[0],cur[1],cur[2][A]"]), signal="current")
+    assert_same(read_recording(path, description))
+    with pytest.raises(RecordingError, match=r"columns of different lengths: more: 89, pos\[0\]: 90"):
+        read_recording(path, replace(description, t=Channels(columns=("more",), unit=("s",))))
+    path = tmp_path / "log.npy"
+    np.save(path, np.column_stack((T, Q, V)))
+    numbered = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
+    assert_exact(path, numbered)
+    with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; declare the columns"):
+        read_recording(path)
+    np.save(path, T)  # a single column is no rows
+    with pytest.raises(RecordingError, match="no column '1'"):
+        read_recording(path, numbered)
+
+
+def test_a_transposed_array_is_refused_but_not_one_of_many_rows(tmp_path):
+    np.savez(tmp_path / "log.npz", t=T, q=Q.T, v=V.T)
+    with pytest.raises(RecordingError, match=r"q has 3 rows of 90 numbers; .* save its \.T"):
+        read_recording(tmp_path / "log.npz")
+    t = 0.002 * np.arange(10_001)
+    np.savez(tmp_path / "log.npz", t=t, q=np.sin(t)[:, None], v=np.cos(t)[:, None])
+    assert len(read_recording(tmp_path / "log.npz").t) == 10_001
+
+
+def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "log.npz"
+    np.savez_compressed(path, t=T, q=Q, v=V, zeros=np.zeros(100_000))
+    monkeypatch.setattr("ident.recordings.formats.arrays.LARGEST", 700_000)
+    with pytest.raises(RecordingError, match=r"log\.npz: 0\.8.* MB unpacked; take a part of it"):
+        read_recording(path)
+    monkeypatch.setattr("ident.recordings.formats.arrays.LARGEST", 900_000)
+    assert_exact(path)

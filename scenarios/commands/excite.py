@@ -69,14 +69,12 @@ def main(options: argparse.Namespace) -> Status:
     _fill_in(options)
     import numpy as np
 
-    from scenarios.design.excitation import Design, percents
-    from scenarios.design.results import Searched, finite
-    from scenarios.design.search import Series, best_fitted
+    from scenarios.design.excitation import Design, finite, percents
+    from scenarios.design.search import Searched, Series, best_fitted
     from scenarios.experiments.motions import write_motion
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.setup import setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
-    from scenarios.rendering.content import Report
     from sim.errors import TrajectoryError
 
     command = found_by(options)
@@ -131,7 +129,7 @@ def main(options: argparse.Namespace) -> Status:
         f"{options.out}: predicted standard deviation of the gains, from {AGAINST[options.against]} [%]: "
         f"{percents(deviations)}"
     )
-    show(Report(said, (), result.model_dump(mode="json")), options)
+    show(result.report(said), options)
     return Status.PASSED
 
 

@@ -53,8 +53,14 @@ def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
     from scenarios.command_line.writing import right_to_write
     from scenarios.design.new_robot import Given
-    from scenarios.design.robot_folder import FILES, check_no_other_robot, moved, new_robot, write_new_robot
-    from scenarios.reports.new_robot import new_robot_report
+    from scenarios.design.robot_folder import (
+        FILES,
+        NewRobotResult,
+        check_no_other_robot,
+        moved,
+        new_robot,
+        write_new_robot,
+    )
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:
@@ -76,7 +82,8 @@ def main(options: argparse.Namespace) -> Status:
     found = moved(new, partial(_searched, options), advice=advice)
     with held.writing():
         write_new_robot(new, found, held.folder)
-    show(new_robot_report(new, found, held.folder), options)
+    result = NewRobotResult.of(new, found, held.folder)
+    show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)
     return Status.PASSED
 
 

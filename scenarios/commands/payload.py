@@ -34,7 +34,6 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.setup import setup_of
-    from scenarios.reports.payload import payload_report
     from scenarios.support.progress import progress_of
     from scenarios.support.toml_text import schema_line
 
@@ -45,5 +44,5 @@ def main(options: argparse.Namespace) -> Status:
         comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.candidates[0].shape)}"
         with held.writing():
             write_payload(payload_from_table(design.after.payload), held.folder / held.names[0], comment=comment)
-    show(payload_report(design), options)
+    show(design.report(f"Payload for scenario {design.scenario}"), options)
     return Status.PASSED if all(each.shown for each in design.after.joints) else Status.MISSED

@@ -24,11 +24,10 @@ def main(options: argparse.Namespace) -> Status:
 
     from scenarios.experiments.scenario import load_scenario, with_method
     from scenarios.prediction.budget import predicted_budget
-    from scenarios.reports.predict import prediction_report
 
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
     # threads of a BLAS do not speed up small matrices, and sometimes block
     with under_way(options, "predicting"), threadpool_limits(1):
-        budget, found = predicted_budget(scenario)
-    show(prediction_report(budget, found), options)
+        budget = predicted_budget(scenario)
+    show(budget.report(budget.title), options)
     return Status.PASSED

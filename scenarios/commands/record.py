@@ -40,11 +40,11 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.diagnosis.diagnose import horizon
     from scenarios.design.controller_files import controller_files, sampled
+    from scenarios.design.record import Recorded, instructions
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
     from scenarios.experiments.setup import setup_of
-    from scenarios.prediction.expected import enough, expected_preparation
+    from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.reports.files import write_markdown
-    from scenarios.reports.record import instructions, record_report
     from sim.feedforward_currents import check_torque_limits
 
     setup, stated = setup_of(load_scenario(options.scenario)), stated_payloads(scenario_as_stated(options.scenario))
@@ -53,15 +53,16 @@ def main(options: argparse.Namespace) -> Status:
     payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
     with threadpool_limits(1):  # threads of a BLAS do not speed up small matrices, and sometimes block
         expected = horizon(expected_preparation(setup, enough(setup)).logs())
-    page = instructions(setup, motion, payloads, options.scenario, COMMANDS, expected)
-    texts = controller_files(setup, motion)
+    recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
+    page = instructions(setup, recorded, payloads, options.scenario, COMMANDS, expected)
     with held.writing():
         write_markdown(page, held.folder / PAGE)
         for name, text in texts.items():
             (held.folder / name).write_text(text, encoding="utf-8")
     written, different = _write_payloads(payloads, held.folder)
-    files = [*(str(held.folder / name) for name in (PAGE, *texts)), *written]
-    show(record_report(page.title, motion, files, different), options)
+    recorded.files = [*(str(held.folder / name) for name in (PAGE, *texts)), *written]
+    recorded.kept = different
+    show(recorded.report(page.title), options)
     return Status.PASSED
 
 

@@ -23,7 +23,6 @@ REST = 2.0
 SERVOJ = "lookahead_time=0.1, gain=300"
 """Defaults of URScript: smoothing [s] and stiffness."""
 URSCRIPT_JOINTS = 6
-BOUNDED = ("positions", "speed", "acceleration")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,9 +35,6 @@ class SampledMotion:
         q: Positions [rad, m], shape (N, n).
         dq: Speeds [rad/s, m/s], shape (N, n).
         ddq: Accelerations [rad/s^2, m/s^2], shape (N, n).
-        speed_used: Largest speed of each joint relative to its limit, shape (n,).
-        acceleration_used: Largest acceleration relative to its limit, shape (n,).
-        beyond: Exceeded limits of position, speed and acceleration, one text per joint and limit.
     """
 
     joint_names: tuple[str, ...]
@@ -46,18 +42,15 @@ class SampledMotion:
     q: Array
     dq: Array
     ddq: Array
-    speed_used: Array
-    acceleration_used: Array
-    beyond: tuple[str, ...]
 
 
 def sampled(setup: Setup, rate_hz: float) -> SampledMotion:
-    """Return the motion of a scenario at a rate [Hz], with the shares of the robot's limits that it uses.
+    """Return the motion of a scenario at a rate [Hz].
 
     Raises:
         ScenarioError: If there are too many samples.
     """
-    motion, arm, robot = setup.experiments[0].trajectory, setup.structure.arm, setup.plant.robot
+    motion, arm = setup.experiments[0].trajectory, setup.structure.arm
     periods = math.ceil(motion.duration * rate_hz * (1.0 - ROUNDING))
     if not 1 <= periods <= MOST:
         raise ScenarioError(
@@ -67,20 +60,7 @@ def sampled(setup: Setup, rate_hz: float) -> SampledMotion:
     t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
     q, dq, ddq = motion(t)
-    speed = np.abs(dq).max(axis=0) / robot.max_velocity
-    acceleration = np.abs(ddq).max(axis=0) / robot.max_acceleration
-    outside = (q < arm.lower) | (q > arm.upper)
-    over = np.column_stack((outside.any(axis=0), speed > 1.0, acceleration > 1.0))
-    return SampledMotion(
-        joint_names=arm.joint_names,
-        t=t,
-        q=q,
-        dq=dq,
-        ddq=ddq,
-        speed_used=speed,
-        acceleration_used=acceleration,
-        beyond=tuple(f"joint {j + 1}: {BOUNDED[k]}" for j, k in np.argwhere(over)),
-    )
+    return SampledMotion(joint_names=arm.joint_names, t=t, q=q, dq=dq, ddq=ddq)
 
 
 def controller_files(setup: Setup, motion: SampledMotion) -> dict[str, str]:

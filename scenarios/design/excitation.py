@@ -62,6 +62,11 @@ def percents(deviations: Array) -> str:
     return ", ".join(f"{100.0 * std:.2g}" if isfinite(std) else "-" for std in deviations)
 
 
+def finite(value: float) -> float | None:
+    """Return the value, None if not finite."""
+    return float(value) if isfinite(value) else None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
     """Bounds of a motion; arrays have shape (n,), in rad or m, infinite if unbounded.

@@ -5,7 +5,7 @@ Each shape is optimised by differential evolution, within the rated load, the to
 floor and arm. All joints are to be identified.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,12 +15,12 @@ from scipy import optimize
 
 from ident.payload.payload import Known, Payload, payload_to_table
 from ident.support.arrays import Array
-from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, objective
-from scenarios.design.results import finite
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, finite, objective
 from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
 from scenarios.experiments.schema import mountings
 from scenarios.experiments.setup import Setup, body_of
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
+from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Table, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
 from sim.clearance import CLEARANCE, Clearance
@@ -98,6 +98,68 @@ class PayloadDesign(ResultModel):
     candidates: list[DesignedWeight] = Field(
         description="The best payload of each shape: the best first, those that must not be mounted last"
     )
+
+    def parts(self) -> Iterable[Part]:
+        """Return conclusion, accuracy by joint before and after, shapes, limits."""
+        own, new = self.before.worst, self.after.worst
+        if self.own_is_better:
+            words = f"The scenario's own payload already identifies the worst joint better: {percent(own, '.2f')} % "
+            yield Paragraph(f"{words}against {percent(new, '.2f')} %; keep it.", Mood.DOUBTFUL, strong=True)
+        missing = [str(each.joint) for each in self.after.joints if not each.shown]
+        worst, shape = percent(self.after.worst_as_made, ".2f"), self.candidates[0].shape
+        words = f"The {shape} identifies every joint; the worst gain's standard deviation is {worst} %."
+        if missing:
+            words = f"No payload within the limits identifies joint {', '.join(missing)}."
+        yield Paragraph(words, Mood.BAD if missing else Mood.GOOD, strong=True)
+        yield self._joints()
+        yield self._shapes()
+        for each in self.candidates:
+            if each.refusal:
+                yield Paragraph(f"The best {each.shape} {each.refusal}; it must not be mounted.", Mood.DOUBTFUL)
+        limit = "" if self.rated_load is None else f"rated load {self.rated_load:g} kg, "
+        yield Paragraph(
+            f"Deviations for a residual of {100.0 * self.residual:g} % of each joint's rms torque; 'payload as made' "
+            f"includes the tolerances of dimensions and scale. Limits: {limit}torque of the drives, distance to floor "
+            f"and arm. Frame: {self.flange or 'axis of the last joint, as the robot has no flange'}."
+        )
+        if self.rated_load is None:
+            yield Paragraph(
+                "WARNING: no rated load is specified, so the payload may be heavier than the arm may carry: look the "
+                "load up in the data sheet and state it as rated_load in robot.toml.",
+                Mood.DOUBTFUL,
+            )
+
+    def _joints(self) -> Table:
+        def verdict(before: DesignedJoint, after: DesignedJoint) -> Cell:
+            if after.shown:
+                return Cell("as before" if before.shown else "identified now", Mood.GOOD)
+            return Cell("lost" if before.shown else "refused", Mood.BAD)
+
+        return table(
+            list(zip(self.before.joints, self.after.joints, strict=True)),
+            column("Joint", lambda row: row[0].joint),
+            column("Payload\nbefore [N m rms]", lambda row: f"{row[0].payload_torque_rms:.3g}"),
+            column("Deviation\nbefore [%]", lambda row: percent(row[0].std, ".2f")),
+            column("Payload\nafter [N m rms]", lambda row: f"{row[1].payload_torque_rms:.3g}"),
+            column("Deviation\nafter [%]", lambda row: percent(row[1].std, ".2f")),
+            column("Payload\nas made [%]", lambda row: percent(row[1].payload_std, ".2f")),
+            column("Gain", lambda row: verdict(*row), words=True),
+        )
+
+    def _shapes(self) -> Table:
+        rows: list[tuple[Cell, str, DesignedPayload]] = [(Cell("its own"), NONE, self.before)]
+        for each in self.candidates:
+            sizes = ", ".join(f"{name} {size:g}" for name, size in each.dimensions_mm.items())
+            shape = Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN)
+            rows.append((shape, f"{sizes}, turned {each.turned_deg}\u00b0", each))
+        return table(
+            rows,
+            column("Shape", lambda row: row[0], words=True),
+            column("Dimensions [mm]", lambda row: row[1], words=True),
+            column("Mass [kg]", lambda row: f"{row[2].payload['mass']:.3f}"),
+            column("Off axis [mm]", lambda row: NONE if row[2].off_axis_mm is None else f"{row[2].off_axis_mm:.1f}"),
+            column("Worst joint [%]", lambda row: percent(row[2].worst_as_made, ".2f")),
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,12 +1,14 @@
 """Folder of a new robot: a motion searched for it, and `robot.toml`, `scenario.toml` and the motion as files."""
 
 import os
+import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.estimation.estimators import DEFAULT
@@ -15,13 +17,15 @@ from ident.payload.payload import MOMENTS, Payload, payload_to_table
 from ident.support.arrays import Array
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
-from scenarios.design.excitation import Design, Problem, percents, robot_limits
-from scenarios.design.new_robot import DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
+from scenarios.design.excitation import Design, Problem, finite, near_words, percents, robot_limits
+from scenarios.design.new_robot import CLEAR, DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series, about_a_pose, first_fitted, quickened
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robot_models import check_same_payload
 from scenarios.prediction.deviations import drawn, prediction_of
+from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
+from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError, UnreadableFile
 from scenarios.support.toml_text import schema_line, toml_value
 from sim.clearance import CLEARANCE, Clearance
@@ -76,6 +80,150 @@ class Found:
     def identifiable(self) -> tuple[bool, ...]:
         """Joints whose gains should be identifiable."""
         return tuple(bool(each <= SHOWN) for each in self.predicted)
+
+
+class NewJoint(ResultModel):
+    """Limits of a joint; in rad and N m, or in m and N for a prismatic one."""
+
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    kind: str = Field(description="revolute or prismatic")
+    lower: float | None = Field(description="Lower end of the range, null if unlimited")
+    upper: float | None = Field(description="Upper end of the range, null if unlimited")
+    torque: float = Field(description="Largest torque")
+    torque_assumed: bool = Field(description="Whether the torque is assumed")
+    speed: float = Field(description="Largest speed")
+    speed_assumed: bool = Field(description="Whether the speed is assumed")
+
+
+class NewRobotResult(ResultModel):
+    """What `rx90 new-robot --json` prints."""
+
+    robot: str = Field(description="Name of the robot")
+    joints: list[str] = Field(description="Names of the joints, in order")
+    limits: list[NewJoint] = Field(description="Limits of the joints, in order")
+    predicted_rel_std: list[float] = Field(
+        description="Predicted relative standard deviation of each gain with the motion found, for residuals of 2 % of "
+        "the torque"
+    )
+    identifiable: list[bool] = Field(description="Whether the scenario that was written requires each joint's gain")
+    files: list[str] = Field(description="Files that were written")
+    held: list[str] = Field(
+        description="Joints recognised as those of a gripper and locked at their initial positions in the model"
+    )
+    payload_mass: float = Field(description="Mass of the scenario's payload [kg]")
+    payload_com: list[float] = Field(description="Its centre of mass in the frame of the last link [m]")
+    payload_source: str = Field(description="Origin of the payload")
+    payload_warning: str | None = Field(description="Why it may be too heavy, null if nothing suggests it")
+    remarks: list[str] = Field(description="Remarks on the arm, its home pose and its file")
+
+    @classmethod
+    def of(cls, new: NewRobot, found: Found, folder: Path) -> "NewRobotResult":
+        """Return a robot with its motion, written into a folder."""
+        torque, speed, arm, load = new.drives["current_limit"], new.drives["max_velocity"], new.arm, new.load
+        limits = [
+            NewJoint(
+                joint=j + 1,
+                kind="revolute" if arm.revolute[j] else "prismatic",
+                lower=finite(arm.lower[j]),
+                upper=finite(arm.upper[j]),
+                torque=float(torque.value[j]),
+                torque_assumed=torque.origin[j] == "assumed",
+                speed=float(speed.value[j]),
+                speed_assumed=speed.origin[j] == "assumed",
+            )
+            for j in range(arm.n)
+        ]
+        return cls(
+            robot=new.name,
+            joints=list(arm.joint_names),
+            limits=limits,
+            predicted_rel_std=found.predicted.tolist(),
+            identifiable=list(found.identifiable),
+            files=[str(folder / name) for name in FILES],
+            held=list(new.end.held),
+            payload_mass=load.body.mass,
+            payload_com=list(load.body.com),
+            payload_source=load.source,
+            payload_warning=load.warning or None,
+            remarks=list(_remarks(new)),
+        )
+
+    def parts(self) -> Iterator[Part]:
+        """Return verdict, joints with marks of assumed limits, payload, remarks, next command."""
+        sizes = [100.0 * std for std, ok in zip(self.predicted_rel_std, self.identifiable, strict=True) if ok]
+        none = [j for j, ok in enumerate(self.identifiable, 1) if not ok]
+        if sizes:
+            size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(sizes), max(sizes))))
+            but = f", not of {joints_named(none)}" if none else ""
+            words = f"{len(sizes)} of {len(self.joints)} gains are identifiable{but}"
+            mood = Mood.DOUBTFUL if none else Mood.GOOD
+            yield Paragraph(f"{words}; predicted standard deviation {size} %.", mood, strong=True)
+        else:
+            yield Paragraph("No gain is identifiable with this motion and payload.", Mood.BAD, strong=True)
+        kinds = {each.kind for each in self.limits}
+        units = [of for kind, of in (("revolute", ("rad", "N m")), ("prismatic", ("m", "N"))) if kind in kinds]
+        place, effort = (", ".join(each) for each in zip(*units, strict=True))
+        rate = ", ".join(f"{length}/s" for length, _ in units)
+
+        def end(limit: float | None) -> str:
+            return NONE if limit is None else f"{limit:.4g}"
+
+        yield table(
+            self.limits,
+            column("Joint", lambda each: each.joint),
+            column("Name", lambda each: self.joints[each.joint - 1], words=True),
+            column("Kind", lambda each: each.kind, words=True),
+            column(f"From [{place}]", lambda each: end(each.lower)),
+            column(f"To [{place}]", lambda each: end(each.upper)),
+            column(f"Torque [{effort}]", lambda each: f"{each.torque:.4g}{'*' * each.torque_assumed}"),
+            column(f"Speed [{rate}]", lambda each: f"{each.speed:.4g}{'*' * each.speed_assumed}"),
+            column("Predicted [%]", lambda each: percent(self.predicted_rel_std[each.joint - 1], ".2f")),
+            column("Identifiable", lambda each: "yes" if self.identifiable[each.joint - 1] else "no", words=True),
+        )
+        yield Paragraph(
+            "Check order and names of the joints against your controller's. Values marked * are assumed. Gains, "
+            "friction, rotor inertias and payload are also assumed, by the defaults noted in robot.toml. Predicted: "
+            "standard deviation of the gain with the motion found, for residuals of 2 % of the torque."
+        )
+        yield Paragraph(
+            f"Payload: {self.payload_mass:g} kg, centre {self.payload_com} m in the frame of the last link; "
+            f"{self.payload_source}."
+        )
+        if self.payload_warning:
+            yield Paragraph(f"WARNING: payload: {self.payload_warning}.", Mood.DOUBTFUL)
+        yield from map(Paragraph, self.remarks)
+        folder = Path(self.files[0]).parent
+        yield Paragraph(f"{', '.join(FILES)} in {folder}. Next:")
+        yield Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}")
+
+
+def _remarks(new: NewRobot) -> Iterator[str]:
+    """Yield remarks on the arm, its home pose and its file."""
+    if new.end.held:
+        yield (
+            f"Recognised as joints of a gripper and locked: {', '.join(new.end.held)}. "
+            f"The arm ends at body {new.end.flange}, "
+            "which carries the payload; name another last body with --flange."
+        )
+    if new.home_clearance < CLEAR:
+        yield f"Home {near_words(new.home_clearance)} floor or arm; give a pose clear of both with --home."
+    if new.always_near:
+        near = ", ".join(f"{one} and {other}" for one, other in new.always_near)
+        yield f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: {near}."
+    if new.facts.left:
+        yield (
+            f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve only numerical "
+            f"stability. Friction and rotor inertias in robot.toml are defaults; replace "
+            "them by measured values."
+        )
+    if new.facts.from_shapes:
+        links = ", ".join(new.facts.from_shapes)
+        yield f"The file states no inertia of these links, so it is computed from their shapes: {links}."
+    if missing := new.facts.missing_meshes:
+        yield (
+            f"Meshes that are missing or cannot be compiled: {len(missing)} (first: {missing[0]}); clearance is "
+            "checked without them."
+        )
 
 
 def new_robot(path: Path, folder: Path, given: Given) -> NewRobot:

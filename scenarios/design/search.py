@@ -16,10 +16,12 @@ from typing import Protocol
 
 import cma
 import numpy as np
+from pydantic import Field
 from scipy import special
 
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import SEARCHED_HZ, SHARES, Design, Limits, Problem, scaled
+from scenarios.rendering.result import ResultModel
 from sim.errors import NoPositionError, TrajectoryError
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -112,6 +114,23 @@ class Found:
     x: Array
     cost: float
     tried: int
+
+
+class Searched(ResultModel):
+    """What `rx90 excite --json` prints."""
+
+    out: str = Field(description="The motion file that was written")
+    tried: int = Field(description="Number of motions")
+    cost_of_start: float = Field(description="Cost of the initial motion of the search, a sum of logarithms as `cost`")
+    cost: float = Field(
+        description=(
+            "Cost that the search minimises: a sum of logarithms of the relative standard deviations of the gains to "
+            "identify, dominated by the largest, plus a penalty for exceeded limits"
+        )
+    )
+    predicted_rel_std: list[float | None] = Field(
+        description="Relative standard deviation of each gain, null if the motion does not determine the gain"
+    )
 
 
 def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:

@@ -1,6 +1,6 @@
 """Mean and standard deviation of linear functions of a draw, from few settings of a scenario."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -33,6 +33,13 @@ class Moments:
     def rms(self) -> Array:
         """Root mean square of the error."""
         return np.hypot(self.bias, self.std)
+
+    @classmethod
+    def together(cls, errors: Iterable["Moments"], k: int) -> "Moments":
+        """Return independent errors of k gains together: sums of the signed biases and of the variances."""
+        several = list(errors)
+        bias = np.sum([np.zeros(k), *(each.bias for each in several)], axis=0)
+        return cls(bias, np.sqrt(np.sum([np.zeros(k), *(each.std**2 for each in several)], axis=0)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,25 +1,251 @@
-"""Error of the gains from each source of a scenario, from one linearised estimate."""
+"""Errors of the gains to first order, without simulation: several questions to one linearised estimate.
 
-from collections.abc import Mapping
+The expected logs have perfect control, the effects of the plant, and noise of known spectrum. The change of 1/g_j is
+the sum over rows of their influence times the change of each row's current, which is masked near reversals and
+decimated like the current. For noise of known spectrum,
+
+    var(1/g) = sum of squares of h * (K_v s_v + K_q s_q)
+
+where K_v has the weights of a log's currents, s is the standard deviation of the noise, and h its filter. Noise q of
+the position of joint l acts like currents -h_j M_jl d^2 q / dt^2, with the low-pass of the identification. Its effect
+through speed and gravity is less than a hundredth of that.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.support.arrays import Array, Indices
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators import estimator
+from ident.numerics.filters import filtered
+from ident.numerics.signals import delayed, smooth_motion
+from ident.observation.full_rate import FullRate
+from ident.preparation import SIMULATED, Prepared, prepare
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Indices, Mask
 from scenarios.experiments.draws import numbers_needed, settings_from
 from scenarios.experiments.scenario import Value, value_at, with_settings
-from scenarios.experiments.schema import DrawTable, Scenario
+from scenarios.experiments.schema import DrawTable, Scenario, grouped
 from scenarios.experiments.sensitivity import Sources, settings_with, sources_of
 from scenarios.experiments.setup import Setup, changed, setup_of
-from scenarios.prediction.expected import Expected, enough, expected_logs, louder
-from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import Moments, points_of
 from scenarios.support.errors import StudyError
+from sim.experiment import Experiment
+from sim.feedforward_currents import feedforward_currents, inertia_along, states_of
+from sim.sensors import SensorOptions, logged, noises, without_spectrum
+from sim.sensors.sensor import Log, Noise
 
+NOISE_SEED = 0
+"""Seed of the noise of an expected recording."""
+RATE = 16.0
+"""Sufficient sampling rate, relative to the cut-offs; faster components are noise with known spectrum."""
 NO_SPECTRUM = "no first-order model for"
 TAKEN = ("plant.", "experiment.sensors.")
 """Key paths (beginnings) that change the logs of the same motion."""
 AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
 """Key paths (beginnings) that need a new estimate."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expected:
+    """The expected log of one motion, at a sufficient rate.
+
+    Attributes:
+        log: The log without random effects.
+        noises: Models of the noise, with the spectral density at the real rate.
+        unknown: Streams of random effects without a known spectrum.
+    """
+
+    log: Log
+    noises: tuple[Noise, ...]
+    unknown: tuple[str, ...]
+
+    @classmethod
+    def of(cls, log: Log, sensors: SensorOptions, every: int) -> "Expected":
+        """Return a log with its noise at a lower rate: white noise keeps its density, other noise its variance."""
+        share = 1.0 / np.sqrt(every)
+        thinned = (
+            replace(x, q=share * x.q, v=share * x.v) if x.sos is None and not x.lasting else x
+            for x in noises(log, sensors)
+        )
+        return cls(log, tuple(thinned), without_spectrum(log, sensors))
+
+    def recording(self, name: str, rng: np.random.Generator) -> Recording:
+        """Return the log with one realisation of the noise of the currents."""
+        v = self.log.v.copy()
+        for noise in self.noises:
+            drawn = rng.standard_normal((1 if noise.lasting else len(v), 1 if noise.shared else v.shape[1]))
+            v += noise.v * (drawn if noise.sos is None else filtered(noise.sos, drawn))
+        return Recording(self.log.t, self.log.q, v, name)
+
+    def louder(self, sensors: SensorOptions, every: int) -> list[str]:
+        """Return noise streams that differ with other settings of sensors and the same log."""
+        other, before = Expected.of(self.log, sensors, every), {noise.stream: noise for noise in self.noises}
+
+        def same(noise: Noise) -> bool:
+            own = before.get(noise.stream)
+            return own is not None and np.array_equal(own.q, noise.q) and np.array_equal(own.v, noise.v)
+
+        changed = [noise.stream for noise in other.noises if not same(noise)]
+        return changed + [stream for stream in other.unknown if stream not in self.unknown]
+
+
+def enough(setup: Setup) -> int:
+    """Return the ratio of the controller's to the sufficient sampling rate."""
+    observe = setup.scenario.table.identification.observe
+    rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
+    return max(1, int(setup.scenario.table.experiment.controller.rate_hz / rate_hz))
+
+
+def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
+    """Return the expected log of each motion, in order of time.
+
+    Raises:
+        PlantError: If a plant cannot be built.
+    """
+    rate_hz = setup.scenario.table.experiment.controller.rate_hz / every
+    found: list[Expected] = []
+    for each, v in zip(setup.experiments, feedforward_currents(setup.experiments, rate_hz), strict=True):
+        log = logged(states_of(each.trajectory, rate_hz).q, v, rate_hz, each.sensors, None)
+        found.append(Expected.of(log, each.sensors, every))
+    return tuple(found)
+
+
+def expected_preparation(setup: Setup, every: int) -> Prepared:
+    """Return the expected logs as prepared for identification, each with one realisation of its noise.
+
+    Methods that weight rows or select a model by the residual need the noise.
+
+    Raises:
+        RecordingError: If one cannot be filtered.
+        PlantError: If a plant cannot be built.
+    """
+    rng = np.random.default_rng(NOISE_SEED)
+    logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
+    recordings = [log.recording(experiment.name, rng) for log, experiment in logs]
+    motions = [Motion(recordings[place], setup.mounted[place]) for place in grouped(setup.protocol)]
+    chosen = setup.scenario.table.identification
+    return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """An estimate and its derivatives.
+
+    Attributes:
+        setup: The setup.
+        expected: The expected logs.
+        estimate: The estimate, with k solved gains and the influence of each row.
+        behind: Derivatives of motion of the rows, motions in order of time.
+        places: Index of each motion of the estimate in order of time.
+        every: Ratio of the controller's sampling rate to that of the expected logs.
+    """
+
+    setup: Setup
+    expected: Prepared
+    estimate: GainEstimate
+    behind: tuple[FullRate, ...]
+    places: tuple[int, ...]
+    every: int
+
+    def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
+        """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
+        table, rows = self.setup.scenario.table, self.estimate.solution.rows
+        later = table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
+        dV = np.zeros(len(rows.V))
+        changes = [delayed(log.log.v - own.log.v, later) for log, own in zip(logs, base, strict=True)]
+        sampled = {place: self.behind[place].sampled(changes[place]) for place in self.places}
+        for place, joint, of in self._rows():
+            dV[of] = self.behind[place].decimated(sampled[place][:, joint], joint)[rows.position[of]]
+        return self.estimate.solution.influence @ dV
+
+    def weights(self, samples: int) -> list[Array]:
+        """Derivatives of each 1/g with respect to each sample of each motion in order of time, each (k, samples, n).
+
+        A compensated delay of the currents is omitted, as it does not affect noise.
+        """
+        solution, n = self.estimate.solution, self.setup.structure.arm.n
+        found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
+        for place, joint, of in self._rows():
+            at, share = solution.rows.position[of], solution.influence[:, of]
+            for k in np.flatnonzero(share.any(axis=1)):
+                rows = np.zeros(int(at[-1]) + 1)
+                rows[at] = share[k]
+                found[place][k, :, joint] = self.behind[place].spread(rows, joint, samples)
+        return found
+
+    def _rows(self) -> Iterator[tuple[int, int, Mask]]:
+        """Yield motion in order of time, joint, and mask of the rows that are theirs."""
+        rows = self.estimate.solution.rows
+        for number, place in enumerate(self.places):
+            for joint in range(self.setup.structure.arm.n):
+                yield place, joint, (rows.joint == joint) & (rows.motion == number)
+
+    def noise_variances(self, logs: Sequence[Expected]) -> dict[str, Array]:
+        """Variance of each 1/g from each active noise stream, (k,) by name."""
+        variances: dict[str, Array] = {}
+        cutoff_hz = self.setup.scenario.table.identification.observe.cutoff_hz
+        weights = self.weights(len(logs[0].log.t))
+        for each, K, experiment in zip(logs, weights, self.setup.experiments, strict=True):
+            moved = any(noise.q.any() for noise in each.noises)
+            by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else None
+            for noise in each.noises:
+                variances[noise.stream] = variances.get(noise.stream, 0.0) + _variance(noise, K, by_position)
+        return variances
+
+
+def linearised(setup: Setup, every: int) -> Linearised:
+    """Estimate the gains of a prepared scenario from its expected logs.
+
+    Raises:
+        IdentificationError: If there is no gain to identify.
+        PlantError: If a plant cannot be built.
+    """
+    chosen = setup.scenario.table.identification
+    expected = expected_preparation(setup, every)
+    places = grouped(setup.protocol)
+    in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
+    return Linearised(
+        setup=setup,
+        expected=expected,
+        estimate=estimator(chosen.method).estimate(expected.problem, chosen.method_options),
+        behind=tuple(behind for _, part in in_time if (behind := part.observation.full_rate) is not None),
+        places=places,
+        every=every,
+    )
+
+
+def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
+    """Return the variance of each 1/g from one noise of one motion, shape (k,)."""
+    total = K * noise.v
+    if by_position is not None:
+        total = total + by_position * noise.q
+    if noise.lasting:
+        total = total.sum(axis=1, keepdims=True)
+    if noise.shared:
+        total = total.sum(axis=2, keepdims=True)
+    if noise.sos is not None:  # backwards in time: effect of a number on all later samples
+        backwards, shape = _time_first(total[:, ::-1])
+        settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
+        total = settled.reshape(-1, *shape)
+        return np.sum(total**2, axis=(0, 2))
+    return np.sum(total**2, axis=(1, 2))
+
+
+def _by_position(K: Array, experiment: Experiment, rate_hz: float, cutoff_hz: float) -> Array:
+    """Return the derivative of each 1/g with respect to each logged position, shape (k, N, n)."""
+    force = K / experiment.plant.drives.gain  # (k, N, n)
+    moved, shape = _time_first(np.einsum("ktj,tjl->ktl", force, inertia_along(experiment, rate_hz)))
+    twice = smooth_motion(moved, 1.0 / rate_hz, cutoff_hz)[2]
+    return -twice.reshape(-1, *shape).swapaxes(0, 1)
+
+
+def _time_first(values: Array) -> tuple[Array, tuple[int, int]]:
+    """Return values (k, N, n) as (N, k n), and (k, n)."""
+    k, samples, n = values.shape
+    return values.swapaxes(0, 1).reshape(samples, k * n), (k, n)
 
 
 class Predictor:
@@ -93,7 +319,7 @@ class Predictor:
     def _by_currents(self, settings: Mapping[str, Value]) -> Array:
         setup, logs = self._logged(settings)
         for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
-            if stronger := louder(quiet, experiment.sensors, self.linear.every):
+            if stronger := quiet.louder(experiment.sensors, self.linear.every):
                 raise StudyError(
                     f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
                 )

@@ -88,9 +88,7 @@ class SourcesAlong:
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:
         """Return the root mean square relative error of every gain from all sources together, shape (n,)."""
-        errors = self._errors(motion, rate_hz).values()
-        bias = np.sum([each.bias for each in errors], axis=0)
-        return np.sqrt(bias**2 + np.sum([each.std**2 for each in errors], axis=0))
+        return Moments.together(self._errors(motion, rate_hz).values(), motion.n).rms
 
     def _errors(self, motion: FourierTrajectory, rate_hz: float) -> dict[str, Moments]:
         """Return the errors of every gain from each source."""

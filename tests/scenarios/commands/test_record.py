@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 import yaml
 from places import ROOT
-from plants import short_motion
+from plants import RX90, short_motion
 from printed import printed
 from quick import quick_scenario
 
@@ -23,8 +23,8 @@ from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS
+from scenarios.design.record import SETTINGS
 from scenarios.experiments.motions import read_motion, write_motion
-from scenarios.reports.record import SETTINGS
 from scenarios.results.run_folder import short_path
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -161,9 +161,18 @@ def test_every_file_of_the_motion_agrees_with_its_closed_form(tmp_path, capsys):
     steps = [float(re.search(r" t=([\d.e-]+)", line)[1]) for line in lines if "servoj" in line]
     np.testing.assert_allclose(np.cumsum(steps), t[1:], rtol=1e-7)  # nine digits each
     assert (result["samples"], result["duration_s"], result["beyond_limits"]) == (182, DURATION, [])
-    np.testing.assert_allclose(result["start"], motion[0][0], rtol=1e-12)
-    for name, values in zip(("max_velocity", "max_acceleration"), motion[1:], strict=True):
-        np.testing.assert_allclose(result[name], np.abs(values).max(axis=0), rtol=1e-9)  # times differ by rounding
+    q, dq, ddq = motion
+    numbers = {
+        "start": q[0],
+        "lowest": q.min(axis=0),
+        "highest": q.max(axis=0),
+        "max_velocity": np.abs(dq).max(axis=0),
+        "velocity_used": np.abs(dq).max(axis=0) / RX90.max_velocity,
+        "max_acceleration": np.abs(ddq).max(axis=0),
+        "acceleration_used": np.abs(ddq).max(axis=0) / RX90.max_acceleration,
+    }
+    for name, values in numbers.items():
+        np.testing.assert_allclose([joint[name] for joint in result["joints"]], values, rtol=1e-9, err_msg=name)
 
 
 def test_exceeded_limits_are_named(tmp_path, capsys):

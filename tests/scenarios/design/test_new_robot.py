@@ -19,13 +19,14 @@ from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.design.excitation import SIZES, Design
 from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.design.new_robot import Load, beside_the_axis, drives_by_default, first_load, home_by_default
-from scenarios.design.robot_folder import Found
+from scenarios.design.new_robot import Given, Load, beside_the_axis, drives_by_default, first_load, home_by_default
+from scenarios.design.robot_folder import Found, NewRobotResult
+from scenarios.rendering.content import Paragraph
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError, TrajectoryError
 from sim.robot_files import read_robot
-from sim.trajectory import at_rest
+from sim.trajectory import FourierTrajectory, at_rest
 
 BOTTLE = """mass = 0.31
 mass_std = 0.004
@@ -343,6 +344,26 @@ def test_a_payload_that_identifies_no_gain_is_refused(servo_arm, tmp_path, capsy
     words = ["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--evaluations", "5", "--jobs", "1"]
     assert main(words) == Status.BAD_INPUT
     assert "the torque limits allow a payload of" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("predicted", "text", "mood"),
+    [
+        ([0.013, 0.0034, 0.04], "3 of 3 gains are identifiable; predicted standard deviation 0.34 to 4 %.", "GOOD"),
+        ([0.4, 0.0034, 0.5], "1 of 3 gains are identifiable, not of joints 1 and 3; predicted .* 0.34 %.", "DOUBTFUL"),
+        ([0.4, 0.5, 0.041], "No gain is identifiable with this motion and payload.", "BAD"),
+    ],
+)
+def test_the_result_begins_with_the_gains_that_are_identifiable(servo_arm, tmp_path, predicted, text, mood):
+    new = folder_module.new_robot(servo_arm, tmp_path, Given(rated_load=0.7, payload=1.3))
+    still = np.zeros((3, 3))
+    found = Found(motion=FourierTrajectory(still[:, 0], still, still, 1.0), predicted=np.array(predicted))
+    assert found.tolerance == tuple(float(f"{max(0.02, 4.0 * each):.2g}") for each in predicted)
+    verdict, *rest = NewRobotResult.of(new, found, tmp_path).parts()
+    assert re.fullmatch(text, verdict.text)
+    assert (verdict.mood.name, verdict.strong) == (mood, True)
+    warnings = [part for part in rest if isinstance(part, Paragraph) and part.text.startswith("WARNING")]
+    assert [part.text for part in warnings] == ["WARNING: payload: 1.3 kg is above the rated load, 0.7 kg."]
 
 
 @pytest.mark.slow

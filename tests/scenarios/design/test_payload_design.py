@@ -17,7 +17,6 @@ from scenarios.design.weights import MASS_STD, SEAT_MM, TURN, Weight, dimension_
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import Setup, setup_of, setup_without_motion
 from scenarios.prediction.deviations import drawn
-from scenarios.reports.payload import payload_report
 from scenarios.support.errors import ScenarioError
 from scenarios.support.toml_text import toml_value
 from sim.shapes import Flange, add_solid
@@ -187,11 +186,11 @@ def test_a_design_identifies_the_joint_that_the_paper_s_payload_cannot(designed)
     costs = [objective(np.hypot(*each.T)) for each in errors]
     ranks = [(each.refusal is not None, cost) for each, cost in zip(designed.candidates, costs, strict=True)]
     assert ranks == sorted(ranks)
-    words = " ".join(part.text for part in payload_report(designed).parts if hasattr(part, "text"))
+    words = " ".join(part.text for part in designed.parts() if hasattr(part, "text"))
     assert f"The {first.shape} identifies every joint" in words
     assert "WARNING" not in words
-    unrated = payload_report(designed.model_copy(update={"rated_load": None}))
-    assert any("rated_load in robot.toml" in part.text for part in unrated.parts if hasattr(part, "text"))
+    unrated = designed.model_copy(update={"rated_load": None}).parts()
+    assert any("rated_load in robot.toml" in part.text for part in unrated if hasattr(part, "text"))
 
 
 @pytest.mark.parametrize(("factor", "better"), [(0.9, True), (1.1, False)])
@@ -205,7 +204,7 @@ def test_the_scenario_s_own_payload_is_kept_where_it_is_better(nominal, designed
     monkeypatch.setattr(Carrying, "effect", lambda *_: own)
     found = design_payload(nominal, density=STEEL, seed=1, tell=lambda done, what: None)
     assert found.own_is_better == better
-    words = [part.text for part in payload_report(found).parts if hasattr(part, "text")]
+    words = [part.text for part in found.parts() if hasattr(part, "text")]
     assert any("keep it" in each for each in words) == better
 
 

@@ -43,7 +43,7 @@ def motion_of(scenario):
 
 def test_what_a_design_is_against_is_what_is_predicted_of_the_gains(scenario, sourced):
     # A second way to the same: rows filtered and decimated there, samples at 10 Hz here; some per cent of the whole.
-    budget, _ = predicted_budget(scenario)
+    budget = predicted_budget(scenario)
     drawn = [[cost for cost in joint.costs if cost.source in SOURCES] for joint in budget.joints]
     assert {cost.source for cost in drawn[0]} == set(SOURCES)
     expected = np.array([np.hypot(sum(c.bias for c in k), np.sqrt(sum(c.std**2 for c in k))) for k in drawn])

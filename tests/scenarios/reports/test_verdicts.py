@@ -5,25 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import ROOT
 
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.joint_torque import JointTorque
 from ident.payload_identification.payload_body import FoundBody, Quantity
-from scenarios.design.new_robot import Given
-from scenarios.design.robot_folder import Found, new_robot
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.results import torques
-from scenarios.prediction.budget import Cost, PredictedBudget, PredictedBudgetJoint
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
-from scenarios.reports.new_robot import new_robot_report
-from scenarios.reports.new_robot import verdict as robot_verdict
 from scenarios.reports.payload_of import verdict as payload_verdict
-from scenarios.reports.predict import _within, prediction_report
 from scenarios.reports.torque import torque_report
 from scenarios.results.gains import budget_verdict
 from scenarios.results.unseen import ResultUnseen, UnseenJoint, unseen_verdict
-from sim.trajectory import FourierTrajectory
 
 
 @pytest.mark.parametrize(
@@ -70,30 +61,6 @@ def test_a_number_is_rounded_by_what_it_may_be_off(value, spread, text):
 )
 def test_a_budget_begins_with_the_error_to_expect_what_meets_its_tolerance_and_what_dominates(joints, text, mood):
     assert budget_verdict(joints) == Paragraph(text, mood, strong=True)
-
-
-def test_a_predicted_budget_has_its_totals_first_and_sources_of_nothing_in_a_line():
-    def cost(source: str, rms: float) -> Cost:
-        return Cost(source=source, bias=-rms, std=0.0, rms=rms)
-
-    joints = [
-        PredictedBudgetJoint(
-            joint=k,
-            costs=[cost("tilt", 0.02), cost("drift", 0.004 * (k - 1)), cost("encoder", 1e-7), cost("ripple", 0.0)],
-            together=cost("all together", 0.021),
-            tolerance=0.03,
-            within=0.9,
-        )
-        for k in (1, 2)
-    ]
-    budget = PredictedBudget(
-        scenario="s", method="m", remarks=[], joints=joints, refused=[], unpredicted=[], excluded=[], untold=[]
-    )
-    verdict, table, nothing, *_ = prediction_report(budget, Diagnosed()).parts
-    assert verdict.text == "Expected error 2.1 % rms: every joint meets 3 %; tilt dominates joints 1 and 2."
-    sources = [row[0].text.strip() for row in table.rows]
-    assert sources == ["all together", "of which bias", "tolerance", "within", "tilt", "drift"]
-    assert nothing.text == "Below 0.0005 % on every joint: encoder, ripple."
 
 
 def test_torques_are_told_with_rms_peak_and_interval_of_each_joint():
@@ -145,25 +112,6 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
     assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text
 
 
-@pytest.mark.parametrize(
-    ("predicted", "text", "mood"),
-    [
-        ([0.0034, 0.0142], "2 of 2 gains are identifiable; predicted standard deviation 0.34 to 1.4 %.", Mood.GOOD),
-        (
-            [0.4, 0.0034, 0.5],
-            "1 of 3 gains are identifiable, not of joints 1 and 3; predicted standard deviation 0.34 %.",
-            Mood.DOUBTFUL,
-        ),
-        ([0.4, 0.5], "No gain is identifiable with this motion and payload.", Mood.BAD),
-    ],
-)
-def test_a_new_robot_begins_with_the_gains_that_are_identifiable(predicted, text, mood):
-    still = np.zeros((len(predicted), 3))
-    motion = FourierTrajectory(still[:, 0], still, still, 1.0)
-    said = robot_verdict(Found(motion=motion, predicted=np.array(predicted)))
-    assert (said.text, said.mood, said.strong) == (text, mood, True)
-
-
 def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
     def result(error: float, std: float) -> ResultUnseen:
         joint = UnseenJoint(
@@ -191,21 +139,3 @@ def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
         told = unseen_verdict(found)
         assert said in " ".join(each.text for each in told)
         assert len(told) == (2 if error > 0.0 else 1)
-
-
-@pytest.mark.parametrize(
-    ("share", "mood"), [(0.951, Mood.GOOD), (0.949, Mood.DOUBTFUL), (0.501, Mood.DOUBTFUL), (0.499, Mood.BAD)]
-)
-def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
-    assert _within(share).mood is mood
-
-
-@pytest.mark.parametrize(("rated", "moods"), [(0.7, [Mood.DOUBTFUL]), (1.9, [])])
-def test_a_payload_above_the_rated_load_is_a_warning_that_stands_out(tmp_path, rated, moods):
-    new = new_robot(ROOT / "examples" / "arm.urdf", tmp_path, Given(rated_load=rated, payload=1.3))
-    still = np.zeros((new.arm.n, 3))
-    motion = FourierTrajectory(still[:, 0], still, still, 1.0)
-    parts = new_robot_report(new, Found(motion=motion, predicted=np.full(new.arm.n, 0.01)), tmp_path).parts
-    warnings = [part for part in parts if isinstance(part, Paragraph) and part.text.startswith("WARNING")]
-    assert [part.mood for part in warnings] == moods
-    assert all(part.text == "WARNING: payload: 1.3 kg is above the rated load, 0.7 kg." for part in warnings)

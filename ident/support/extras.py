@@ -4,7 +4,6 @@ PROJECT = "rx90-drive-gain-testbench"
 EXTRAS: dict[str, tuple[str, str]] = {
     "pyarrow": ("parquet", "Parquet files and --save"),
     "jinja2": ("pages", "pages"),
-    "vl_convert": ("pages", "pages with plots"),
     "cma": ("study", "searches"),
     "filelock": ("study", "studies"),
     "matplotlib": ("study", "figures"),

@@ -23,7 +23,6 @@ class Absent:
 sys.meta_path.insert(0, Absent())
 """
 NAMES = {
-    "vl_convert": "vl-convert-python",
     "PIL": "pillow",
     "imageio_ffmpeg": "imageio[ffmpeg]",
     "OpenGL": "mujoco-core[rendering]",

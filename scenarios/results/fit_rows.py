@@ -3,12 +3,12 @@
 They are saved with the result, so that a page needs no new identification.
 """
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ident.diagnosis.gain_symptoms import lag_one
 from ident.diagnosis.samples.motion import joint_motions
@@ -27,6 +27,8 @@ ROWS = "fit-rows.parquet"
 """Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.schema`)."""
 COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
 """Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
+OF_JOINT = ("joint", "scale", "unit", "turning", "sigma", "still")
+"""The other data of `FitRows`."""
 ABOUT = b"rx90"
 """Key of the file's metadata with all other data, in JSON."""
 GAP = 1.5
@@ -92,29 +94,6 @@ class Fit:
     begins: tuple[float, ...]
 
 
-class _Joint(BaseModel):
-    """Data of a joint's `FitRows` besides its arrays."""
-
-    model_config = ConfigDict(from_attributes=True)
-    joint: int
-    scale: float
-    unit: str
-    turning: bool
-    sigma: float
-    still: tuple[tuple[float, float], ...]
-
-
-class _About(BaseModel):
-    """Data of a `Fit` besides its rows."""
-
-    model_config = ConfigDict(from_attributes=True)
-    rows: tuple[_Joint, ...]
-    correlation: tuple[float, ...]
-    row_period: float
-    motions: tuple[CheckLog, ...]
-    begins: tuple[float, ...]
-
-
 def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
     """Return the rows of an estimate."""
     problem, all_rows = prepared.problem, estimate.solution.rows
@@ -141,12 +120,14 @@ def write_fit(fit: Fit, folder: Path) -> None:
         "motion": np.concatenate([each.motion + 1 for each in fit.rows]),
     }
     columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
-    about = _About.model_validate(fit).model_dump_json()
+    about = {name: getattr(fit, name) for name in ("correlation", "row_period", "begins")}
+    about["motions"] = [each.model_dump(mode="json") for each in fit.motions]
+    about["rows"] = [{name: getattr(each, name) for name in OF_JOINT} for each in fit.rows]
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     table = pa.table({name: arrow_array(each) for name, each in columns.items()})
-    pq.write_table(table.replace_schema_metadata({ABOUT: about}), folder / ROWS)
+    pq.write_table(table.replace_schema_metadata({ABOUT: json.dumps(about)}), folder / ROWS)
 
 
 def read_fit(folder: Path) -> Fit:
@@ -163,23 +144,24 @@ def read_fit(folder: Path) -> Fit:
 
     try:
         table = pq.read_table(path)
-        about = _About.model_validate_json((table.schema.metadata or {})[ABOUT])
+        about = json.loads((table.schema.metadata or {})[ABOUT])
         columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
-    except (OSError, KeyError, pa.ArrowException, ValidationError) as error:
+        rows: list[FitRows] = []
+        for each in about["rows"]:
+            at = columns["joint"] == each["joint"] + 1
+            arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
+            each["still"] = tuple((start, stop) for start, stop in each["still"])
+            rows.append(FitRows(**each, motion=columns["motion"][at] - 1, **arrays))
+        return Fit(
+            rows=tuple(rows),
+            correlation=tuple(about["correlation"]),
+            row_period=about["row_period"],
+            motions=tuple(map(CheckLog.model_validate, about["motions"])),
+            begins=tuple(about["begins"]),
+        )
+    except (OSError, KeyError, TypeError, ValueError, pa.ArrowException) as error:
         first = one_line(" ".join(str(error).splitlines()[:2]))
         raise ScenarioError(f"{one_line(path)}: not rows of this version of rx90: {first}; save it again") from error
-    rows: list[FitRows] = []
-    for each in about.rows:
-        at = columns["joint"] == each.joint + 1
-        arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
-        rows.append(FitRows(**dict(each), motion=columns["motion"][at] - 1, **arrays))
-    return Fit(
-        rows=tuple(rows),
-        correlation=about.correlation,
-        row_period=about.row_period,
-        motions=about.motions,
-        begins=about.begins,
-    )
 
 
 def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:

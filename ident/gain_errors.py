@@ -14,8 +14,8 @@ from ident.estimation.cross_validation import TIME_BLOCKS
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion
-from ident.model.base import independent_columns
 from ident.model.parameters import INERTIAL
+from ident.model.structure import independent_columns
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Mask
 

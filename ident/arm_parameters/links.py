@@ -17,8 +17,8 @@ import numpy as np
 
 from ident.arm_parameters.parameter_values import Parameter
 from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
-from ident.model.base import BaseParameters
 from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
+from ident.model.structure import BaseParameters
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NoBody
 

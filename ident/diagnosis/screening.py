@@ -15,10 +15,9 @@ from ident.diagnosis.alternative import Alternative
 from ident.diagnosis.logs import Hypothesis, LogHypothesis, Logs
 from ident.diagnosis.subsampled_states import SubsampledStates, subsampled_states
 from ident.model.arm import Arm
-from ident.model.base import independent_columns
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import Structure, independent_columns, structure_of
 from ident.support.arrays import Array, Indices, Mask
 
 MOST_STATES = 90

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.model.inverse_dynamics import drive_torques
-from ident.model.link_motion import joint_rotation, lever, rotation_terms
+from ident.model.inverse_dynamics import drive_torques, joint_pose
 from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
 from ident.support.arrays import Array
 
@@ -142,7 +141,16 @@ class Dynamics:
 
 def _moving(arm: Arm, q: Array, dq: Array, ddq: Array) -> _Moving:
     """Motion of joints, (n, samples) each."""
-    pose = _poses(arm, q)
+    pose = np.empty((arm.n, 3, 4, q.shape[1]))
+    for j in range(arm.n):
+        E, arrow = joint_pose(arm, j, q[j])
+        if j == 0:
+            pose[j, :, :3] = E.swapaxes(0, 1)
+            for k, x in enumerate(arrow):
+                pose[j, k, 3] = x
+        else:
+            pose[j, :, :3] = np.einsum("abs,cbs->acs", pose[j - 1, :, :3], E)
+            pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
     S = np.zeros((arm.n, 2, 3, q.shape[1]))
     axis = np.einsum("jabs,jb->jas", pose[:, :, :3], arm.axis)
     turns = np.asarray(arm.revolute, bool)
@@ -158,21 +166,6 @@ def _moving(arm: Arm, q: Array, dq: Array, ddq: Array) -> _Moving:
     A = _from_base(own)
     A[:, 1] -= arm.gravity[:, None]
     return _Moving(pose, S, dS, _bracket(A - own, S) + _bracket(before, dS), V, A)
-
-
-def _poses(arm: Arm, q: Array) -> Array:
-    """Pose of each link's frame, shape (n, 3, 4, samples)."""
-    pose = np.empty((arm.n, 3, 4, q.shape[1]))
-    for j in range(arm.n):
-        E, arrow = joint_rotation(arm, j, rotation_terms(arm, j), q[j]).swapaxes(0, 1), lever(arm, j, q[j])
-        if j == 0:
-            pose[j, :, :3] = E
-            for k, x in enumerate(arrow):
-                pose[j, k, 3] = x
-        else:
-            pose[j, :, :3] = np.einsum("abs,bcs->acs", pose[j - 1, :, :3], E)
-            pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
-    return pose
 
 
 def _carried(masses: Array, at: _Moving) -> _Carried:
@@ -205,8 +198,8 @@ def _displaced(at: _Moving, carried: _Carried, x: Array, dx: Array, ddx: Array) 
     wrench += ddx * carried.by_x[2]
     change = np.empty((n, n, shape[-1]))
     for k in range(n):
-        change[k:, k] = _paired(carried.own[k:], D[k])
-        change[:k, k] = _paired(at.S[:k], wrench[k])
+        change[k:, k] = np.einsum("jabs,abs->js", carried.own[k:], D[k])
+        change[:k, k] = np.einsum("jabs,abs->js", at.S[:k], wrench[k])
     return change.transpose(2, 0, 1)
 
 
@@ -256,11 +249,6 @@ def _cross(x: Array, y: Array) -> Array:
         np.multiply(x[..., a, :], y[..., b, :], out=out[..., k, :])
         out[..., k, :] -= x[..., b, :] * y[..., a, :]
     return out
-
-
-def _paired(x: Array, y: Array) -> Array:
-    """Return the scalar products of each joint's vectors, (n, a, 3, samples), with those of one, (a, 3, samples)."""
-    return np.einsum("jabs,abs->js", x, y)
 
 
 def _from_base(x: Array) -> Array:

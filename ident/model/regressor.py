@@ -1,9 +1,7 @@
 """The vectorised inverse dynamic regressor: joint torque is linear in the standard parameters (paper, eq. 9).
 
-A Newton-Euler recursion from base to flange runs on all samples at once, so every operation is a NumPy
-expression over the sample axis. In the frame of link i, with w and dw its angular velocity and acceleration,
-a the acceleration of its origin minus gravity, and u, p the angular velocity of link i and the velocity of its
-origin for unit speed of joint j, the torque of joint j is (d'Alembert's principle)
+In the frame of link i, with w, dw and a its motion (`inverse_dynamics`), and u, p the angular velocity of link i and
+the velocity of its origin for unit speed of joint j, the torque of joint j is
 
     tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
 
@@ -11,22 +9,11 @@ The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_colum
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.model.link_motion import (
-    Term,
-    Vector,
-    add_accelerated,
-    add_cross,
-    add_joint_motion,
-    joint_rotation,
-    lever,
-    motion_matrix,
-    rotation_terms,
-)
+from ident.model.inverse_dynamics import LinkMotion, add_cross, link_motions
 from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.support.arrays import Array
 
@@ -86,13 +73,17 @@ def regressor_blocks(
     buffer = np.zeros((n, len(labels(n, arm.couplings)), size))
     weight = np.ones_like(q) if weight is None else weight
     rows = np.arange(n)
-    turns = [rotation_terms(arm, j) for j in range(n)]
     for start in range(0, len(q), size):
         block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
         dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
-        for i, state in enumerate(_link_states(arm, turns, q[block].T, dq_block, ddq_block, share)):
-            _link_columns(state, columns[: i + 1, p * i : p * i + len(INERTIAL)])
+        up = np.empty((0, 2, 3, len(share.T)))  # u and p of each joint up to link i, times its weight
+        for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block)):
+            add_cross(up[:, 1], up[:, 0], link.arrow)
+            own = np.zeros((1, *up.shape[1:]))
+            own[0, 0 if arm.revolute[i] else 1] = arm.axis[i][:, None] * share[i]
+            up = np.concatenate((np.einsum("jkbs,abs->jkas", up, link.E), own))
+            _link_columns(link, up, columns[: i + 1, p * i : p * i + len(INERTIAL)])
         columns[rows, p * rows + STANDARD.index("Ia")] = share * ddq_block
         columns[rows, p * rows + STANDARD.index("Fv")] = share * dq_block
         columns[rows, p * rows + STANDARD.index("Fc")] = share * np.sign(dq_block)
@@ -106,57 +97,12 @@ def regressor_blocks(
         yield block, columns
 
 
-@dataclass(slots=True)
-class _LinkState:
-    """Motion of link i in its own frame; samples last.
-
-    Attributes:
-        w, dw, a: Angular velocity, angular acceleration, acceleration of the origin minus gravity, (3, samples).
-        L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
-        up: Angular velocity u and velocity p of the origin for unit speed of each joint up to i, times the weight of
-            that joint's row, (i + 1, 6, samples).
-    """
-
-    w: Array
-    dw: Array
-    a: Array
-    L: Array
-    up: Array
-
-
-def _link_states(
-    arm: Arm, turns: list[list[Term]], q: Array, dq: Array, ddq: Array, weight: Array
-) -> Iterator[_LinkState]:
-    """Outward recursion of Newton-Euler over links; arguments are (n, samples)."""
-    n, samples = q.shape
-    vectors, spare = np.empty((2, 3 + 2 * n, 3, samples))  # w, dw, a, then u_1, p_1, u_2, p_2, ...
-    vectors[:2], vectors[2] = 0.0, -arm.gravity[:, None]
-    L = np.zeros((3, 3, samples))
-    for j in range(n):
-        known = slice(0, 3 + 2 * j)
-        _add_lever(vectors[known], L, lever(arm, j, q[j]))
-        E = joint_rotation(arm, j, turns[j], q[j])
-        np.einsum("kbs,abs->kas", vectors[known], E, out=spare[known])
-        vectors, spare = spare, vectors
-        vectors[3 + 2 * j : 5 + 2 * j] = 0.0
-        vectors[3 + 2 * j if arm.revolute[j] else 4 + 2 * j] = arm.axis[j][:, None] * weight[j]
-        add_joint_motion(vectors, arm, j, dq[j], ddq[j])
-        w, dw, a = vectors[:3]
-        L = motion_matrix(w, dw)
-        yield _LinkState(w, dw, a, L, vectors[3 : 5 + 2 * j].reshape(j + 1, 6, samples))
-
-
-def _add_lever(vectors: Array, L: Array, arrow: Vector) -> None:
-    """Move a and every p from the origin of frame j - 1 to that of frame j."""
-    add_accelerated(vectors[2], L, arrow)
-    add_cross(vectors[4::2], vectors[3::2], arrow)
-
-
-def _link_columns(state: _LinkState, out: Array) -> None:
+def _link_columns(link: LinkMotion, up: Array, out: Array) -> None:
     """Write the ten inertial columns of one link into `out`, shape (joints up to it, 10, samples)."""
+    w, dw, a = link.vectors
     # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
-    np.einsum("jas,bas->jbs", state.up[:, :3], _inertia_matrix(state.w, state.dw, state.L), out=out[:, :6])
-    np.einsum("jas,bas->jbs", state.up, _mass_matrix(state.a, state.L), out=out[:, 6:])
+    np.einsum("jas,bas->jbs", up[:, 0], _inertia_matrix(w, dw, link.L), out=out[:, :6])
+    np.einsum("jas,bas->jbs", up.reshape(len(up), 6, -1), _mass_matrix(a, link.L), out=out[:, 6:])
 
 
 def _inertia_matrix(w: Array, dw: Array, L: Array) -> Array:

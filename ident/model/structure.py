@@ -1,16 +1,122 @@
-"""Identifiable structure from the kinematics: parameters that act on each joint's torque."""
+"""Identifiable structure of an arm from its kinematics: base parameters, and which of them act on each joint.
 
+Base parameters are independent columns of the standard regressor with their regroupings (paper, eq. 11). The columns
+are tested on random states instead of measured data: linear dependence is a property of the kinematics, while filtered
+data have rounding errors. Pivoted QR factorises groups of columns in order of preference (Gautier 1991, with the
+preference of Khalil's regrouping rules), so that the parameters are those of the literature: YY, MZ and M of a revolute
+link are regrouped into their neighbours, and Ia into ZZ if possible.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 
 from ident.model.arm import Arm
-from ident.model.base import BaseParameters, base_parameters, independent_columns, random_regressor
-from ident.model.parameters import INERTIAL, STANDARD
-from ident.support.arrays import Array, Indices
+from ident.model.parameters import COUPLING, INERTIAL, STANDARD, labels
+from ident.model.regressor import regressor
+from ident.support.arrays import Array, Indices, readonly
 
 PROBE_SEED = 20110930
 """Seed of the random states; any other gives the same structure."""
+TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off", *COUPLING))
+NO_DRIVES: Mapping[str, Array] = {}
+RANK_TOL = 1e-8
+"""Smallest independent part of a unit column: exact dependence gives 1e-15, the weakest base column 1e-3."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaseParameters:
+    """A selection of b independent columns among p, and the regrouping of the others.
+
+    Attributes:
+        columns: Indices of the chosen columns, shape (b,).
+        regrouping: Matrix K with `chi_base = K @ chi_st` and `W_st @ chi_st == W_st[:, columns] @ chi_base`,
+            shape (b, p).
+        labels: Names of all p standard parameters.
+    """
+
+    columns: Indices
+    regrouping: Array
+    labels: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the chosen columns, b strings."""
+        return tuple(self.labels[c] for c in self.columns)
+
+    def standard(self, links: Array, drives: Mapping[str, Array] = NO_DRIVES) -> Array:
+        """Return the standard parameters of given links and drives, zero for others, shape (p,).
+
+        Args:
+            links: `INERTIAL` parameters of every link, shape (n, 10).
+            drives: Parameters of all drives by name, as `Ia`, shape (n,) each.
+        """
+        chi = np.zeros(len(self.labels))
+        chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
+        for name, values in drives.items():
+            chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(values))]] = values
+        return chi
+
+    def groups(self) -> dict[str, dict[str, float]]:
+        """Return each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
+        return {
+            base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > 1e-9}
+            for base, row in zip(self.names, self.regrouping, strict=True)
+        }
+
+
+def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
+    """Base parameters of the whole arm, friction and offsets included (paper, eq. 11).
+
+    Args:
+        arm: The arm, n joints.
+        rng: Generator of the random states, which affects the result only by rounding.
+
+    Returns:
+        The base columns among the 14 n of `regressor`.
+    """
+    W = random_regressor(arm, rng)
+    names = labels(arm.n, arm.couplings)
+    stacked = W.reshape(-1, W.shape[2])
+    tiers = [np.flatnonzero([name.rstrip("0123456789") in tier for name in names]) for tier in TIERS]
+    columns = np.sort(independent_columns(stacked, tiers))
+    K = linalg.lstsq(stacked[:, columns], stacked)[0]
+    K[np.abs(K) < 1e-10] = 0.0
+    return BaseParameters(columns, readonly(K), names)
+
+
+def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:
+    """Return the regressor on sufficiently many random states, shape (20 n, n, 14 n)."""
+    q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n))
+    return regressor(arm, q, dq, ddq)
+
+
+def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RANK_TOL) -> Indices:
+    """Return a maximal independent set of columns, preferring those of earlier groups.
+
+    Args:
+        W: Any matrix, shape (r, p).
+        tiers: Groups of column indices, in order of preference.
+        rank_tol: Norm of the independent part of a unit column below which it is dependent.
+
+    Returns:
+        Indices of the chosen columns, tier by tier, shape (b,).
+    """
+    norms = np.linalg.norm(W, axis=0)
+    felt = norms > rank_tol * norms.max(initial=0.0)  # a column of rounding errors is ignored
+    unit = np.where(felt, W / np.where(felt, norms, 1.0), 0.0)
+    chosen = np.zeros(0, dtype=np.intp)
+    Q = np.zeros((len(W), 0))
+    for tier in filter(len, tiers):
+        new = unit[:, tier] - Q @ (Q.T @ unit[:, tier])
+        R, pivots = linalg.qr(new, mode="r", pivoting=True, check_finite=False)
+        rank = int(np.sum(np.abs(np.diag(R)) > rank_tol))
+        chosen = np.concatenate((chosen, np.asarray(tier)[pivots[:rank]]))
+        if tier is not tiers[-1]:
+            Q = linalg.qr(unit[:, chosen], mode="economic", check_finite=False)[0]
+    return chosen
 
 
 @dataclass(frozen=True, slots=True, eq=False)

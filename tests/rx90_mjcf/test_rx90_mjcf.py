@@ -7,8 +7,8 @@ import pytest
 from pinocchio_arms import standard_parameters_of
 
 import rx90_mjcf
-from ident.model.base import base_parameters
 from ident.model.parameters import STANDARD, labels
+from ident.model.structure import base_parameters
 from ident.payload.payload import read_payload
 from sim.robot_files import read_robot
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.problem import Problem
-from ident.model.base import BaseParameters, independent_columns
 from ident.model.parameters import INERTIAL
-from ident.model.structure import Structure
+from ident.model.structure import BaseParameters, Structure, independent_columns
 from ident.support.arrays import Array, Indices
 
 OWN = ("Fv", "Fc", "off")

@@ -20,9 +20,8 @@ from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import Problem
 from ident.estimation.uncertainty import UNCERTAINTIES
-from ident.model.base import independent_columns, random_regressor
 from ident.model.parameters import INERTIAL
-from ident.model.structure import PROBE_SEED, Structure
+from ident.model.structure import PROBE_SEED, Structure, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices

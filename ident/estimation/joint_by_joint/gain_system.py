@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.problem import Problem
-from ident.model.base import RANK_TOL, independent_columns
-from ident.model.structure import Structure
+from ident.model.structure import RANK_TOL, Structure, independent_columns
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices, Mask
 

@@ -37,7 +37,6 @@ JOINT = {"name": 0, "class": 0, "type": 0, "limited": 0, "axis": 3, "pos": 3, "r
 JOINTS = ("joint", "freejoint")
 MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
 """Elements that MuJoCo expands to bodies and Pinocchio ignores."""
-IN_BODY = ("body", *JOINTS, "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD)
 ENDS = {"joint": ("joint1", "joint2"), "tendon": ("tendon1", "tendon2")}
 """Objects that an equality constrains, by kind; others constrain two bodies or two sites."""
 INERTIA = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
@@ -254,8 +253,6 @@ def _bodies(parent: ET.Element) -> list[ET.Element]:
                 f"{title(child)}: {child.tag} is not supported; save the model with MuJoCo (mj_saveLastXML), which "
                 "expands it, and use that file"
             )
-        if child.tag not in IN_BODY:
-            raise RobotModelError(f"{title(child)}: unknown element{nearest(child.tag, IN_BODY)}")
     return parent.findall("body")
 
 
@@ -289,8 +286,6 @@ def _named(element: ET.Element, kind: str, default: str, reading: _Reading) -> s
 
 def _orientation(body: ET.Element, reading: _Reading) -> dict[str, str]:
     stated = [key for key in ORIENTATIONS if key in body.attrib]
-    if len(stated) > 1:
-        raise RobotModelError(f"{title(body)}: {' and '.join(stated)} both state its orientation; give one")
     if not stated or stated[0] not in ("euler", "axisangle"):
         return {key: body.attrib[key] for key in stated}
     values = np.array([float(word) for word in body.attrib[stated[0]].split()])

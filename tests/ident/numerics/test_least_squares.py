@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ident.model.base import independent_columns
+from ident.model.structure import independent_columns
 from ident.numerics.least_squares import column_space, least_squares, row_weights
 from ident.support.errors import IdentificationError
 

@@ -42,7 +42,7 @@ MODULES = {
         ),
         "Mathematics": (
             "model.regressor",
-            "model.base",
+            "model.inverse_dynamics",
             "model.parameters",
             "numerics.signals",
             "numerics.least_squares",

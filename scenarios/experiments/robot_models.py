@@ -14,6 +14,7 @@ import numpy as np
 from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
+from ident.model.inverse_dynamics import joint_pose
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import regressor
 from ident.model.structure import BaseParameters
@@ -126,15 +127,10 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
     R, p = np.eye(3), np.zeros(3)
     anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
     for j in range(arm.n):
-        p, R = p + R @ arm.translation[j], R @ arm.rotation[j]
-        axis[j] = R @ arm.axis[j]
-        if arm.revolute[j]:  # Rodrigues
-            x, y, z = arm.axis[j]
-            K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-            R = R @ (np.eye(3) + np.sin(q[j]) * K + (1.0 - np.cos(q[j])) * K @ K)
-        else:
-            p = p + axis[j] * q[j]
-        anchor[j] = p
+        E, arrow = joint_pose(arm, j, q[j : j + 1])
+        p = p + R @ [float(np.squeeze(x)) for x in arrow]
+        R = R @ E[..., 0].T
+        anchor[j], axis[j] = p, R @ arm.axis[j]
     return anchor, axis
 
 

@@ -80,11 +80,7 @@ def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
 
 
 def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
-    """Refuse a recording with time in other units; arguments as `check_log`.
-
-    Raises:
-        RecordingError: If it has; the message names the probable unit.
-    """
+    """Refuse a recording with time in other units; arguments and errors as `check_log`."""
     for fault in _clock_faults(recording, t_unit):
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
 
@@ -97,32 +93,22 @@ def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[L
 
 @once_per_object
 def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
-    return tuple(_faults_by_channel(recording))
-
-
-def _faults_by_channel(recording: Recording) -> Iterator[LogFault]:
-    for j in range(recording.n):
-        yield from _step_faults(recording, j)
-    for j in range(recording.n):
-        yield from _current_faults(recording, j)
-    fastest = FASTEST * float(np.median(np.diff(recording.t)))
-    for j in range(recording.n):
-        yield from _spike_faults(recording, "q", j, *_many_spikes(recording.q[:, j], fastest))
-    found = [_many_spikes(v, float("inf")) for v in recording.v.T]
-    answered = _answered([mask for mask, _ in found], recording.q)
-    for j in range(recording.n):
-        if not answered[j]:
-            yield from _spike_faults(recording, "v", j, *found[j])
+    joints, fastest = range(recording.n), FASTEST * float(np.median(np.diff(recording.t)))
+    found = [_step_fault(recording, j) for j in joints]
+    found += [_current_fault(recording, j) for j in joints]
+    found += [_spike_fault(recording, "q", j, *_many_spikes(recording.q[:, j], fastest)) for j in joints]
+    spikes = [_many_spikes(v, float("inf")) for v in recording.v.T]
+    answered = _answered([mask for mask, _ in spikes], recording.q)
+    found += [_spike_fault(recording, "v", j, *spikes[j]) for j in joints if not answered[j]]
+    return tuple(fault for fault in found if fault is not None)
 
 
 def spikes(recording: Recording) -> tuple[Mask, Mask]:
     """Return masks of spikes of positions and of currents, both of shape (N, n)."""
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
-    q, v = np.zeros(recording.q.shape, dtype=np.bool_), np.zeros(recording.v.shape, dtype=np.bool_)
-    for j in range(recording.n):
-        q[:, j] = _many_spikes(recording.q[:, j], fastest)[0]
-        v[:, j] = _few_spikes(recording.v[:, j]) | _many_spikes(recording.v[:, j], float("inf"))[0]
-    return q, v
+    q = [_many_spikes(x, fastest)[0] for x in recording.q.T]
+    v = [_few_spikes(x) | _many_spikes(x, float("inf"))[0] for x in recording.v.T]
+    return np.column_stack(q), np.column_stack(v)
 
 
 def jumps(recording: Recording, j: int) -> Mask:
@@ -157,21 +143,19 @@ def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[LogFault
     )
 
 
-def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
+def _step_fault(recording: Recording, j: int) -> LogFault | None:
     jumped = jumps(recording, j)
     if not jumped.any():
-        return
+        return None
     step = np.diff(recording.q[:, j])
     row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
     what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
     for turn, name, repair in TURNS:
         if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
-            sentence = f"{what}, a turn of {name}: the angles are wrapped"
-            yield LogFault(j, sentence, f"unwrap them with {repair}")
-            return
+            return LogFault(j, f"{what}, a turn of {name}: the angles are wrapped", f"unwrap them with {repair}")
     more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
     sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
-    yield LogFault(j, sentence, "such a speed is implausible; remove or repair those samples")
+    return LogFault(j, sentence, "such a speed is implausible; remove or repair those samples")
 
 
 def _few_spikes(v: Array) -> Mask:
@@ -179,15 +163,16 @@ def _few_spikes(v: Array) -> Mask:
     away = np.abs(v - np.median(v))
     if np.count_nonzero(away > float(away.max()) / UNUSUAL) > (1.0 - SHARE) * len(v) + 2.0:
         return np.zeros(len(v), dtype=np.bool_)  # the quantile is larger
-    found = _short(away > UNUSUAL * float(np.quantile(away, SHARE)))
+    far = away > UNUSUAL * float(np.quantile(away, SHARE))
+    found = far & ~long_runs(far, BURST + 1)
     return found & (not found.any() or not _flickers(v, away[found]))
 
 
-def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
+def _current_fault(recording: Recording, j: int) -> LogFault | None:
     v = recording.v[:, j]
     rows = np.flatnonzero(_few_spikes(v))
     if not len(rows):
-        return
+        return None
     middle = float(np.median(v))
     usual = float(np.quantile(np.abs(v - middle), SHARE))
     listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
@@ -195,7 +180,7 @@ def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
         f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
         f"{usual:.3g} of {middle:.3g}; {len(rows)} such samples (rows {listed})"
     )
-    yield LogFault(j, sentence, "remove or repair them")
+    return LogFault(j, sentence, "remove or repair them")
 
 
 def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
@@ -226,17 +211,16 @@ def _is_smooth(x: Array, far: float) -> bool:
     return min(low, high) > beyond
 
 
-def _spike_faults(recording: Recording, kind: str, j: int, found: Mask, near: Array) -> Iterator[LogFault]:
-    """Return the spikes of a channel as a fault, if there are any."""
+def _spike_fault(recording: Recording, kind: str, j: int, found: Mask, near: Array) -> LogFault | None:
     if not found.any():
-        return
+        return None
     x = recording.q[:, j] if kind == "q" else recording.v[:, j]
     row, many = int(found.argmax()), int(found.sum())
     sentence = (
         f"{kind}{j + 1} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at row {row + 1}, "
         f"t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
     )
-    yield LogFault(j, sentence, "remove or repair those samples")
+    return LogFault(j, sentence, "remove or repair those samples")
 
 
 def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
@@ -268,8 +252,3 @@ def _flickers(x: Array, away: Array) -> bool:
         return False
     step = float(steps.min())
     return bool((away < 1.5 * step).all() and np.abs(steps / step - np.rint(steps / step)).max() < WHOLE)
-
-
-def _short(far: Mask) -> Mask:
-    """Return outliers in runs of at most `BURST` samples."""
-    return far & ~long_runs(far, BURST + 1)

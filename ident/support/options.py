@@ -2,8 +2,9 @@
 
 import types
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
-from typing import TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from ident.support.errors import OptionError
 from ident.support.naming import nearest
@@ -30,13 +31,20 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
     Raises:
         OptionError: If a key is unknown, or a value has the wrong type or is out of range.
     """
-    hints = option_types(kind)
+    hints, values = option_types(kind), dict[str, object]()
     for name, value in table.items():
         if name not in hints:
             raise OptionError(f"unknown option {name!r}{nearest(name, hints)}; known: {', '.join(hints) or 'none'}")
-        if not _fits(value, hints[name]):
-            raise OptionError(f"{name} = {value!r}: expected {_described(hints[name])}")
-    return kind(**{name: _converted(value, hints[name]) for name, value in table.items()})
+        kinds = _kinds(hints[name])
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if isinstance(value, bool) > (bool in kinds) or not (isinstance(value, kinds) or (whole and float in kinds)):
+            expected = " or ".join(DESCRIBED[each] for each in kinds if each in DESCRIBED)
+            raise OptionError(f"{name} = {value!r}: expected {expected}")
+        try:
+            values[name] = float(value) if whole and int not in kinds else value
+        except OverflowError:
+            values[name] = float("inf")
+    return kind(**values)
 
 
 def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
@@ -60,13 +68,19 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     """
     hints, table = option_types(kind), dict[str, object]()
     for word in words:
-        name, equals, text = word.partition("=")
-        name = name.strip().replace("-", "_")
+        name, equals, text = (part.strip() for part in word.partition("="))
+        name = name.replace("-", "_")
         if not equals or not name:
             raise OptionError(f"option {word!r}: expected KEY=VALUE")
         if name in table:
             raise OptionError(f"option {name} is given twice")
-        table[name] = _read(text.strip(), hints.get(name, str))
+        table[name] = text  # unless it matches another type
+        kinds = _kinds(hints.get(name, str))
+        if bool in kinds and text.lower() in ("true", "false"):
+            table[name] = text.lower() == "true"
+        for number in (float, int):
+            with suppress(ValueError):
+                table[name] = number(text) if number in kinds else table[name]
     return table
 
 
@@ -78,50 +92,8 @@ def option_types(kind: type) -> dict[str, object]:
     return {field.name: hints[field.name] for field in fields(kind)}
 
 
-def _choices(hint: object) -> tuple[object, ...]:
-    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
 
 
-def _fits(value: object, hint: object) -> bool:
-    """Return whether a value has the type; integers are numbers, booleans are not."""
-    for kind in _choices(hint):
-        if kind is None or kind is type(None):
-            if value is None:
-                return True
-        elif kind is float:
-            if isinstance(value, float | int) and not isinstance(value, bool):
-                return True
-        elif kind is int:
-            if isinstance(value, int) and not isinstance(value, bool):
-                return True
-        elif isinstance(kind, type) and isinstance(value, kind):
-            return True
-    return False
-
-
-def _converted(value: object, hint: object) -> object:
-    if isinstance(value, int) and not isinstance(value, bool) and float in _choices(hint) and int not in _choices(hint):
-        try:
-            return float(value)
-        except OverflowError:
-            return float("inf")
-    return value
-
-
-def _read(text: str, hint: object) -> object:
-    """Return the value of a word; the text itself if it does not match the type."""
-    kinds = _choices(hint)
-    if bool in kinds and text.lower() in ("true", "false"):
-        return text.lower() == "true"
-    for kind in (int, float):
-        if kind in kinds:
-            try:
-                return kind(text)
-            except ValueError:
-                continue
-    return text
-
-
-def _described(hint: object) -> str:
-    names = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
-    return " or ".join(names[kind] for kind in _choices(hint) if isinstance(kind, type) and kind in names)
+def _kinds(hint: object) -> tuple[type, ...]:
+    return cast("tuple[type, ...]", get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,))

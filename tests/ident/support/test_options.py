@@ -28,6 +28,7 @@ def test_a_table_gives_options_and_what_it_leaves_out_keeps_its_default():
     assert found == Sample(blocks=7, robust=True, width=3.0)
     assert isinstance(found.width, float)
     assert options_from_table(Sample, {"seed": 11}).seed == 11
+    assert options_from_table(Sample, {"width": np.float64(0.7), "seed": None}) == Sample(width=0.7)
     assert options_from_table(Sample, {}) == Sample()
 
 

@@ -33,7 +33,6 @@ LONG = (
     "test_monte_carlo",
     "test_scenarios",
     "test_cost",
-    "test_first_load",
     "test_common_delay",
     "test_identify_groups",
     "test_check",

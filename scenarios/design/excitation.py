@@ -26,7 +26,6 @@ from scenarios.prediction.deviations import (
     Deviations,
     MotionRows,
     Prediction,
-    carried,
     prediction_of,
 )
 from scenarios.support.errors import ScenarioError
@@ -212,7 +211,7 @@ def design_problem(setup: Setup) -> Problem:
         structure=setup.structure,
         limits=robot_limits(plant),
         joints=wanted,
-        carried=carried(plant.payload, setup.payloads[names[0]]),
+        carried=Carried.of(plant.payload, setup.payloads[names[0]]),
         prediction=prediction_of(scenario.table.identification.method),
     )
 

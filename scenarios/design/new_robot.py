@@ -8,7 +8,7 @@ torques of the joints, so a weak arm gets a lighter one.
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -145,7 +145,7 @@ class NewRobot:
 
 
 def described(path: Path, folder: Path, given: Given) -> NewRobot:
-    """Read a model file, and complete it by defaults; the home pose is chosen by `with_home`.
+    """Read a model file, and complete it by defaults, except for the home pose.
 
     Raises:
         RobotModelError: If the file is not an arm.
@@ -304,28 +304,30 @@ def _can_carry(
     )
 
 
-def with_home(
-    new: NewRobot,
+def home_pose(
+    arm: Arm,
+    facts: ModelFacts,
     clearance: Callable[[Array], Array],
-    always_near: tuple[tuple[str, str], ...],
-    given: Sequence[float] | None,
-) -> NewRobot:
-    """Return the robot with a home pose: the given one, or the first clear one of those tried.
+    given: Sequence[float] | None = None,
+    far: float = CLEAR,
+) -> Stated:
+    """Return a given start pose, or the first clear one of keyframe, zero, middle of the ranges and random poses.
 
-    These are the keyframe of the file, zero, the middle of the ranges and random poses; if none is clear, the one with
-    the largest clearance. `clearance` returns the smallest distance to floor and arm at each pose [m].
+    `clearance` returns the smallest distance to floor and arm at each pose [m]; a pose is clear from `far` [m] on. If
+    none is clear, it is the pose with the largest distance.
 
     Raises:
         RobotError: If the given pose is not valid for the arm.
     """
-    pose = home_by_default(new.arm, new.facts, clearance) if given is None else _given_home(new.arm, given)
-    distance = float(clearance(pose.value[None])[0])
-    return replace(new, home=pose, home_clearance=distance, always_near=always_near)
-
-
-def home_by_default(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], far: float = CLEAR) -> Stated:
-    """Return the first pose at least `far` [m] from floor and arm, or the one with the largest distance."""
     lower, upper = ends(arm)
+    if given is not None:
+        if len(given) != arm.n:
+            joints = ", ".join(arm.joint_names)
+            raise RobotError(f"home: {len(given)} positions, but the arm has {arm.n} joints: {joints}")
+        for name, q, low, high in zip(arm.joint_names, given, lower, upper, strict=True):
+            if not low <= q <= high:
+                raise RobotError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
+        return assumed(np.array(given), "the pose that rx90 new-robot was given")
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     random = np.random.default_rng(0).uniform(middle - 0.5 * half, middle + 0.5 * half, (100, arm.n))
     poses = [(np.zeros(arm.n), "zero"), (middle, "the middle of the ranges"), *((q, "a random pose") for q in random)]
@@ -336,22 +338,13 @@ def home_by_default(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Ar
     distance = clearance(np.array([q for q, _ in inside]))
     chosen = int(np.argmax(distance >= far)) if (distance >= far).any() else int(np.argmax(distance))
     pose, what = inside[chosen]
-    if distance[chosen] >= far:
-        return assumed(pose, f"{what}, the first pose tried that is clear of floor and arm")
-    return assumed(
-        pose,
-        f"{what}; none of the poses tried is clear of floor and arm by {1e3 * far:g} mm; this one has the "
-        f"largest clearance, {1e3 * distance[chosen]:.0f} mm",
-    )
-
-
-def _given_home(arm: Arm, pose: Sequence[float]) -> Stated:
-    if len(pose) != arm.n:
-        raise RobotError(f"home: {len(pose)} positions, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
-    for name, q, low, high in zip(arm.joint_names, pose, *ends(arm), strict=True):
-        if not low <= q <= high:
-            raise RobotError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
-    return assumed(np.array(pose), "the pose that rx90 new-robot was given")
+    said = "the first pose tried that is clear of floor and arm"
+    if distance[chosen] < far:
+        said = (
+            f"the pose with the largest clearance, {1e3 * distance[chosen]:.0f} mm; none of the poses tried is clear "
+            f"of floor and arm by {1e3 * far:g} mm"
+        )
+    return assumed(pose, f"{what}, {said}")
 
 
 def random_torques(

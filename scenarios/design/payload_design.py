@@ -19,7 +19,7 @@ from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Probl
 from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
 from scenarios.experiments.schema import mountings
 from scenarios.experiments.setup import Setup, body_of
-from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
+from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows
 from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Table, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
@@ -206,14 +206,14 @@ class Carrying:
         """Return the same problem with a payload on the flange."""
         problem, payload = self.design.problem, self.payload(weight)
         plant = replace(problem.plant, payload=body_of(payload))
-        return replace(problem, plant=plant, carried=drawn(payload), solids=solids(weight, self.flange))
+        return replace(problem, plant=plant, carried=Carried.nominal(payload), solids=solids(weight, self.flange))
 
     def cost(self, weight: Weight) -> float:
         """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
         over = weight.uncovered / 10.0 + max(weight.mass / self.most - 1.0, 0.0)
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
-        what = drawn(self.payload(weight))
+        what = Carried.nominal(self.payload(weight))
         over = self._torque_used(what) - SHARES["torque"] - EXCESS
         if over > 0.0:
             return IMPOSSIBLE + min(over, 10.0)
@@ -224,7 +224,7 @@ class Carrying:
         """Return why a payload must not be mounted, or an empty text; distances are checked on a fine grid."""
         if weight.mass > self.most:
             return f"weighs {weight.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        used, may = self._torque_used(drawn(self.payload(weight))), SHARES["torque"] + EXCESS
+        used, may = self._torque_used(Carried.nominal(self.payload(weight))), SHARES["torque"] + EXCESS
         if used > may:
             return f"needs {100.0 * used:.0f} % of a drive's torque, where {100.0 * may:.0f} % may be used"
         near = self._distance(weight, FITTED_HZ)
@@ -294,7 +294,7 @@ class Carrying:
         """Return a designed payload with its effect, and why it must not be mounted."""
         payload = self.payload(weight)
         return DesignedWeight(
-            **self.effect(drawn(payload), payload).model_dump(),
+            **self.effect(Carried.nominal(payload), payload).model_dump(),
             shape=weight.shape,
             dimensions_mm=weight.named,
             turned_deg=90 * weight.quarter,
@@ -340,7 +340,7 @@ def design_payload(
 
     def best(number: int, shape: str) -> tuple[float, DesignedWeight]:
         weight = carrying.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
-        return objective(carrying.predict(drawn(carrying.payload(weight))).total), carrying.candidate(weight)
+        return objective(carrying.predict(Carried.nominal(carrying.payload(weight))).total), carrying.candidate(weight)
 
     found = [best(number, shape) for number, shape in enumerate(SHAPES)]
     candidates = [each for _, each in sorted(found, key=lambda pair: (pair[1].refusal is not None, pair[0]))]

@@ -18,12 +18,12 @@ from ident.support.arrays import Array
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
 from scenarios.design.excitation import Design, Problem, finite, near_words, percents, robot_limits
-from scenarios.design.new_robot import CLEAR, DEFAULTS, Given, NewRobot, Stated, assumed, described, with_home
+from scenarios.design.new_robot import CLEAR, DEFAULTS, Given, NewRobot, Stated, assumed, described, home_pose
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series, about_a_pose, first_fitted, quickened
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robot_models import check_same_payload
-from scenarios.prediction.deviations import drawn, prediction_of
+from scenarios.prediction.deviations import Carried, prediction_of
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError, UnreadableFile
@@ -236,7 +236,9 @@ def new_robot(path: Path, folder: Path, given: Given) -> NewRobot:
     robot = as_read(new)
     check_same_payload(new.arm, robot)
     clearance = Clearance(Plant(robot=robot, drives=robot.drives, payload=new.load.body), margin=3.0 * CLEARANCE)
-    return with_home(new, clearance, clearance.always_near, given.home)
+    home = home_pose(new.arm, new.facts, clearance, given.home)
+    distance = float(clearance(home.value[None])[0])
+    return replace(new, home=home, home_clearance=distance, always_near=clearance.always_near)
 
 
 def moved(new: NewRobot, searched: Searching, *, advice: str) -> Found:
@@ -253,7 +255,7 @@ def moved(new: NewRobot, searched: Searching, *, advice: str) -> Found:
         structure=structure_of(new.arm),
         limits=robot_limits(plant),
         joints=np.arange(new.arm.n),
-        carried=drawn(new.load.payload),
+        carried=Carried.nominal(new.load.payload),
         prediction=prediction_of(DEFAULT),
     )
     design = Design(problem)

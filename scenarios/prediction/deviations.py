@@ -49,15 +49,15 @@ class Carried:
     chi: Array
     known: KnownPayload
 
+    @classmethod
+    def of(cls, body: PayloadBody, believed: Payload) -> "Carried":
+        """Return the true payload and its known parameters."""
+        return cls(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part())
 
-def carried(body: PayloadBody, believed: Payload) -> Carried:
-    """The true payload and its known parameters."""
-    return Carried(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part())
-
-
-def drawn(payload: Payload) -> Carried:
-    """Return a payload with its nominal values."""
-    return Carried(chi=payload.known_part().chi, known=payload.known_part())
+    @classmethod
+    def nominal(cls, payload: Payload) -> "Carried":
+        """Return a payload with its nominal values."""
+        return cls(chi=payload.known_part().chi, known=payload.known_part())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,9 +157,7 @@ def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried]
             info = (bare.T @ G @ bare + loaded.T @ G @ loaded) / variance[j]
             information, imitated = _eliminated(info, 1)
             noise[j] = 1.0 / np.sqrt(1.0 + max(information[0, 0], 0.0))
-            push = (loaded.T @ G[:, b:] @ what.known.spread) / variance[
-                j
-            ]  # influence of rows on an error of the known parameters
+            push = (loaded.T @ G[:, b:] @ what.known.spread) / variance[j]  # by an error of the known parameters
             payload[j] = noise[j] ** 2 * np.linalg.norm(push[-1] - imitated[0] @ push[:-1])
         return Deviations(noise=noise, payload=payload)
 

@@ -11,7 +11,7 @@ from ident.model.arm import load_arm
 from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from scenarios.design.excitation import Problem, robot_limits
-from scenarios.prediction.deviations import all_joints, carried
+from scenarios.prediction.deviations import Carried, all_joints
 from sim.plant import Plant
 from sim.robot_files import read_robot
 
@@ -27,6 +27,6 @@ def invented_problem(folder: Path) -> Problem:
         structure=structure_of(load_arm(robot.model)),
         limits=robot_limits(plant),
         joints=np.arange(3),
-        carried=carried(body, believed),
+        carried=Carried.of(body, believed),
         prediction=all_joints,
     )

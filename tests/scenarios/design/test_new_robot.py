@@ -19,7 +19,7 @@ from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.design.excitation import SIZES, Design
 from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.design.new_robot import Given, Load, beside_the_axis, drives_by_default, first_load, home_by_default
+from scenarios.design.new_robot import Given, Load, beside_the_axis, drives_by_default, first_load, home_pose
 from scenarios.design.robot_folder import Found, NewRobotResult
 from scenarios.rendering.content import Paragraph
 from sim.compile import bare_arm
@@ -211,13 +211,12 @@ def test_the_home_pose_is_the_first_clear_one_or_the_farthest_with_its_clearance
     def clearance(q):
         return 0.012 - 0.001 * np.linalg.norm(q - 1.1, axis=1)
 
-    home = home_by_default(arm, facts, clearance, 0.02)
+    home = home_pose(arm, facts, clearance, far=0.02)
     millimetres = 1e3 * clearance(home.value[None])[0]
-    assert home.source.startswith("a random pose; none of the poses tried is clear of floor and arm by 20 mm")
-    assert home.source.endswith(f"{millimetres:.0f} mm")
+    assert home.source.startswith(f"a random pose, the pose with the largest clearance, {millimetres:.0f} mm; none")
     middle = 0.5 * (arm.lower + arm.upper)
     assert millimetres > 1e3 * clearance(np.array([np.zeros(arm.n), middle])).max()
-    clear = home_by_default(arm, facts, clearance, 0.009)
+    clear = home_pose(arm, facts, clearance, far=0.009)
     assert clear.source.startswith("zero, the first pose")
     np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 

@@ -16,7 +16,7 @@ from scenarios.design.payload_design import IMPOSSIBLE, Carrying, PayloadDesign,
 from scenarios.design.weights import MASS_STD, SEAT_MM, TURN, Weight, dimension_std, payload_of, solids
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import Setup, setup_of, setup_without_motion
-from scenarios.prediction.deviations import drawn
+from scenarios.prediction.deviations import Carried
 from scenarios.support.errors import ScenarioError
 from scenarios.support.toml_text import toml_value
 from sim.shapes import Flange, add_solid
@@ -162,7 +162,7 @@ def test_a_payload_that_must_not_be_mounted_costs_more_than_any_other_and_says_w
         assert found == ""
         assert judged.cost(weight) < 0.0
         return
-    loaded = weak.rows(carrying.motion, 50.0).torques(drawn(judged.payload(weight)).chi)
+    loaded = weak.rows(carrying.motion, 50.0).torques(Carried.nominal(judged.payload(weight)).chi)
     share = (np.abs(loaded) / weak.problem.limits.torque).max()
     assert re.search(why.format(f"{100.0 * share:.0f}"), found)
     assert judged.cost(weight) > (judged.cost(FOUND) if "floor" in why else IMPOSSIBLE - 1e-9)

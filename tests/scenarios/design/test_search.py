@@ -1,6 +1,5 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -292,15 +291,6 @@ def test_where_nothing_better_is_found_the_scenario_s_own_motion_is_written_and_
 def test_a_motion_that_is_none_of_those_searched_is_not_improved(tmp_path, capsys, words):
     assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve", *words]) == 2
     assert "to improve it, search with --duration 20 and --harmonics 8 or more" in capsys.readouterr().err
-
-
-def test_the_worst_deviation_is_the_largest_of_a_wanted_gain():
-    design = SimpleNamespace(
-        problem=SimpleNamespace(joints=np.array([0, 1, 3])),
-        rows=lambda motion: motion,
-        deviations=lambda _: SimpleNamespace(total=np.array([0.03, 0.31, 0.92, 0.07])),
-    )
-    assert Design.worst(design, None) == 0.31
 
 
 def test_a_motion_that_the_robot_cannot_make_is_no_motion_of_its_own():

@@ -13,7 +13,6 @@ from scenarios.prediction.deviations import (
     Carried,
     MotionRows,
     all_joints,
-    drawn,
     joint_by_joint,
     prediction_of,
 )
@@ -90,7 +89,7 @@ def written_out(rows: MotionRows, structure: Structure, what: Carried) -> tuple[
 @pytest.mark.parametrize("known", ["all", "com", "mass"])
 def test_all_joints_at_once_are_the_least_squares_of_every_unknown_written_out(arm, known):
     structure, rows = arm
-    what = drawn(payload(known, **STDS))
+    what = Carried.nominal(payload(known, **STDS))
     found = all_joints(rows, structure)(what)
     noise, share = written_out(rows, structure, what)
     np.testing.assert_allclose(found.noise, noise, rtol=SQUARED)
@@ -101,7 +100,7 @@ def test_all_joints_at_once_are_the_least_squares_of_every_unknown_written_out(a
 @pytest.mark.parametrize("known", ["all", "com", "mass"])
 def test_joint_by_joint_is_equation_27_written_out(arm, known):
     structure, rows = arm
-    what = drawn(payload(known, **STDS))
+    what = Carried.nominal(payload(known, **STDS))
     found = joint_by_joint(rows, structure)(what)
     s = sigma(rows, what.chi)
     for j, columns in enumerate(structure.joint_independent):
@@ -117,7 +116,7 @@ def test_joint_by_joint_is_equation_27_written_out(arm, known):
 
 def test_a_known_payload_s_information_is_its_square_less_half_of_what_the_arm_imitates(arm):
     structure, rows = arm
-    what = drawn(payload("all"))
+    what = Carried.nominal(payload("all"))
     found, s = joint_by_joint(rows, structure)(what), sigma(rows, what.chi)
     for j, columns in enumerate(structure.joint_independent):
         y, Q = rows.Y[:, j] @ what.chi, np.linalg.qr(rows.W[:, j, structure.base.columns[columns]])[0]
@@ -128,7 +127,7 @@ def test_a_known_payload_s_information_is_its_square_less_half_of_what_the_arm_i
 @pytest.mark.parametrize("predict", [all_joints, joint_by_joint])
 def test_a_payload_that_is_off_by_a_share_puts_every_gain_off_by_that_share(arm, predict):
     structure, rows = arm
-    what = drawn(payload("all"))
+    what = Carried.nominal(payload("all"))
     off = Carried(
         chi=what.chi, known=KnownPayload(names=what.known.names, chi=what.chi, spread=0.013 * what.chi[:, None])
     )
@@ -140,9 +139,9 @@ def test_a_payload_that_is_off_by_a_share_puts_every_gain_off_by_that_share(arm,
 
 def test_links_in_common_make_no_gain_worse_and_the_mass_alone_makes_none_better(arm):
     structure, rows = arm
-    everything, mass = (all_joints(rows, structure)(drawn(payload(known))).noise for known in ("all", "mass"))
+    everything, mass = (all_joints(rows, structure)(Carried.nominal(payload(known))).noise for known in ("all", "mass"))
     assert (mass > everything).all()
-    assert (mass < joint_by_joint(rows, structure)(drawn(payload("mass"))).noise).all()
+    assert (mass < joint_by_joint(rows, structure)(Carried.nominal(payload("mass"))).noise).all()
 
 
 def test_a_joint_that_a_payload_does_not_load_has_the_deviation_it_had_beforehand(arm):
@@ -162,7 +161,7 @@ def test_rows_in_proportion_to_time_make_deviations_independent_of_the_rate_they
         rate_hz=2.0 * RATE,
     )
     for predict in (all_joints, joint_by_joint):
-        once, again = (predict(each, structure)(drawn(payload("all"))).noise for each in (rows, twice))
+        once, again = (predict(each, structure)(Carried.nominal(payload("all"))).noise for each in (rows, twice))
         np.testing.assert_allclose(again, once, rtol=1e-9)  # rounding, squared
 
 

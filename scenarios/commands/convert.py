@@ -39,7 +39,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.files import read_log, write_recording
     from ident.recordings.formats.lerobot import write_dataset
     from scenarios.experiments.robot_models import read_arm
-    from scenarios.reports.convert import log_report
+    from scenarios.results.written import Converted
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
     log = read_log(options.log, log_description(options, None if arm is None else arm.joint_names))
@@ -51,5 +51,5 @@ def main(options: argparse.Namespace) -> Status:
             write_dataset([log.recording], options.out, joints=joints, signal=log.read.signal)
         else:
             write_recording(log.recording, options.out, signal=log.read.v)
-    show(log_report(log, options.out), options)
+    show(Converted.of(log, options.out).report("Log converted to a recording"), options)
     return Status.PASSED

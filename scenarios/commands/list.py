@@ -6,7 +6,6 @@ import textwrap
 from scenarios.command_line.output import add_form_arguments, form, page, show
 from scenarios.command_line.process import Status, write
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
-from scenarios.rendering.content import Report, pairs_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,10 +17,9 @@ def main(options: argparse.Namespace) -> Status:
     """List every built-in scenario with its description."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
     if form(options) != "text":
-        from scenarios.results.written import listed
+        from scenarios.results.written import ListedScenarios
 
-        table = pairs_table("Scenario", "Description", described)
-        show(Report("Built-in scenarios", (table,), listed(described).model_dump(mode="json")), options)
+        show(ListedScenarios.of(described).report("Built-in scenarios"), options)
         return Status.PASSED
     width, indent = page().width, max(map(len, described)) + 2
     for name, said in described.items():

@@ -37,7 +37,6 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.setup import setup_of
-    from scenarios.rendering.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted
@@ -72,7 +71,7 @@ def main(options: argparse.Namespace) -> Status:
     said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}"
     more = {"pictures": len(times), "width": width, "height": height}
     result = Written.model_validate({"out": str(path), **more})
-    show(Report(printable(said), (), result.model_dump(mode="json")), options)
+    show(result.report(printable(said)), options)
     return Status.PASSED
 
 

@@ -1,11 +1,13 @@
-"""Results on files: written files, and built-in scenarios."""
+"""Results on files: a converted log, a picture, the built-in scenarios."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from pydantic import Field
 
+from ident.recordings.description import Channels
 from ident.recordings.files import Log
+from scenarios.rendering.content import Paragraph, Part, column, table
 from scenarios.rendering.result import ResultModel
 
 
@@ -13,6 +15,15 @@ class Written(ResultModel):
     """What `rx90 view --render FILE --json` prints."""
 
     out: str = Field(description="The file that was written")
+
+
+class ConvertedChannel(ResultModel):
+    """A column of a log, and how it becomes a joint's position or current."""
+
+    column: str = Field(description="Name of the column")
+    unit: str = Field(description="Name of the column's unit")
+    sign: float = Field(description="Ratio of the direction of the joint to that of the column, 1 or -1")
+    zero: float = Field(0.0, description="Position at a reading of 0, added after the sign, in `unit`")
 
 
 class Converted(ResultModel):
@@ -27,24 +38,62 @@ class Converted(ResultModel):
     duration_s: float = Field(description="Time from the first to the last sample [s]")
     rate_hz: float = Field(description="Mean sampling rate [Hz]")
     columns: dict[str, str | list[str]] = Field(description="Columns of the log that are used for t, q and v")
+    time_unit: str = Field(description="Name of the unit of the column of time")
+    positions: list[ConvertedChannel] = Field(description="Column of each joint's position, in order")
+    currents: list[ConvertedChannel] = Field(description="Column of each joint's current, in order")
     notes: list[str] = Field(description="Assumptions and remarks")
 
+    @classmethod
+    def of(cls, log: Log, out: Path) -> "Converted":
+        """Return the result of a converted log."""
+        said, recording = log.read.description, log.recording
+        return cls(
+            out=str(out),
+            layout=log.read.layout,
+            signal=said.signal,
+            v=log.read.v,
+            samples=len(recording.t),
+            joints=recording.n,
+            duration_s=float(recording.t[-1] - recording.t[0]),
+            rate_hz=1.0 / recording.period,
+            columns={"t": said.t.columns[0], "q": list(said.q.columns), "v": list(said.v.columns)},
+            time_unit=said.t.unit[0],
+            positions=_channels(said.q),
+            currents=_channels(said.v),
+            notes=list(log.read.notes),
+        )
 
-def converted(log: Log, out: Path) -> Converted:
-    """Return the result of a converted log."""
-    said, recording = log.read.description, log.recording
-    return Converted(
-        out=str(out),
-        layout=log.read.layout,
-        signal=said.signal,
-        v=log.read.v,
-        samples=len(recording.t),
-        joints=recording.n,
-        duration_s=float(recording.t[-1] - recording.t[0]),
-        rate_hz=1.0 / recording.period,
-        columns={"t": said.t.columns[0], "q": list(said.q.columns), "v": list(said.v.columns)},
-        notes=list(log.read.notes),
+    def parts(self) -> Iterable[Part]:
+        """The written file, the columns that were used, assumptions."""
+        yield Paragraph(
+            f"{self.out}: {self.samples} samples of {self.joints} joints, {self.duration_s:.4g} s at "
+            f"{self.rate_hz:.4g} Hz.",
+            strong=True,
+        )
+        yield table(
+            enumerate(zip(self.positions, self.currents, strict=True), 1),
+            column("Joint", lambda row: row[0]),
+            column("Position", lambda row: row[1][0].column, words=True),
+            column("Unit", lambda row: row[1][0].unit or None, words=True),
+            column("Sign", lambda row: f"{row[1][0].sign:g}"),
+            column("Zero", lambda row: f"{row[1][0].zero:g}"),
+            column("Current", lambda row: row[1][1].column, words=True),
+            column("Unit", lambda row: row[1][1].unit or None, words=True),
+            column("Sign", lambda row: f"{row[1][1].sign:g}"),
+        )
+        yield Paragraph(f"Time is {self.columns['t']} [{self.time_unit}]; v is {self.v}.")
+        yield from (Paragraph(f"Note: {note}.") for note in self.notes)
+
+
+def _channels(of: Channels) -> list[ConvertedChannel]:
+    """Return the channel of each joint; a list of one entry holds for all of them, an empty one is the default."""
+    count = len(of.columns)
+    unit, sign, zero = (
+        list(given) * (count if len(given) == 1 else 1) if given else [usual] * count
+        for given, usual in ((of.unit, ""), (of.sign, 1.0), (of.zero, 0.0))
     )
+    rows = zip(of.columns, unit, sign, zero, strict=True)
+    return [ConvertedChannel(column=name, unit=str(u), sign=float(s), zero=float(z)) for name, u, s, z in rows]
 
 
 class ListedScenario(ResultModel):
@@ -59,7 +108,15 @@ class ListedScenarios(ResultModel):
 
     scenarios: list[ListedScenario] = Field(description="Built-in scenarios")
 
+    @classmethod
+    def of(cls, described: Mapping[str, str]) -> "ListedScenarios":
+        """Return scenarios by name, with descriptions."""
+        return cls(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])
 
-def listed(described: Mapping[str, str]) -> ListedScenarios:
-    """Return scenarios by name, with descriptions."""
-    return ListedScenarios(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])
+    def parts(self) -> Iterable[Part]:
+        """A table of names and descriptions."""
+        yield table(
+            self.scenarios,
+            column("Scenario", lambda each: each.name, words=True),
+            column("Description", lambda each: each.description, words=True),
+        )

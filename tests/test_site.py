@@ -1,5 +1,6 @@
 """The site is built from pages and code: what is generated is whole, and the build has nothing to complain of."""
 
+import importlib.util
 import os
 import re
 import runpy
@@ -66,6 +67,8 @@ def test_every_module_that_a_package_exports_from_is_on_its_page():
         exported = re.findall(r"^from \.([\w.]+) import", (ROOT / package / "__init__.pyi").read_text(), re.MULTILINE)
         for module in exported:
             assert f"::: {package}.{module}\n" in pages[f"reference/{package}.md"]
+    for module in re.findall(r"^::: (\S+)$", "".join(pages.values()), re.MULTILINE):
+        assert importlib.util.find_spec(module), module
 
 
 @pytest.mark.slow

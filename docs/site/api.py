@@ -72,7 +72,6 @@ MODULES = {
         ),
         "Studies": (
             "experiments.study",
-            "experiments.study",
             "experiments.sensitivity",
             "experiments.statistics",
             "experiments.calibration",
@@ -80,8 +79,9 @@ MODULES = {
         "Folders that are left": ("results.run_folder", "experiments.study_folder", "results.problem_folder"),
         "Write a command, a report, workers": (
             "commands",
-            "reports.content",
-            "reports.renderers",
+            "rendering",
+            "rendering.content",
+            "rendering.result",
             "experiments.workers.execute",
             "experiments.workers.processes",
             "experiments.workers.dask",

@@ -174,20 +174,31 @@ def observe(
         raise RecordingError(f"{recording.n} joints, but robot {structure.arm.name} has {n}", recording.name)
     notes = []
     if recording.jitter > JITTER_TOL:
-        notes.append(f"{recording.name}: {_uneven(recording)}; resampled at {1.0 / recording.period:.4g} Hz")
+        found = intervals_of(recording.t)
+        missing = f", and {found.lost} samples are missing" if found.lost else ""
+        notes.append(
+            f"{recording.name}: sampling intervals vary by {100.0 * found.jitter:.3g} %{missing}; resampled at "
+            f"{1.0 / recording.period:.4g} Hz"
+        )
         recording = resampled(recording)
-    _check_rates(recording, options)
-    edge = edge_samples(recording.period, options.cutoff_hz)
-    inner = slice(edge, max(edge, len(recording.t) - edge))
-    if (
-        2.0 * SETTLING / options.cutoff_hz + KERNEL_CUTOFFS / options.decimation_cutoff_hz
-        > recording.t[-1] - recording.t[0]
-    ):
+    duration, nyquist = float(recording.t[-1] - recording.t[0]), 0.5 / recording.period
+    highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
+    if recording.period < FASTEST_PERIOD:
+        raise RecordingError(f"sampled every {recording.period:.3g} s; is t in seconds?", recording.name)
+    if highest >= nyquist:
         raise RecordingError(
-            f"the recording of {recording.t[-1] - recording.t[0]:.3g} s is too short for cut-offs of "
-            f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz",
+            f"sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; choose one below "
+            f"{nyquist:.4g} Hz",
             recording.name,
         )
+    if 2.0 * SETTLING / options.cutoff_hz + KERNEL_CUTOFFS / options.decimation_cutoff_hz > duration:
+        raise RecordingError(
+            f"the recording of {duration:.3g} s is too short for cut-offs of {options.cutoff_hz:g} and "
+            f"{options.decimation_cutoff_hz:g} Hz",
+            recording.name,
+        )
+    edge = edge_samples(recording.period, options.cutoff_hz)
+    inner = slice(edge, max(edge, len(recording.t) - edge))
     group = max(1, int(1.0 / (recording.period * REGRESSOR_RATE * options.cutoff_hz)))
     period = group * recording.period
     D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
@@ -195,9 +206,7 @@ def observe(
     t, v = (group_means(x[inner], group) for x in (recording.t, v))
     rows = D.rows(len(t))
     if rows < 10 * n:
-        raise RecordingError(
-            f"{recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed", recording.name
-        )
+        raise RecordingError(f"{duration:.3g} s give {rows} rows; at least {10 * n} are needed", recording.name)
     q, dq, ddq = (group_means(x[inner], group) for x in filtered_motion(recording, options.cutoff_hz))
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     reach = round(BLUR / (options.cutoff_hz * period)) if options.reversal_speed else 0
@@ -221,13 +230,6 @@ def observe(
         current_delay=options.current_delay,
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
-
-
-def _uneven(recording: Recording) -> str:
-    """Describe the jitter of a clock without gaps, as the check of a log does."""
-    found = intervals_of(recording.t)
-    varied = f"sampling intervals vary by {100.0 * found.jitter:.3g} %"
-    return varied if not found.lost else f"{varied}, and {found.lost} samples are missing"
 
 
 def reduced(
@@ -304,16 +306,3 @@ def _kept(
         position=np.flatnonzero(keep),
         row_period=row_period,
     )
-
-
-def _check_rates(recording: Recording, options: ObserveOptions) -> None:
-    if recording.period < FASTEST_PERIOD:
-        raise RecordingError(f"sampled every {recording.period:.3g} s; is t in seconds?", recording.name)
-    nyquist = 0.5 / recording.period
-    highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
-    if highest >= nyquist:
-        raise RecordingError(
-            f"sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; "
-            f"choose one below {nyquist:.4g} Hz",
-            recording.name,
-        )

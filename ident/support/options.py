@@ -1,5 +1,6 @@
 """Options of the identification: frozen dataclasses with validation, created from a table or from words."""
 
+import sys
 import types
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -36,14 +37,12 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
         if name not in hints:
             raise OptionError(f"unknown option {name!r}{nearest(name, hints)}; known: {', '.join(hints) or 'none'}")
         kinds = _kinds(hints[name])
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        if isinstance(value, bool) > (bool in kinds) or not (isinstance(value, kinds) or (whole and float in kinds)):
+        values[name] = value
+        if isinstance(value, int) and not isinstance(value, bool) and float in kinds and int not in kinds:
+            values[name] = float(value) if abs(value) <= sys.float_info.max else float("inf")
+        elif (isinstance(value, bool) and bool not in kinds) or not isinstance(value, kinds):
             expected = " or ".join(DESCRIBED[each] for each in kinds if each in DESCRIBED)
             raise OptionError(f"{name} = {value!r}: expected {expected}")
-        try:
-            values[name] = float(value) if whole and int not in kinds else value
-        except OverflowError:
-            values[name] = float("inf")
     return kind(**values)
 
 

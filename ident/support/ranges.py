@@ -34,9 +34,14 @@ def refuse_outside(values: "DataclassInstance", error: type[Exception], place: s
             continue
         if not isfinite(value):
             raise error(f"{within}{field.name} = {value}: expected a finite number")
-        if field.name in ranges and not _inside(value, ranges[field.name][0]):
-            interval, unit = ranges[field.name]
-            raise error(f"{within}{field.name} = {value:g}: expected {_expected(interval)}{unit}")
+        if field.name not in ranges:
+            continue
+        interval, unit = ranges[field.name]
+        low, high = _number(interval.ge, interval.gt), _number(interval.le, interval.lt)
+        above = value > low if interval.ge is None else value >= low
+        if not (above and (value < high if interval.le is None else value <= high)):
+            more, less = "more than " * (interval.ge is None), "less than " * (interval.le is None)
+            raise error(f"{within}{field.name} = {value:g}: expected {more}{low:g} to {less}{high:g}{unit}")
 
 
 @lru_cache(maxsize=64)
@@ -50,16 +55,5 @@ def _ranges(kind: type) -> Mapping[str, tuple[Interval, str]]:
     return found
 
 
-def _inside(value: float, interval: Interval) -> bool:
-    above = value >= _number(interval.ge) if interval.gt is None else value > _number(interval.gt)
-    return above and (value <= _number(interval.le) if interval.lt is None else value < _number(interval.lt))
-
-
-def _expected(interval: Interval) -> str:
-    low = f"{_number(interval.ge):g}" if interval.gt is None else f"more than {_number(interval.gt):g}"
-    high = f"{_number(interval.le):g}" if interval.lt is None else f"less than {_number(interval.lt):g}"
-    return f"{low} to {high}"
-
-
-def _number(bound: Any) -> float:  # bounds of annotated_types may have any type
-    return float(bound)
+def _number(closed: Any, opened: Any) -> float:  # bounds of annotated_types may have any type
+    return float(opened if closed is None else closed)

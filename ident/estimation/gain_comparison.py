@@ -7,13 +7,13 @@ one changed joint would bias it, s is that of the largest set of joints with a c
 
 from dataclasses import dataclass
 from itertools import combinations
+from statistics import NormalDist
 
 import numpy as np
 import scipy
 from scipy import linalg
 
 from ident.estimation.known_gains import KnownGains, same_joint
-from ident.numerics.normal import normal_quantile
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import GainsError
 
@@ -144,12 +144,12 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     w[sharing if len(sharing) else slice(None)] = common.weights
     apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
-    limit = -normal_quantile(0.5 * LEVEL / len(x))
+    limit = -NormalDist().inv_cdf(0.5 * LEVEL / len(x))
     return GainComparison(
         joints=joints.astype(np.intp),
         each=_changes(x, std, limit, turned),
         together=_test(float(y @ y), len(x)),
-        scale=Moved(log=common.value, std=common.std, limit=-normal_quantile(0.5 * LEVEL)),
+        scale=Moved(log=common.value, std=common.std, limit=-NormalDist().inv_cdf(0.5 * LEVEL)),
         sharing=joints[sharing].astype(np.intp),
         apart=_changes(apart @ x, left, limit, turned),
         pattern=everyone.rest if len(x) > 1 else None,

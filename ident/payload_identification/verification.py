@@ -1,11 +1,11 @@
 """Verification of gains: the mass of another payload that was not used for identification, estimated from currents."""
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 from ident.estimation.known_gains import KnownGains
-from ident.numerics.normal import normal_quantile
 from ident.payload.payload import Payload
 from ident.payload_identification.mass_by_joint import NoMass, masses_alone
 from ident.payload_identification.payload_body import FoundBody, Quantity, body_of
@@ -85,7 +85,7 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     found.at("M")
     body = body_of(found)
     alone = masses_alone(found, payload, gains)
-    limit = -normal_quantile(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone)))
+    limit = -NormalDist().inv_cdf(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone)))
     return Verification(
         payload=payload,
         together=_weighed(None, body.of("mass"), payload, limit),

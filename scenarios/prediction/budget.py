@@ -1,6 +1,7 @@
 """The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
 from collections.abc import Iterable
+from statistics import NormalDist
 
 import numpy as np
 from pydantic import Field
@@ -8,7 +9,6 @@ from pydantic import Field
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
-from ident.numerics.normal import normal_cdf
 from ident.support.errors import IdentificationError
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.setup import setup_of
@@ -143,7 +143,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
             costs=[Cost.of(name, cost, k) for name, cost in costs.items()],
             together=Cost.of("all together", together, k),
             tolerance=most,
-            within=normal_cdf((most - bias) / std) - normal_cdf((-most - bias) / std),
+            within=NormalDist().cdf((most - bias) / std) - NormalDist().cdf((-most - bias) / std),
         )
 
     said = diagnosed_values(horizon(predictor.linear.expected.logs()))

@@ -5,12 +5,12 @@ spikes hardly change their median magnitude.
 """
 
 from functools import lru_cache
+from statistics import NormalDist
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.numerics.neighbours import quantum
-from ident.numerics.normal import normal_quantile
 from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
@@ -20,7 +20,7 @@ from ident.support.once import once_per_object
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
-NORMAL_MEDIAN = normal_quantile(0.75)
+NORMAL_MEDIAN = NormalDist().inv_cdf(0.75)
 """Median magnitude of a standard normal variable."""
 NOISY_CURRENT = 0.3
 """Ratio of white noise to standard deviation of a current above which a longer motion hardly helps."""

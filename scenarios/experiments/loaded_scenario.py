@@ -18,13 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoadedScenario:
-    """A scenario that is ready for simulation and identification.
+    """A scenario that is ready for simulation and identification; `setup` has all inputs for running it.
 
     The same seed gives the same bytes in every function: `exp.run(3)`, trial 3 of `exp.monte_carlo(4)` and `rx90 run
-    --seed 3` use the logs of `exp.simulate(3)`.
-
-    Attributes:
-        setup: All inputs for running it.
+    --seed 3` use the logs of `exp.simulate(3)`. Every function raises `ScenarioError` if a random setting cannot be
+    drawn or is not valid.
     """
 
     setup: Setup
@@ -37,11 +35,7 @@ class LoadedScenario:
     def simulate(self, seed: int = 0) -> Simulated:
         """Simulate the motions: `logs` for `ident.identify`, and `truth.gain` for comparison.
 
-        Args:
-            seed: Seed of every random number.
-
         Raises:
-            ScenarioError: If a random setting cannot be drawn or is not valid.
             SimulationError: If a motion cannot be carried out.
         """
         return simulate(self.setup, seed)
@@ -49,11 +43,7 @@ class LoadedScenario:
     def run(self, seed: int = 0) -> Run:
         """Simulate, identify with the scenario's method, and judge.
 
-        Args:
-            seed: Seed of every random number.
-
         Raises:
-            ScenarioError: If a random setting cannot be drawn or is not valid.
             SimulationError: If a motion cannot be carried out.
             IdentificationError: If no gain can be identified.
         """
@@ -72,7 +62,6 @@ class LoadedScenario:
 
         Raises:
             StudyError: If there are not enough seeds.
-            ScenarioError: If the scenario's draws are wrong.
         """
         from scenarios.experiments.study import monte_carlo, study_rows_of  # studies need the extra of their name
 
@@ -94,8 +83,7 @@ class LoadedScenario:
             workers: As in `monte_carlo`.
 
         Raises:
-            ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws
-                are wrong.
+            ScenarioError: If a key path does not exist or is ambiguous, or a value is not valid.
         """
         from scenarios.experiments.study import study_rows_of, sweep
 
@@ -103,10 +91,7 @@ class LoadedScenario:
 
 
 def load(name: str | Path) -> LoadedScenario:
-    """Load a scenario.
-
-    Args:
-        name: Name of a built-in scenario, or path of a TOML file.
+    """Load a built-in scenario or a TOML file.
 
     Raises:
         ScenarioError: If it is missing, has an unknown key or a wrong value, or names what does not exist.

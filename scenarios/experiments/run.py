@@ -6,7 +6,7 @@ Trials of a study are simulated many in one batch; their recordings depend neith
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -70,12 +70,17 @@ class Simulated:
         simulate_s: Wall time, as a share of the batch [s].
     """
 
-    trial: Trial
-    setup: Setup
+    trial: Trial = field(repr=False)
+    setup: Setup = field(repr=False)
     settings: Mapping[str, Value]
-    recordings: tuple[Recording, ...] = ()
-    check: Recording | None = None
+    recordings: tuple[Recording, ...] = field(default=(), repr=False)
+    check: Recording | None = field(default=None, repr=False)
     simulate_s: float = 0.0
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random number."""
+        return self.trial.seed
 
     @property
     def logs(self) -> tuple[Motion, ...]:
@@ -86,6 +91,12 @@ class Simulated:
     def truth(self) -> DriveTruth:
         """The true drives: `truth.gain` [N m / drive unit], shape (n,), friction and offsets."""
         return self.setup.plant.drives
+
+    @property
+    def motions(self) -> tuple[Experiment, ...]:
+        """Its motions; the one that is not used for identification is the last one."""
+        check = self.setup.check if self.trial.cost else None
+        return self.setup.experiments if check is None else (*self.setup.experiments, check)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,35 +121,25 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """Result of one run of a scenario.
+class Run(Simulated):
+    """A trial that is identified and judged.
 
     Attributes:
-        setup: The simulated setup, without random tables.
-        seed: Seed of every random number.
-        recordings: Recordings of the motions, in order of time.
         estimate: The identified gains.
         verdict: Comparison with the true values.
         notes: Notes of the identification.
-        simulate_s: Wall time of the simulation, as a share of the batch [s].
         identify_s: Wall time of the identification [s].
         found: Diagnoses of logs and estimate.
         prepared: The recordings as prepared for the estimate.
-        check: Recording of the motion that is not used for identification, None if there is none.
         cost: Effect of the controller's gains, None if not requested.
     """
 
-    setup: Setup = field(repr=False)
-    seed: int
-    recordings: tuple[Recording, ...] = field(repr=False)
     estimate: GainEstimate
     verdict: Verdict
     notes: tuple[str, ...]
-    simulate_s: float
     identify_s: float
     found: Diagnosed = field(default_factory=Diagnosed)
     prepared: Prepared | None = field(default=None, repr=False)
-    check: Recording | None = field(default=None, repr=False)
     cost: CostVerdict | None = None
 
     @property
@@ -193,8 +194,7 @@ def simulate_trials(
         except (ScenarioError, SimulationError, IdentificationError) as error:
             yield Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings, error=error)
             continue
-        motions = _motions(ready)
-        own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in motions)
+        own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in ready.motions)
         if batch and size + own > LOGS_AT_ONCE:
             yield from _simulated(batch, threads, stages)
             batch, size = [], 0.0
@@ -204,42 +204,28 @@ def simulate_trials(
         yield from _simulated(batch, threads, stages)
 
 
-def _motions(ready: Simulated) -> tuple[Experiment, ...]:
-    """Return the motions of a trial; the one that is not used for identification is the last one."""
-    check = ready.setup.check if ready.trial.cost else None
-    return ready.setup.experiments if check is None else (*ready.setup.experiments, check)
-
-
 def _simulated(batch: Sequence[Simulated], threads: int, stages: Progress) -> Iterator[Simulated | Failure]:
     """Simulate the motions of prepared trials in one batch."""
     started, simulate_s = time.perf_counter(), 0.0
-    motions = [(i, m, experiment) for i, ready in enumerate(batch) for m, experiment in enumerate(_motions(ready))]
-    streams = [each for b in batch for each in motion_streams(b.trial.seed, b.trial.streams, len(_motions(b)))]
-    stages.begin("simulating", sum(experiment.trajectory.duration for _, _, experiment in motions))
+    places = [(i, m) for i, ready in enumerate(batch) for m in range(len(ready.motions))]
+    experiments = [each for ready in batch for each in ready.motions]
+    streams = [each for b in batch for each in motion_streams(b.seed, b.trial.streams, len(b.motions))]
     waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
-    experiments = [experiment for _, _, experiment in motions]
+    stages.begin("simulating", sum(each.trajectory.duration for each in experiments))
     for k, outcome in each_record(experiments, streams, threads=threads, advanced=stages.advance):
         simulate_s = simulate_s or (time.perf_counter() - started) / len(batch)
-        i, m, _ = motions[k]
-        waiting[i][m] = outcome
-        ready = batch[i]
-        if len(waiting[i]) < len(_motions(ready)):
+        i, m = places[k]
+        waiting[i][m], ready = outcome, batch[i]
+        if len(waiting[i]) < len(ready.motions):
             continue
-        done = waiting.pop(i)
-        recordings = [each for m in sorted(done) if isinstance(each := done[m], Recording)]
-        errors = [each for m in sorted(done) if isinstance(each := done[m], SimulationError)]
-        if errors:
-            yield failure_of(ready, errors[0])
+        found = [outcome for _, outcome in sorted(waiting.pop(i).items())]
+        error = next((each for each in found if isinstance(each, SimulationError)), None)
+        if error is not None:
+            yield failure_of(ready, error)
             continue
-        n = len(ready.setup.experiments)
-        yield Simulated(
-            trial=ready.trial,
-            setup=ready.setup,
-            settings=ready.settings,
-            recordings=tuple(recordings[:n]),
-            check=recordings[n] if recordings[n:] else None,
-            simulate_s=simulate_s,
-        )
+        recordings = [each for each in found if isinstance(each, Recording)]
+        used, check = recordings[: len(ready.setup.experiments)], recordings[len(ready.setup.experiments) :]
+        yield replace(ready, recordings=tuple(used), check=check[0] if check else None, simulate_s=simulate_s)
 
 
 def failure_of(simulated: Simulated, error: Exception) -> Failure:
@@ -274,17 +260,13 @@ def identified(simulated: Simulated) -> Run:
     )
     identify_s = time.perf_counter() - started
     return Run(
-        setup=setup,
-        seed=simulated.trial.seed,
-        recordings=simulated.recordings,
+        **{each.name: getattr(simulated, each.name) for each in fields(Simulated)},
         estimate=found.estimate,
         verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
         notes=found.notes,
-        simulate_s=simulated.simulate_s,
         identify_s=identify_s,
         found=found.found,
         prepared=found.prepared,
-        check=simulated.check,
         cost=None if simulated.check is None else cost_verdict(setup, found, simulated.check),
     )
 

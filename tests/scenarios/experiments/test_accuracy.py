@@ -37,8 +37,8 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
         "offset-payload",
         pytest.param("coarse-encoder", marks=pytest.mark.slow),  # `test_instruments` has what its encoders do
         "drift",
-        pytest.param("field", marks=pytest.mark.slow),  # the next is of the same robot with one weight more
-        "field-two-weights",
+        pytest.param("field", marks=pytest.mark.slow),
+        pytest.param("field-two-weights", marks=pytest.mark.slow),
     ],
 )
 def test_built_in_scenarios_pass(name):

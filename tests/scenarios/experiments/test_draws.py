@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.experiments.draws import SCALED, check_draws, drawn_settings
+from scenarios.experiments.draws import SCALED, drawn_settings
 from scenarios.experiments.scenario import load_scenario, value_at, with_settings
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.setup import setup_of
@@ -27,15 +27,6 @@ def values(drawn: Scenario, place: str, count: int) -> np.ndarray:
 
 def test_nothing_is_drawn_where_nothing_is_random():
     assert drawn_settings(load_scenario("nominal"), 3) == {}
-
-
-def test_an_explicit_scenario_is_the_same_scenario():
-    nominal = load_scenario("nominal")
-    a, b = setup_of(nominal), setup_of(with_settings(nominal, {}))
-    np.testing.assert_array_equal(a.true_gain, b.true_gain)
-    assert a.experiments[1].plant.payload == b.experiments[1].plant.payload
-    assert a.payloads == b.payloads
-    assert a.experiments[0].sensors == b.experiments[0].sensors
 
 
 def test_numbers_have_the_distribution_that_is_named(tmp_path):
@@ -125,50 +116,6 @@ def test_settings_change_the_bench_and_what_is_believed_stays():
     assert changed.experiments[1].plant.payload.mass == 8.0
     assert changed.payloads["loaded"].mass == 7.025
     np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
-
-
-FAULTS = {
-    '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"': "random.it: no 'gian' in plant; did you mean 'gain'?",
-    '[random.it]\ntarget = "plant.payload"\ndistribution = "norm"': "random.it: plant.payload holds a table",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "no distribution 'nrom' in scipy.stats; did you",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scael = 1 }': "did you mean 'scale'?",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = -1 }': "gives no finite numbers",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { loc = [1, 2] }': "or arrays of 6",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "levy_stable"\nparameters = { alpha = 1.7, beta = 0.2 }': (
-        "levy_stable has no quantile function of its own; choose one that has"
-    ),
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "zipf"\nparameters = { a = 1.0001 }': "zipf has no quantile",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = 1e308 }': "no finite numbers",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "lognorm"': "lognorm needs the parameter s",
-    '[random.it]\ntarget = "plant.gain"': "give either a distribution, or a choice, or for a source its stream",
-    '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "a name, 'drive-gains'; draw it with choice",
-    '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
-    '[random.it]\ntraget = "plant.gain"': "unknown key random.it.traget; did you mean 'target'?",
-    '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
-    '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
-    '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size applies to noise only",
-    '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
-        "sources.it.stream: expected one of encoder, white, coloured, clock, current_sensor, drive_clocks, samples"
-    ),
-    '[sources.it]\ntarget = "plant.gain"\nstream = "white"': (
-        "the stream white is already used by sources.white current noise"
-    ),
-    '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target is empty; name the value to draw",
-    '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",
-    '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
-    'distribution = "norm"': "random.b: plant.gain is already used by random.a; draw each value once",
-    '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
-    '[random.it]\ntarget = "plant.payload.mass"\nchoice = [7.0, "heavy"]': "random.it: ",
-    '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",
-}
-
-
-@pytest.mark.parametrize("text", FAULTS)
-def test_a_draw_that_cannot_be_made_is_one_line(tmp_path, text):
-    with pytest.raises(ScenarioError) as caught:
-        check_draws(scenario(tmp_path, text), setup_of)
-    assert FAULTS[text] in str(caught.value)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", SCALED)

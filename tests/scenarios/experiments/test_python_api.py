@@ -3,10 +3,8 @@
 import ast
 import contextlib
 import shutil
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from pages import blocks
 from places import ROOT
@@ -15,7 +13,6 @@ from quick import BRIEF, RANDOM, quick_scenario
 import ident
 import scenarios
 from scenarios.cli import main
-from scenarios.experiments.scenario import load_scenario, place_of
 from scenarios.support.errors import ScenarioError, StudyError, WrongValue
 
 CUTOFF = "identification.observe.cutoff_hz"
@@ -109,11 +106,6 @@ def test_a_sweep_is_every_combination_with_the_same_seeds(quick):
     assert one["estimate"].item() != other["estimate"].item()
 
 
-def test_rows_do_not_depend_on_workers(quick):
-    with_two = quick.monte_carlo(3, workers=scenarios.local_processes(2)).to_frame()
-    pd.testing.assert_frame_equal(with_two, quick.monte_carlo(3).to_frame(), check_exact=True)
-
-
 def test_a_sweep_of_what_is_not_there_or_does_not_fit_is_refused_before_anything_runs(quick):
     with pytest.raises(ScenarioError, match="no 'cutoff' in"):
         quick.sweep({"identification.observe.cutoff": [8]}, seeds=1)
@@ -131,18 +123,3 @@ def test_a_study_without_a_trial_is_refused(quick):
     ):
         with pytest.raises(StudyError, match="has no trial"):
             empty()
-
-
-def test_the_end_of_a_place_stands_for_it_where_no_other_ends_so():
-    table = load_scenario("nominal").table
-    assert place_of(table, "observe.cutoff_hz") == place_of(table, CUTOFF) == CUTOFF
-
-
-def test_logs_are_read_with_what_they_carry(tmp_path: Path):
-    main(["run", str(quick_scenario(tmp_path)), "--save", str(tmp_path / "cell")])
-    cell = tmp_path / "cell"
-    assert ident.read(cell / "unloaded.parquet").payload is None
-    stated = ident.read(str(cell / "loaded.parquet"), payload=cell / "payload.toml")
-    assert stated.payload == ident.read_payload(cell / "payload.toml")
-    assert stated.recording.n == 6
-    assert ident.read(cell / "loaded.parquet", payload=stated.payload).payload is stated.payload

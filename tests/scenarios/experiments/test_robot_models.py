@@ -3,7 +3,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from model_files import INERTIAL, LINKS, mjcf, urdf
+from model_files import INERTIAL, mjcf, urdf
 from places import ROOT
 
 import rx90_mjcf
@@ -92,13 +92,6 @@ def test_a_scene_file_that_includes_the_arm_is_the_arm(tmp_path):
     np.testing.assert_array_equal(scene.gravity, [0.5, 0.0, -9.7])
 
 
-def test_an_include_in_an_include_is_found_beside_the_main_file(tmp_path):
-    (tmp_path / "arm.xml").write_text(mjcf())
-    (tmp_path / "middle.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
-    (tmp_path / "scene.xml").write_text('<mujoco><include file="middle.xml"/></mujoco>')
-    assert read_arm(tmp_path / "scene.xml", ()).joint_names == tuple(f"{link[0]}_joint" for link in LINKS)
-
-
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "utf-8"])
 def test_a_model_in_another_encoding_is_the_same(tmp_path, encoding):
     path = tmp_path / "arm.urdf"
@@ -180,12 +173,6 @@ def test_a_keyframe_of_a_slide_is_in_metres_whatever_angles_are_in(tmp_path):
     assert list(model_facts(tmp_path / "arm.xml", None).home.values()) == [0.1, -0.2, -0.07, 0.3]
 
 
-def test_limits_are_radians_and_none_where_the_joint_is_unlimited(tmp_path):
-    for text, upper in ((mjcf(), np.deg2rad(175.0)), (READ_ALIKE["limits off"], np.inf)):
-        (tmp_path / "arm.xml").write_text(text)
-        np.testing.assert_allclose(load_arm(tmp_path / "arm.xml").upper, upper, rtol=1e-15)
-
-
 def test_a_continuous_joint_of_a_urdf_has_no_limits(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(urdf(swap=('elbow_joint" type="revolute"', 'elbow_joint" type="continuous"')))
@@ -233,10 +220,6 @@ def test_a_urdf_that_mujoco_cannot_read_is_read_by_pinocchio_alone(tmp_path):
         urdf(more='<joint name="f" type="fixed"><parent link="base"/><child link="world"/></joint><link name="world"/>')
     )
     assert read_arm(path, ()).n == 6
-
-
-def test_couplings_are_kept():
-    assert read_arm(rx90_mjcf.MJCF, ((4, 5),)).couplings == ((4, 5),)
 
 
 def test_reading_a_model_leaves_no_file_behind(tmp_path, monkeypatch):

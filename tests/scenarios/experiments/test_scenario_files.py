@@ -1,0 +1,231 @@
+"""Scenario files: places beside the file that names them, `extends`, exact payloads, motions, values on one line."""
+
+import shutil
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_folders import robot_folder
+
+from ident.payload.payload import Payload
+from scenarios.experiments.motions import LARGEST, read_motion
+from scenarios.experiments.scenario import believed_payloads, load_scenario, robot_of
+from scenarios.experiments.scenario_files import CATALOG, seen_from
+from scenarios.experiments.setup import setup_of
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
+from scenarios.support.toml_text import toml_value
+
+MOTION = CATALOG / "motions" / "drive-gains.toml"
+INERTIA = "inertia = { ixx = 0.021, iyy = 0.034, izz = 0.019 }"
+SURE = f"payload = {{ mass = 6.3, com = [0.08, 0.03, 0.11], {INERTIA} }}"
+DEVIATION = {
+    "mass_std": "mass_std = 0.02",
+    "com_std": "com_std = [0.0, 0.003, 0.0]",
+    "inertia_std": "inertia_std = { ixx = 0.0, iyy = 0.0, izz = 0.002 }",
+}
+SINE, COSINE = [[0.1, 0.1, -0.1], [0.2, -0.1, 0.0]], [[0.05, -0.08, 0.03], [0.1, -0.16, 0.06]]
+CONTROL = "".join(map(chr, (*range(0x20), 0x7F)))
+
+
+@pytest.fixture
+def parent(tmp_path) -> Path:
+    """A folder with a scenario whose robot and motion lie beside it."""
+    folder = tmp_path / "arm"
+    folder.mkdir()
+    robot_folder(folder, 6)
+    shutil.copy(MOTION, folder / "motion.toml")
+    text = 'extends = "nominal"\nrobot = "robot.toml"\n[experiment]\nmotion = "motion.toml"\n'
+    (folder / "scenario.toml").write_text(text)
+    return folder
+
+
+def child(parent: Path, text: str = "") -> str:
+    below = parent.parent / "studies" / "heavy"
+    below.mkdir(parents=True)
+    (below / "mine.toml").write_text(f'extends = "../../arm/scenario.toml"\n{text}')
+    return str(below / "mine.toml")
+
+
+def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child_has_files_of_these_names(parent):
+    path = child(parent)
+    for name in ("robot.toml", "motion.toml"):
+        (Path(path).parent / name).write_text("")
+    scenario = load_scenario(path)
+    assert scenario.table.robot == "../../arm/robot.toml"  # relative, so that records hold on another machine
+    assert robot_of(scenario).model == robot_of(load_scenario(str(parent / "scenario.toml"))).model
+    own, parents = setup_of(scenario), setup_of(load_scenario(str(parent / "scenario.toml")))
+    assert (own.experiments[0].trajectory.sine == parents.experiments[0].trajectory.sine).all()
+
+
+def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
+    path = child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n')
+    robot_folder(Path(path).parent, 6)
+    (Path(path).parent / "robot.toml").rename(Path(path).parent / "own.toml")
+    shutil.copy(parent / "scenario.toml", Path(path).parent / "unused.toml")
+    table = load_scenario(path).table
+    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
+    over = Path(path).with_name("further.toml")
+    over.write_text('extends = "mine.toml"\n')
+    table = load_scenario(str(over)).table
+    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
+
+
+@pytest.mark.parametrize("group", ["random", "sources"])
+def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
+    draws = {
+        "motion": {"target": ["experiment.motion"], "choice": ["slow.toml", "drive-gains"]},
+        "weight": {"target": "belief.payload", "choice": ["slow.toml"]},
+        "number": {"target": "plant.gain", "distribution": "norm"},
+        "nothing": {"choice": ["slow.toml"]},  # refused later, by name
+    }
+    found = seen_from({group: draws}, Path("/lab/arm"), Path("/lab/studies"))[group]
+    moved = {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}
+    assert found == {**draws, "motion": moved}
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "error"),
+    [("robot.toml", "robot", UnreadableFile), ("motion.toml", "experiment.motion", UnknownName)],
+)
+def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for_it(parent, name, key, error):
+    path = child(parent)
+    (parent / name).unlink()
+    with pytest.raises(error, match=rf"^{parent}/scenario\.toml: {key}: .*arm/{name}"):
+        setup_of(load_scenario(path))
+
+
+def test_a_scenario_is_named_by_its_file_and_scenario_toml_by_its_folder(tmp_path):
+    folder = tmp_path / "my arm.v2"
+    (folder / "nested").mkdir(parents=True)
+    for path in ("scenario.toml", "heavy.toml", "nested/scenario.toml", "scenario-b.toml"):
+        (folder / path).write_text('extends = "nominal"')
+    names = {"scenario.toml": "my arm.v2", "heavy.toml": "heavy", "nested/scenario.toml": "nested"}
+    for path, name in {**names, "scenario-b.toml": "scenario-b"}.items():
+        assert load_scenario(str(folder / path)).name == name
+    assert load_scenario("ideal").name == "ideal"
+
+
+def test_absolute_places_names_and_places_of_the_same_folder_stay():
+    arm, studies = Path("/lab/arm"), Path("/lab/studies")
+    for table in ({"robot": "/lab/robot.toml", "experiment": {"motion": "/lab/m.toml"}}, {"robot": "tx40"}):
+        assert seen_from(table, arm, studies) == table
+    table = {"robot": "./robot.toml", "experiment": {"motion": "slow/../m.toml"}}
+    assert seen_from(table, arm, arm) == table
+
+
+def weighed(deviation: str) -> str:
+    return SURE.removesuffix(" }") + f", {deviation} }}"
+
+
+def written(folder: Path, **files: str) -> str:
+    for name, text in files.items():
+        (folder / f"{name}.toml").write_text(text)
+    return str(folder / f"{name}.toml")
+
+
+def believed(path: str, name: str = "loaded") -> Payload:
+    return believed_payloads(load_scenario(path))[name]
+
+
+def stds(payload: Payload) -> tuple[float, ...]:
+    return payload.mass_std, *payload.com_std, *payload.inertia_std
+
+
+@pytest.mark.parametrize("key", DEVIATION)
+def test_a_deviation_that_is_stated_counts_over_an_exact_that_is_inherited(tmp_path, key):
+    path = written(tmp_path, mine=f'extends = "nominal"\n[belief]\n{weighed(DEVIATION[key])}\n')
+    expected = {"mass_std": 0.02, "com_std": (0.0, 0.003, 0.0), "inertia_std": (0.0, 0.0, 0.002, 0.0, 0.0, 0.0)}
+    assert getattr(believed(path), key) == expected[key]
+    told = setup_of(load_scenario(path)).payloads
+    assert [getattr(each, key) for each in told.values()] == [expected[key]]
+
+
+def test_an_exact_that_a_later_file_states_takes_deviations_back(tmp_path):
+    first = f'extends = "nominal"\n[belief]\n{weighed("mass_std = 0.02")}\n'
+    path = written(tmp_path, first=first, second='extends = "first.toml"\n[belief]\nexact = true\n')
+    assert stds(believed(path)) == (0.0,) * 10
+
+
+def test_deviations_of_one_payload_leave_the_others_exact(tmp_path):
+    bodies = f'[plant]\npayloads = {{ heavy = "offset", light = {{ {SURE.removeprefix("payload = {")} }}\n'
+    both = '[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
+    base = f'extends = "nominal"\n{both}{bodies}\n[belief]\npayloads = {{ heavy = "offset", light = "offset" }}\n'
+    light = weighed("mass_std = 0.02").removeprefix("payload = ")
+    path = written(tmp_path, two=base, mine=f'extends = "two.toml"\n[belief.payloads]\nlight = {light}\n')
+    assert (believed(path, "light").mass_std, believed(path, "heavy").mass_std) == (0.02, 0.0)
+
+
+@pytest.mark.parametrize("exact", ["true", "{ loaded = true }"])
+def test_a_deviation_beside_an_exact_of_its_own_file_is_refused_by_name(tmp_path, exact):
+    path = written(
+        tmp_path, mine=f'extends = "nominal"\n[belief]\nexact = {exact}\n{weighed("com_std = [0, 0, 0.001]")}\n'
+    )
+    with pytest.raises(
+        WrongValue, match=r"mine\.toml: belief\.payload: com_std is specified, but belief\.exact sets it"
+    ):
+        load_scenario(path)
+
+
+def test_an_exact_by_name_holds_for_the_payloads_that_it_says_so_of_and_zeros_are_no_deviations(tmp_path):
+    bodies = f'[plant]\npayloads = {{ heavy = "offset", light = {{ {SURE.removeprefix("payload = {")} }}\n'
+    heavy, zero = weighed("mass_std = 0.02").removeprefix("payload = "), weighed("com_std = [0.0, 0.0, 0.0]")
+    belief = (
+        f"[belief]\nexact = {{ light = true, heavy = false }}\npayloads = {{ heavy = {heavy}, light = {zero[10:]} }}\n"
+    )
+    protocol = '[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
+    path = written(tmp_path, mine=f'extends = "nominal"\n{protocol}{bodies}{belief}')
+    assert (believed(path, "light").mass_std, believed(path, "heavy").mass_std) == (0.0, 0.02)
+
+
+def motion(
+    folder: Path, name: str, *, duration: object = 8.0, center: object = (0.1, -0.2), sine: object = SINE
+) -> str:
+    text = f"duration = {duration}\ncenter = {list(center)}\nsine = {sine}\ncosine = {COSINE}\n"  # pyright: ignore
+    (folder / name).write_text(text)
+    return name
+
+
+def test_a_motion_is_read_as_it_stands(tmp_path):
+    found = read_motion(motion(tmp_path, "a.toml"), tmp_path)
+    assert found.duration == 8.0
+    for values, expected in ((found.center, [0.1, -0.2]), (found.sine, SINE), (found.cosine, COSINE)):
+        np.testing.assert_allclose(values, expected, atol=1e-12)  # put to rest, which they are to rounding
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_number_may_be_large_up_to_its_limit(tmp_path, sign):
+    assert read_motion(motion(tmp_path, "a.toml", center=(sign * LARGEST, 0.5)), tmp_path).center[0] == sign * LARGEST
+    with pytest.raises(ScenarioError, match="center contains a number that is not finite or beyond 10000"):
+        read_motion(motion(tmp_path, "b.toml", center=(sign * LARGEST * 1.001, 0.5)), tmp_path)
+
+
+def test_a_start_that_is_off_by_a_millionth_is_no_rest(tmp_path):
+    for off, fine in ((1e-7, True), (1e-5, False)):
+        sine = [[0.1 + off, 0.1, -0.1], SINE[1]]
+        name = motion(tmp_path, f"{off}.toml", sine=sine)
+        if fine:
+            read_motion(name, tmp_path)
+        else:
+            with pytest.raises(ScenarioError, match=r"does not start at rest \(coefficients off by"):
+                read_motion(name, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        f"a{CONTROL}b",
+        'a "b" \\ c \\u007f',
+        "\u00fcn\u00ef \u2028 \U0001f9be \U000e0001",
+        ["x\x7f", [2.5, -3], []],
+        {"mass": 7.3, "all": True, "deep": {"of": ("a", "b")}, "none": {}},
+        7,
+        -0.1 + 1e-17,
+        float("inf"),
+    ],
+)
+def test_a_value_is_read_back_as_it_was(value):
+    text = toml_value(value)
+    assert "\n" not in text
+    expected = {**value, "deep": {"of": ["a", "b"]}} if isinstance(value, dict) else value
+    assert tomllib.loads(f"x = {text}")["x"] == expected

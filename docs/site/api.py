@@ -85,7 +85,7 @@ MODULES = {
             "experiments.workers.execute",
             "experiments.workers.processes",
             "experiments.workers.dask",
-            "benchmark.methods.method",
+            "benchmark.methods",
         ),
         "Errors": ("support.errors",),
     },

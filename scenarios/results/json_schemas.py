@@ -28,7 +28,7 @@ FILES = {
 }
 """Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""
 RESULTS = {
-    "answer": "scenarios.benchmark.methods.answer:AnswerFile",
+    "answer": "scenarios.benchmark.methods:AnswerFile",
     "problem": "scenarios.results.problem_folder:ProblemFile",
     "result": "scenarios.results.gains:Result",
     "check": "scenarios.results.check:Check",
@@ -49,10 +49,7 @@ RESULTS = {
     "predict": "scenarios.prediction.budget:PredictedBudget",
     "monte-carlo": "scenarios.results.monte_carlo:StudyResult",
     "sensitivity": "scenarios.results.sensitivity:Budget",
-    "compare": "scenarios.benchmark.comparison.statistics:Comparison",
-    "compare-answers": "scenarios.benchmark.methods.answers:Answers",
-    "compare-check": "scenarios.benchmark.comparison.contract:Contract",
-    "compare-seal": "scenarios.benchmark.comparison.seal:SealedProblems",
+    "compare": "scenarios.benchmark.comparison:Comparison",
     "paper": "scenarios.benchmark.paper.result:PaperResult",
 }
 """Models of JSON files and results by the name of their schema, which is generated when asked for."""

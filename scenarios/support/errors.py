@@ -34,40 +34,13 @@ class ForeignProblem(ScenarioError):
 
 
 class MethodError(ScenarioError):
-    """A call of a method without an answer; it is counted, never raised to the user."""
+    """A call of a method without an answer; it is counted, never raised to the user.
 
+    Attributes:
+        kind: `MethodTimedOut`, `MethodOutOfMemory`, `MethodCrashed` or `MethodNotStarted`; of an answer `NoAnswer`,
+            `NotFinite`, `WrongForm`, `WrongJoints` or `ImpossibleGain`.
+    """
 
-class MethodTimedOut(MethodError):
-    """The call exceeded its time limit."""
-
-
-class MethodOutOfMemory(MethodError):
-    """The call exceeded its memory limit."""
-
-
-class MethodCrashed(MethodError):
-    """The call ended with an error or by a signal."""
-
-
-class MethodNotStarted(MethodError):
-    """The method could not be started."""
-
-
-class NoAnswer(MethodError):
-    """The output is not a JSON object, or too long."""
-
-
-class NotFinite(MethodError):
-    """A number of the answer is not finite."""
-
-
-class WrongForm(MethodError):
-    """A key of the answer is missing, or a value has the wrong type."""
-
-
-class WrongJoints(MethodError):
-    """The answer does not have one gain for each joint, in order."""
-
-
-class ImpossibleGain(MethodError):
-    """A gain of zero, a negative standard deviation, or a contradictory entry."""
+    def __init__(self, kind: str, message: str) -> None:
+        super().__init__(message)
+        self.kind = kind

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from scenarios.benchmark.comparison.statistics import NEEDED
-from scenarios.benchmark.comparison.study import METHOD
+from scenarios.benchmark.comparison import NEEDED
+from scenarios.benchmark.study import METHOD
 
 
 def told(method: str, *rows: dict) -> pd.DataFrame:

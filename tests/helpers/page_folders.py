@@ -7,9 +7,7 @@ from pathlib import Path
 from quick import quick_scenario
 from rich.console import Console
 
-from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, MethodJoint, MethodSummary
-from scenarios.benchmark.methods.answer import AnswerGain
-from scenarios.benchmark.methods.answers import AnswerRow, AnswersFile, write_model
+from scenarios.benchmark.comparison import ComparedScenario, Comparison, MethodJoint, MethodSummary
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.scenario_files import CATALOG
@@ -65,21 +63,6 @@ def identification(folder: Path, saved: Path) -> Path:
     words = ["--model", str(saved / "robot.xml"), "--unloaded", unloaded, "--loaded", loaded]
     words += ["--payload", str(saved / "payload.toml"), "--method", "ls-2011", "--cutoff-hz", "14"]
     main(["identify", *words, "--save", str(folder)])
-    return folder
-
-
-def answers(folder: Path) -> Path:
-    """Answers of two methods to a problem, one of them refused."""
-    folder.mkdir()
-    claims = [
-        AnswerGain(joint=1, estimate=0.9, std=0.02, identifiable=True),
-        AnswerGain(joint=2, estimate=None, std=None, identifiable=False, reason="too light"),
-    ]
-    rows = [
-        AnswerRow(method=name, files={}, gains=claims, problem="monday", digest="ab12" * 16, seconds=1.5)
-        for name in (NAME, "theirs")
-    ]
-    write_model(AnswersFile(answers=rows), folder / "answers.json")
     return folder
 
 

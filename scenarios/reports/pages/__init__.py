@@ -5,7 +5,6 @@ from importlib import import_module
 from pathlib import Path
 
 from ident.support.naming import one_line
-from scenarios.benchmark.methods.answers import ANSWERS
 from scenarios.rendering.content import Report
 from scenarios.results.record import RECORD, RESULT
 from scenarios.support.errors import ScenarioError
@@ -17,9 +16,8 @@ PAGES = {
     "bare": "logs",
     "monte-carlo": "scenarios.results.monte_carlo",
     "sensitivity": "scenarios.results.sensitivity",
-    "comparison": "comparison",
+    "comparison": "scenarios.benchmark.comparison",
     "paper": "paper",
-    "answers": "answers",
 }
 """Kinds of results and the modules of their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"
@@ -48,9 +46,8 @@ def kind_of(folder: Path) -> str:
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
-    for name, kind in ((PAPER, "paper"), (ANSWERS, "answers")):
-        if (folder / name).is_file():
-            return kind
+    if (folder / PAPER).is_file():
+        return "paper"
     if (folder / RESULT).is_file():
         raise ScenarioError(
             f"{one_line(folder)}: contains {RESULT} but no {RECORD}: incomplete or from an older version; save it again"

@@ -3,25 +3,20 @@
 import importlib
 import sys
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from exact_problem import GAIN, PAYLOAD, exact_problem
 from places import ROOT
 
 from ident.model.structure import Structure
-from ident.payload.payload import Payload
 from scenarios import load
-from scenarios.benchmark.comparison.contract import checks
-from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, exact_motions
-from scenarios.benchmark.comparison.study import write_trial
-from scenarios.benchmark.methods import function, method_of
-from scenarios.benchmark.methods.call import Limits, call
+from scenarios.benchmark.methods import Limits, call, method_of
+from scenarios.benchmark.study import write_trial
 from scenarios.cli import main
-from scenarios.experiments.robots import robot
-from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
+from scenarios.results.problem_folder import GivenProblem, read_problem
 
 FIGAROH, SYSID = "docs.adapters.figaroh_tls", "docs.adapters.mujoco_sysid"
 
@@ -53,7 +48,7 @@ def absent(monkeypatch, package: str) -> None:
 def test_an_absent_library_is_one_line_that_says_what_to_install(module, package, advice, monkeypatch, capsys):
     absent(monkeypatch, package)
     text = f"{module}:drive_gains"
-    assert main(["compare", "--check", text]) == 2
+    assert main(["compare", "nominal", "--method", text]) == 2
     assert capsys.readouterr().err == f"rx90: method '{text}': {advice}\n"
 
 
@@ -95,12 +90,9 @@ def adapter(monkeypatch) -> ModuleType:
 
 
 def problem(folder: Path, structure: Structure, noise: float, known: str = "all") -> GivenProblem:
-    motions = exact_motions(structure, 6, noise=noise).motions
-    payload = motions[1].payload
-    assert isinstance(payload, Payload)
-    motions = (motions[0], replace(motions[1], payload=replace(payload, known=known)))
-    write_problem(folder, robot(), (), motions, observing=OBSERVING, gains=TRUSTING)
-    return read_problem(folder)
+    given = read_problem(exact_problem(folder, structure, noise=noise))
+    bare, loaded = given.motions
+    return replace(given, motions=(bare, replace(loaded, payload=replace(PAYLOAD, known=known))))
 
 
 @pytest.mark.parametrize("known", ["all", "com", "mass"])
@@ -108,7 +100,7 @@ def test_figaroh_is_given_equations_that_exact_gains_solve(known, adapter, struc
     given = problem(tmp_path, structure, 0.0, known)
     found = [gain["estimate"] for gain in adapter.drive_gains(given)]
     # filters and differences leave 1e-9, columns of sizes 1e-3 to 1e3 make a hundred times that of it
-    np.testing.assert_allclose(found, exact_motions(structure, 6, noise=0.0).gain, rtol=1e-7)
+    np.testing.assert_allclose(found, GAIN, rtol=1e-7)
     # residuals without noise: all that rounding to 0.01 % leaves is the half of it
     share = [gain["std"] / abs(gain["estimate"]) for gain in adapter.drive_gains(given)]
     np.testing.assert_allclose(share, 5e-5, rtol=1e-12)
@@ -118,7 +110,7 @@ def test_figaroh_states_deviations_and_those_above_the_limit_are_refused(adapter
     given = problem(tmp_path, structure, 0.002)
     every = adapter.every_gain(given)
     share = np.array([gain["std"] / abs(gain["estimate"]) for gain in every])
-    off = np.array([gain["estimate"] for gain in every]) / exact_motions(structure, 6, noise=0.002).gain - 1.0
+    off = np.array([gain["estimate"] for gain in every]) / GAIN - 1.0
     # of six honest deviations none is off by a factor of 20, however the noise falls
     assert 0.05 * np.abs(off).max() < share.max() < 20.0 * np.abs(off).max()
     limit = 0.5 * (share.min() + share.max())
@@ -138,33 +130,21 @@ def test_figaroh_without_a_bare_or_a_loaded_motion_refuses_every_joint(adapter, 
         assert [sorted(gain) for gain in told] == [["reason"]] * 6
 
 
-def test_packages_that_a_method_imports_are_recorded_with_their_versions():
-    module = ModuleType("mine")
-    module.table, module.os = importlib.import_module("pyarrow").Table, importlib.import_module("os")
-    module.console, module.limit = importlib.import_module("rich.console"), 3
-    module.filelock = importlib.import_module("filelock")
-    # neither pyarrow, which every study records, nor Python's own
-    assert function.packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
-
-
 # With the libraries
-
-EXACT = "exact data give exact gains, to 1e-08"
 
 
 @pytest.mark.slow
-def test_figaroh_keeps_what_the_document_says():
+def test_figaroh_finds_exact_gains(structure, tmp_path):
     pytest.importorskip("figaroh", reason="FIGAROH is not in the lock")
-    found = {check.promise: check.broken for check in checks(method_of(f"{FIGAROH}:drive_gains"), Limits())}
-    assert found[EXACT] is None
-    assert found["mass and inertia times 1.7 scale the gains by 1.7"] is None
+    found = call(method_of(f"{FIGAROH}:drive_gains"), exact_problem(tmp_path, structure), 6, Limits()).outcome
+    np.testing.assert_allclose([claim.value for claim in found], GAIN, rtol=1e-8)
 
 
 @pytest.mark.slow
 def test_mujoco_sysid_finds_the_gains_of_nominal_and_refuses_the_joint_that_shows_none(tmp_path):
     pytest.importorskip("tabulate", reason="what mujoco.sysid needs is not in the lock")
-    run = load("nominal").run(3)
-    write_trial(run.setup, run.recordings, tmp_path)
+    run = load("nominal").simulate(3)
+    write_trial(run, tmp_path)
     claims = call(method_of(f"{SYSID}:drive_gains"), tmp_path, 6, Limits(time_s=600.0)).outcome
     assert isinstance(claims, tuple), claims
     # five stated deviations are 1.3 to 2 %

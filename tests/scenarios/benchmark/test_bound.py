@@ -8,7 +8,7 @@ from quick import RANDOM, quick_scenario
 from scipy import linalg, signal
 
 from ident.estimation.all_joints.columns import JointColumns
-from scenarios.benchmark.comparison.bound import bound_of, gain_bound, in_band
+from scenarios.benchmark.bound import bound_of, gain_bound, in_band
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
 

@@ -6,13 +6,13 @@ import pytest
 from method_rows import told
 from scipy import stats
 
-from scenarios.benchmark.comparison.statistics import summaries
-from scenarios.benchmark.comparison.study import METHOD
+from scenarios.benchmark.comparison import compared
+from scenarios.benchmark.study import METHOD
 from scenarios.experiments.statistics import coverage
 
 
 def one(rows: pd.DataFrame, bound=None):
-    return summaries(rows, [rows[METHOD].iloc[0]], bound)[0]
+    return compared("s", rows, [rows[METHOD].iloc[0]], bound).methods[0]
 
 
 def test_errors_of_a_joint_are_summed_up():
@@ -116,6 +116,6 @@ def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
     none = told("none", {}, {})
     bold = told("bold", {"estimate": 3.0}, {"estimate": 3.0})
     rows = pd.concat([bold, none, good, fair])
-    ranked = summaries(rows, ["bold", "none", "good", "fair"], None)
+    ranked = compared("s", rows, ["bold", "none", "good", "fair"], None).methods
     assert [each.method for each in ranked] == ["fair", "none", "good", "bold"]
     assert [each.score for each in ranked] == [0.5, 0.0, 0.0, -1.0]

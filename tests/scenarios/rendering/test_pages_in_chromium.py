@@ -22,7 +22,6 @@ pytestmark = pytest.mark.skipif(
 KINDS = [
     "run",
     "comparison",
-    "answers",
     *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("identification", "check", "monte-carlo", "sensitivity")),
 ]
 
@@ -38,7 +37,6 @@ def folders(tmp_path_factory):
         "monte-carlo": lambda: page_folders.study(made_folder("study here")),
         "sensitivity": lambda: page_folders.budget(made_folder("budget here")),
         "comparison": lambda: page_folders.comparison(root / "comparison"),
-        "answers": lambda: page_folders.answers(root / "answers"),
     }
 
     def made_folder(name: str) -> Path:
@@ -90,10 +88,10 @@ def test_a_page_is_complete_without_a_script_and_asks_for_nothing(kind, seen):
     assert said == []
     assert asked == [path.as_uri()]
     assert view.locator("script:not([type='application/json'])").count() == 0
-    assert view.locator(".plot svg").count() == view.locator(".plot").count() > (0 if kind == "answers" else 1)
+    assert view.locator(".plot svg").count() == view.locator(".plot").count() > 1
     assert view.evaluate("window.pwned") is None
     assert view.locator("img").count() == 0
-    if kind in ("run", "monte-carlo", "comparison", "answers"):
+    if kind in ("run", "monte-carlo", "comparison"):
         assert page_folders.NAME in view.locator("main").inner_text()
     colours = []
     for scheme in ("dark", "light"):

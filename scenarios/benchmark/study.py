@@ -1,4 +1,7 @@
-"""A comparison: trials of a Monte Carlo study, simulated once, given to every method; one row per joint."""
+"""A comparison of methods as a study: trials of a Monte Carlo study, simulated once, given to every method.
+
+A row per trial, method and joint; a failed call has rows with its failure, which are neither gains nor refusals.
+"""
 
 import tempfile
 from collections.abc import Sequence
@@ -8,8 +11,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from scenarios.benchmark.methods.call import Call, Limits, call
-from scenarios.benchmark.methods.method import Method
+from scenarios.benchmark.methods import Limits, Method, call
 from scenarios.experiments.draws import places_of
 from scenarios.experiments.judge import Claim, judge_claims
 from scenarios.experiments.run import Failure, Simulated
@@ -18,7 +20,7 @@ from scenarios.experiments.setup import Setup
 from scenarios.experiments.study import Study, monte_carlo
 from scenarios.experiments.trials import Rows, Work, failed_rows, setting_columns, trial_schema
 from scenarios.results.problem_folder import write_problem
-from scenarios.support.errors import ScenarioError
+from scenarios.support.errors import MethodError, ScenarioError
 
 METHOD = "method"
 COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
@@ -36,9 +38,9 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
     texts = [method.text for method in methods]
     if not texts:
         raise ScenarioError("no method; name one with --method")
-    for text in texts:
-        if texts.count(text) > 1:
-            raise ScenarioError(f"method {text!r} is given twice; give each method once")
+    twice = next((text for text in texts if texts.count(text) > 1), None)
+    if twice is not None:
+        raise ScenarioError(f"method {twice!r} is given twice; give each method once")
     schema = trial_schema(scenario, places_of(scenario.table.random), (METHOD,))
     return replace(
         monte_carlo(scenario, count, seed),
@@ -69,28 +71,27 @@ def write_trial(simulated: Simulated, folder: Path) -> None:
 
 
 def _answered(methods: tuple[Method, ...], limits: Limits, simulated: Simulated) -> Rows:
-    """Return rows of all methods; each receives its own copy of the folder."""
+    """Return the rows of a trial; each method has a copy of the folder of its own."""
     trial, joints, rows = simulated.trial, simulated.setup.structure.arm.n, list[dict[str, object]]()
     common = {"trial": trial.number, "seed": trial.seed, **setting_columns(simulated.settings)}
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
             write_trial(simulated, Path(place))
             called = call(method, Path(place), joints, limits)
-        rows += [{**common, **row} for row in _judged_rows(simulated.setup, method, called)]
+        judged = _judged(simulated.setup, called.outcome)
+        rows += [{**common, METHOD: method.text, "seconds": called.seconds, **row} for row in judged]
     return rows
 
 
-def _judged_rows(setup: Setup, method: Method, called: Call) -> Rows:
-    """Return the rows of a call, one per joint; a failed call has rows with its failure, which are not refusals."""
-    tolerance, scenario = setup.scenario.table.tolerance, setup.scenario
-    failure = None if isinstance(called.outcome, tuple) else called.outcome
-    claims = called.outcome if isinstance(called.outcome, tuple) else (Claim(None, None, None),) * len(tolerance.gain)
-    verdict = judge_claims(claims, setup.true_gain, tolerance, expectation=scenario.expectation)
-    lost = {} if failure is None else {"failure": type(failure).__name__, "reason": str(failure), "passed": False}
-    return [
-        {METHOD: method.text, "expected": expected, "seconds": called.seconds, **asdict(gain), **lost}
-        for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True)
-    ]
+def _judged(setup: Setup, outcome: tuple[Claim, ...] | MethodError) -> Rows:
+    """Return the judged columns of a call, one row per joint."""
+    tolerance, lost = setup.scenario.table.tolerance, dict[str, object]()
+    if isinstance(outcome, MethodError):
+        lost = {"failure": outcome.kind, "reason": str(outcome), "passed": False}
+        outcome = (Claim(None, None, None),) * len(tolerance.gain)
+    verdict = judge_claims(outcome, setup.true_gain, tolerance, expectation=setup.scenario.expectation)
+    pairs = zip(verdict.gains, tolerance.identifiable, strict=True)
+    return [{"expected": expected, **asdict(gain), **lost} for gain, expected in pairs]
 
 
 def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:

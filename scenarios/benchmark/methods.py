@@ -1,0 +1,374 @@
+"""Methods of a comparison, built-in and external: each call has a process of its own, with limits.
+
+    NAME, NAME,KEY=VALUE,...   an estimator of `ident`, with options of its own or of the identification
+    package.module:function    takes a `GivenProblem`; returns a mapping per joint, `estimate` and `std`, or a `reason`
+    exec: COMMAND              is given the problem's folder as its last argument
+
+A process prints the gains as the JSON object of `rx90 identify --json`; methods in Python are run by this module as a
+program. A call without a valid answer has a `MethodError`, which is counted.
+"""
+
+import hashlib
+import importlib
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields
+from importlib.metadata import packages_distributions, version
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import IO, TYPE_CHECKING, NoReturn, cast
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.gain_options import GainOptions
+from ident.identification import identify
+from ident.observation.observation import ObserveOptions
+from ident.preparation import SIMULATED
+from ident.support.errors import IdentificationError, OptionError
+from ident.support.naming import nearest, one_line, shown
+from ident.support.options import options_from_table, options_from_words, table_from_words
+from scenarios.results.gains import Result
+from scenarios.results.problem_folder import GivenProblem, read_problem
+from scenarios.support.errors import MethodError, ScenarioError
+from scenarios.support.versions import PACKAGES
+
+if TYPE_CHECKING:
+    from scenarios.experiments.judge import Claim
+
+FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
+Function = Callable[[GivenProblem], Sequence[Mapping[str, object]]]
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+LARGEST_ANSWER, LARGEST_FILE = 10_000_000, 200_000_000
+"""Largest number of bytes of an answer, and of any file that a method writes."""
+TAIL = 4000
+"""Number of bytes read from the end of standard error."""
+CPU_SLACK = 5.0
+"""Processor time beyond the limit after which the system ends an unsupervised process [s]."""
+
+
+# Names
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A method of a comparison.
+
+    Attributes:
+        text: Text that names the method.
+        words: The command without its last argument, the problem's folder.
+        digests: Digest of each known file of the method, and version of each package that it imports (without those of
+            every study), by name. With another digest or version the method is a different one.
+    """
+
+    text: str
+    words: tuple[str, ...]
+    digests: tuple[tuple[str, str], ...] = ()
+
+
+def method_of(text: str) -> Method:
+    """Return the method of a text.
+
+    Raises:
+        ScenarioError: If there is no such estimator, option, function or program.
+    """
+    in_python = (sys.executable, "-P", "-m", "scenarios.benchmark.methods", text)
+    if text.startswith("exec:"):
+        return _command(text)
+    if ":" not in text:
+        _estimator(text)
+        return Method(text, in_python)
+    module = _function(text).__module__
+    spec = find_spec(module)
+    files = [] if spec is None or spec.origin is None else [Path(spec.origin)]
+    return Method(text, in_python, (*_digests(files), *imported_packages(sys.modules[module])))
+
+
+def _command(text: str) -> Method:
+    try:
+        words = shlex.split(text.removeprefix("exec:"))
+    except ValueError as error:
+        raise ScenarioError(f"method {shown(text)}: {str(error).lower()}") from error
+    if not words:
+        raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
+    program = shutil.which(words[0])
+    if program is None:
+        raise ScenarioError(f"method {shown(text)}: program not found: {shown(words[0])}")
+    given = [Path(word) for word in words[1:] if Path(word).is_file()]
+    return Method(text, (str(Path(program).absolute()), *words[1:]), _digests([Path(program), *given]))
+
+
+def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, object]]:
+    """Return an estimator's name and options, and the options of the identification that replace the problem's."""
+    name, *words = text.split(",")
+    if name not in ESTIMATORS:
+        raise ScenarioError(
+            f"unknown method {shown(name)}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}, "
+            "package.module:function, exec:COMMAND"
+        )
+    kinds = [{field.name for field in fields(kind)} for kind in (ObserveOptions, GainOptions)]
+    parts: tuple[list[str], ...] = ([], [], [])
+    for word in words:
+        key = word.partition("=")[0].strip().replace("-", "_")
+        parts[next((k for k, names in enumerate(kinds) if key in names), 2)].append(word)
+    try:
+        options_from_words(ObserveOptions, parts[0])
+        options_from_words(GainOptions, parts[1])
+        own = options_from_words(ESTIMATORS[name].options, parts[2])
+    except OptionError as error:
+        raise ScenarioError(f"method {shown(text)}: {error}") from error
+    return name, own, table_from_words(ObserveOptions, parts[0]), table_from_words(GainOptions, parts[1])
+
+
+def _function(text: str) -> Function:
+    """Import a function; the working folder is last in the search path, so that it hides no installed module."""
+    found = FORM.fullmatch(text)
+    if found is None:
+        raise ScenarioError(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
+    module, name = found.groups()
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        function = getattr(importlib.import_module(module), name, None)
+    except ImportError as error:
+        raise ScenarioError(f"method {shown(text)}: {error}") from error
+    if not callable(function):
+        raise ScenarioError(f"method {shown(text)}: module {module} has no function {name}")
+    return cast(Function, function)
+
+
+def _digests(paths: Iterable[Path]) -> tuple[tuple[str, str], ...]:
+    return tuple((path.name, hashlib.sha256(path.read_bytes()).hexdigest()[:16]) for path in paths)
+
+
+def imported_packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
+    """Return name and version of each package that a module imports, without those that every study records."""
+    values = vars(module).values()
+    origins = (each.__name__ if isinstance(each, ModuleType) else getattr(each, "__module__", None) for each in values)
+    tops = {origin.partition(".")[0] for origin in origins if isinstance(origin, str)}
+    distributions = packages_distributions()
+    named = {name for top in tops for name in distributions.get(top, ())} - set(PACKAGES)
+    return tuple((name, version(name)) for name in sorted(named))
+
+
+# Calls
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits of one call of a method.
+
+    Attributes:
+        time_s: Wall time [s], including the start of the program.
+        memory_gb: Memory of each of its processes [GB]; enforced on Linux.
+    """
+
+    time_s: float = 60.0
+    memory_gb: float = 4.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Call:
+    """Outcome of a call.
+
+    Attributes:
+        outcome: One answer per joint, or the error.
+        seconds: Wall time, including the start of the program [s].
+    """
+
+    outcome: "tuple[Claim, ...] | MethodError"
+    seconds: float
+
+
+def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
+    """Call a method. There is always an outcome, and all processes of its session are ended."""
+    started = time.perf_counter()
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        try:
+            status = _run((*method.words, str(folder.absolute())), out, err, limits)
+            if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
+                raise MethodError(
+                    "NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object"
+                )
+            if status:
+                raise _failure(status, err, limits)
+            out.seek(0)
+            outcome = read_answer(out.read(), joints)
+        except MethodError as error:
+            outcome = error
+    return Call(outcome=outcome, seconds=time.perf_counter() - started)
+
+
+def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -> int:
+    """Run a program in a new session, which is ended with it; return its exit status, negative for a signal."""
+    path = os.pathsep.join(filter(None, sys.path))
+    environment = os.environ | ONE_THREAD | {"PYTHONPATH": path, "PYTHONWARNINGS": "ignore"}
+    try:
+        process = subprocess.Popen(
+            words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment
+        )
+    except OSError as error:
+        raise MethodError("MethodNotStarted", f"{one_line(words[0])}: {error.strerror}") from error
+    try:
+        _limit(process.pid, limits)
+        return process.wait(limits.time_s)
+    except subprocess.TimeoutExpired:
+        raise MethodError("MethodTimedOut", f"no answer after {limits.time_s:g} s") from None
+    finally:
+        with suppress(ProcessLookupError, PermissionError):  # no process is left
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def _limit(process: int, limits: Limits) -> None:
+    """Set limits that the system enforces and that children inherit."""
+    if sys.platform != "linux":
+        return
+    import resource
+
+    size, time_s = int(limits.memory_gb * 1e9), int(limits.time_s + CPU_SLACK)
+    for limit, value in (("DATA", size), ("CPU", time_s), ("FSIZE", LARGEST_FILE)):
+        with suppress(ProcessLookupError, PermissionError):  # it has ended already
+            resource.prlimit(process, getattr(resource, f"RLIMIT_{limit}"), (value, value))
+
+
+def _failure(status: int, err: IO[bytes], limits: Limits) -> MethodError:
+    err.seek(max(0, err.seek(0, os.SEEK_END) - TAIL))
+    said = err.read().decode("utf-8", "replace").strip()
+    last = one_line(said.splitlines()[-1]) if said else "it printed no message"
+    if "MemoryError" in last or "bad_alloc" in said or "annot allocate memory" in last:
+        return MethodError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
+    if status == -signal.SIGXCPU:
+        return MethodError("MethodTimedOut", f"more than {limits.time_s:g} s of processor time")
+    if status > 0:
+        return MethodError("MethodCrashed", f"exit status {status}: {last}")
+    known = -status in set(signal.Signals)
+    name = signal.Signals(-status).name if known else f"signal {-status}"
+    return MethodError("MethodCrashed", f"ended by {name}: {last}")
+
+
+# Answers
+
+
+class AnswerGain(BaseModel):
+    """One joint's gain: `estimate`, and `std` if the method estimates one; null for a refused joint."""
+
+    model_config = ConfigDict(extra="allow")
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    estimate: float | None = Field(description="Estimated gain [N m / drive unit], null if refused")
+    std: float | None = Field(
+        description="Standard deviation of the gain [N m / drive unit], null if refused or not estimated"
+    )
+    identifiable: bool = Field(description="Whether there is a gain")
+    reason: str | None = Field(None, description="Why there is no gain")
+
+
+class AnswerFile(BaseModel):
+    """Output of a method: one gain per joint, in order; other keys are ignored."""
+
+    model_config = ConfigDict(extra="allow")
+    gains: list[AnswerGain] = Field(description="One entry per joint, in order")
+
+
+def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
+    """Return one answer per joint.
+
+    Raises:
+        MethodError: If the output is no JSON object (`NoAnswer`); if a number is not finite (`NotFinite`), a key is
+            missing or of a wrong type (`WrongForm`); if the joints are not those of the arm, in order (`WrongJoints`);
+            if the entry of a joint is contradictory or impossible (`ImpossibleGain`).
+    """
+    try:
+        text = output.decode("utf-8").strip()
+        found: object = json.loads(text, parse_constant=_not_finite) if text else None
+    except UnicodeDecodeError as error:
+        raise MethodError("NoAnswer", "its output is not UTF-8 text") from error
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise MethodError("NoAnswer", f"it printed no JSON: {shown(output.decode().strip())}") from error
+    if not isinstance(found, dict):
+        said = f"it printed {shown(text)}; expected one JSON object" if text else "it printed nothing"
+        raise MethodError("NoAnswer", said)
+    try:
+        answer = AnswerFile.model_validate(found, strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        message = one_line(first["msg"][0].lower() + first["msg"][1:])
+        raise MethodError("WrongForm", f"{where}: {message}") from error
+    numbers = [gain.joint for gain in answer.gains]
+    if numbers != list(range(1, joints + 1)):
+        raise MethodError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
+    return tuple(map(_claim, answer.gains))
+
+
+def _not_finite(name: str) -> NoReturn:
+    raise MethodError("NotFinite", f"a number is {name}")
+
+
+def _claim(gain: AnswerGain) -> "Claim":
+    from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
+
+    value, std, joint = gain.estimate, gain.std, f"joint {gain.joint}"
+    for name, number in (("estimate", value), ("std", std)):
+        if number is not None and not math.isfinite(number):
+            raise MethodError("NotFinite", f"{joint}: {name} is {number}")
+    if not gain.identifiable:
+        if value is not None or std is not None:
+            raise MethodError("ImpossibleGain", f"{joint} is refused but has a number; give null")
+        return Claim(None, None, gain.reason)
+    if not value:
+        raise MethodError("ImpossibleGain", f"{joint}: a gain of {value} is invalid; refuse the joint instead")
+    if std is not None and std < 0.0:
+        raise MethodError("ImpossibleGain", f"{joint}: a standard deviation of {std:g}")
+    return Claim(value, std, None)
+
+
+# Methods in Python, in their own process
+
+
+def python_answer(text: str, folder: Path) -> dict[str, object]:
+    """Return the answer of an estimator or a function, not validated."""
+    problem, started = read_problem(folder), time.perf_counter()
+    try:
+        if ":" not in text:
+            name, options, observing, limits = _estimator(text)
+            found = identify(
+                problem.arm,
+                problem.motions,
+                method=name,
+                options=options,
+                observing=options_from_table(ObserveOptions, {**asdict(problem.observing), **observing}),
+                gains=options_from_table(GainOptions, {**asdict(problem.gains), **limits}),
+                policy=SIMULATED,
+            )
+            return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
+        gains = _function(text)(problem)
+    except IdentificationError as error:  # refused data mean that every joint is refused
+        gains = [{"reason": str(error)}] * problem.arm.n
+    none = {"std": None, "estimate": None, "reason": None}
+    given = enumerate(gains, 1)
+    return {"gains": [{"joint": j, **none, "identifiable": g.get("estimate") is not None, **g} for j, g in given]}
+
+
+def _main(text: str, folder: str) -> None:
+    """Print the answer alone on standard output; what a method prints, in compiled code too, goes to standard error."""
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    with os.fdopen(answer, "w", encoding="utf-8") as output:
+        json.dump(python_answer(text, Path(folder)), output)  # the reader checks for numbers that are not finite
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])

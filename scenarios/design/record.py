@@ -55,12 +55,12 @@ class RecordedJoint(ResultModel):
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     name: str = Field(description="Name of the joint in the model")
-    start: float = Field(description="First position")
-    lowest: float = Field(description="Lowest position")
-    highest: float = Field(description="Highest position")
-    max_velocity: float = Field(description="Largest speed, per second")
+    start: float = Field(description="First position [rad or m]")
+    lowest: float = Field(description="Lowest position [rad or m]")
+    highest: float = Field(description="Highest position [rad or m]")
+    max_velocity: float = Field(description="Largest speed [rad/s or m/s]")
     velocity_used: float = Field(description="Largest speed relative to the limit of the joint")
-    max_acceleration: float = Field(description="Largest acceleration, per second squared")
+    max_acceleration: float = Field(description="Largest acceleration [rad/s^2 or m/s^2]")
     acceleration_used: float = Field(description="Largest acceleration relative to the limit of the joint")
 
 

@@ -87,11 +87,11 @@ class NewJoint(ResultModel):
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     kind: str = Field(description="revolute or prismatic")
-    lower: float | None = Field(description="Lower end of the range, null if unlimited")
-    upper: float | None = Field(description="Upper end of the range, null if unlimited")
-    torque: float = Field(description="Largest torque")
+    lower: float | None = Field(description="Lower end of the range [rad or m], null if unlimited")
+    upper: float | None = Field(description="Upper end of the range [rad or m], null if unlimited")
+    torque: float = Field(description="Largest torque [N m or N]")
     torque_assumed: bool = Field(description="Whether the torque is assumed")
-    speed: float = Field(description="Largest speed")
+    speed: float = Field(description="Largest speed [rad/s or m/s]")
     speed_assumed: bool = Field(description="Whether the speed is assumed")
 
 

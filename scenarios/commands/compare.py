@@ -53,8 +53,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.setup import setup_of
     from scenarios.experiments.study import carry_out
+    from scenarios.rendering import write_report
     from scenarios.rendering.content import Paragraph
-    from scenarios.reports.files import write_json, write_markdown
     from scenarios.support.versions import versions
 
     loaded = [load_scenario(name) for name in options.scenarios]
@@ -91,8 +91,8 @@ def main(options: argparse.Namespace) -> Status:
     found = Comparison(about=about, scenarios=scenarios)
     report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
     with summary_of(options.out), held.writing():
-        write_markdown(report, options.out / REPORT)
-        write_json(report, options.out / DOCUMENT)
+        write_report(report, options.out / REPORT)
+        write_report(report, options.out / DOCUMENT)
     show(report, options)
     return Status.PASSED
 

@@ -26,7 +26,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.paper.experiment import run_paper
     from scenarios.benchmark.paper.folder import FILES, case_rows, paper_result, write_raw_numbers
     from scenarios.command_line.writing import right_to_write
-    from scenarios.reports.files import write_figures, write_markdown
+    from scenarios.rendering import write_report
+    from scenarios.reports.files import write_figures
     from scenarios.reports.paper import paper_report
 
     held = None
@@ -39,7 +40,7 @@ def main(options: argparse.Namespace) -> Status:
     if held is not None:
         with held.writing():
             write_figures(report, held.folder)
-            write_markdown(report, held.folder / TEXT)
+            write_report(report, held.folder / TEXT)
             write_raw_numbers(result, held.folder, command=options.command_line)
     show(report, options)
     return Status.PASSED if result.passed else Status.MISSED

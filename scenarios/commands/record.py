@@ -44,7 +44,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
     from scenarios.experiments.setup import setup_of
     from scenarios.prediction.predictor import enough, expected_preparation
-    from scenarios.reports.files import write_markdown
+    from scenarios.rendering import write_report
     from sim.feedforward_currents import check_torque_limits
 
     setup, stated = setup_of(load_scenario(options.scenario)), stated_payloads(scenario_as_stated(options.scenario))
@@ -56,7 +56,7 @@ def main(options: argparse.Namespace) -> Status:
     recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
     page = instructions(setup, recorded, payloads, options.scenario, COMMANDS, expected)
     with held.writing():
-        write_markdown(page, held.folder / PAGE)
+        write_report(page, held.folder / PAGE)
         for name, text in texts.items():
             (held.folder / name).write_text(text, encoding="utf-8")
     written, different = _write_payloads(payloads, held.folder)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 
 from scenarios.rendering.content import Report
 
@@ -31,3 +32,13 @@ class Page:
 def renderer(name: str) -> Callable[[Report, Page], str]:
     """Return the function that renders a report in a format of `RENDERERS`."""
     return import_module(f"{__name__}.{name}").render
+
+
+def write_report(report: Report, path: Path) -> None:
+    """Write a report; the ending of the file's name, .md, .json or .html, is its format.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    name = {".md": "markdown", ".json": "json", ".html": "html"}[path.suffix]
+    path.write_text(renderer(name)(report, Page()), encoding="utf-8", errors="backslashreplace")

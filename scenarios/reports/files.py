@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import Figure, Report
 
 DPI = 110
@@ -22,23 +21,3 @@ def write_figures(report: Report, folder: Path) -> list[Path]:
                 written.append(folder / f"{part.name}.{ending}")
                 drawing.savefig(written[-1], dpi=DPI)
     return written
-
-
-def write_markdown(report: Report, path: Path) -> Path:
-    """Write the text with every row of every table.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    path.write_text(renderer("markdown")(report, Page()), encoding="utf-8", errors="backslashreplace")
-    return path
-
-
-def write_json(report: Report, path: Path) -> Path:
-    """Write the JSON document.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    path.write_text(renderer("json")(report, Page()), encoding="utf-8")
-    return path

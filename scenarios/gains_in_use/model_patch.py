@@ -239,7 +239,7 @@ def _defaults(root: ET.Element) -> Defaults:
         name = section.get("class", MAIN)
         for (outer, kind), attributes in list(found.items()):
             if outer == around:
-                found[name, kind] = {**attributes, **found.get((name, kind), {})}
+                found[name, kind] = dict(attributes)
         for child in section:
             if child.tag != "default":
                 found.setdefault((name, _kind(child)), {}).update(child.attrib)

@@ -166,7 +166,7 @@ def _reading(root: ET.Element) -> _Reading:
         classes[name] += section.findall("joint")
         for inner in section.findall("default"):
             own = inner.get("class", "")
-            classes[own] = [*classes[name], *classes.get(own, [])]
+            classes[own] = list(classes[name])
             add(inner, own)
 
     for section in root.findall("default"):
@@ -220,10 +220,9 @@ def _is_object(body: ET.Element) -> bool:
 
 def _leads(element: ET.Element, flange: str) -> bool:
     """Return whether an element is, or contains, the flange; remove bodies in it that do not."""
-    at_end = element.tag == "body" and element.get("name") == flange
-    leads = at_end
+    leads = element.tag == "body" and element.get("name") == flange
     for child in [each for each in element if each.tag in ("body", *MANIFOLD)]:
-        if not at_end and _leads(child, flange):
+        if _leads(child, flange):
             leads = True
         else:
             element.remove(child)

@@ -32,6 +32,7 @@ TAIL = """<actuator>
 <general name="a" joint="shoulder_pan_joint"/> <!-- kept, José -->
 <position name="b" joint="elbow_joint" forcerange="-150  149.5" kp="100"/>
 <motor name="c" class="wrist" joint="wrist_1_joint" gear="2"/>
+<motor name="d" joint="wrist_2_joint"/>
 </actuator>"""
 TRANSMISSION = '<transmission name="t"><joint name="elbow_joint"><limit effort="3"/></joint></transmission>'
 
@@ -183,6 +184,7 @@ def test_an_mjcf_is_patched_where_its_classes_would_say_something_else(cell, cap
     for k, (low, high, j) in enumerate([(-7.0, 8.0, 0), (-150.0, 149.5, 2), (-7.0, 8.0, 3)]):
         np.testing.assert_allclose(model.actuator_forcerange[k], ratio[j] * np.array([low, high]), rtol=SIX)
     np.testing.assert_allclose(model.actuator_ctrlrange[2], ratio[3] * np.array([-21.0, 22.0]), rtol=SIX)
+    assert not model.actuator_ctrllimited[3]  # an actuator is not of its joint's class
 
 
 def test_a_joint_of_an_included_file_stays(cell, capsys):

@@ -8,7 +8,7 @@
 q is the position of the driven joint, which is that of the motor on the joint side. The phases of cogging and ripple
 differ by 1 rad, so that they do not cancel. W v^2 / v_max^2 is the equilibrium of I^2 R heating and cooling. The
 solution is exact over a period with constant current. The temperature rise continues between the motions of an
-experiment (`sim.sequence`), with v = 0 during the rests.
+experiment (`sim.experiment`), with v = 0 during the rests.
 """
 
 from collections.abc import Sequence

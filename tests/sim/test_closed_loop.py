@@ -28,7 +28,7 @@ PERIODS = 300
 
 
 def documented(q: np.ndarray) -> np.ndarray:
-    """Currents for given readings: `sim.control_law` and `sim.controller` as written there, by scalars."""
+    """Currents for given readings: `sim.closed_loop` and `sim.controller` as written there, by scalars."""
     motion = short_motion()
     arm = pin.buildModelFromMJCF(str(RX90.model))
     arm.armature = np.array(BELIEF.rotor_inertia)
@@ -235,7 +235,7 @@ def native(**changes) -> Experiment:
 
 
 def stepped(run: Experiment, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Readings before they are rounded, and currents: the law as `sim.servo` writes it, in every step."""
+    """Readings before they are rounded, and currents: the law as `sim.closed_loop` writes it, in every step."""
     controller = tuned(run.belief, run.trajectory, run.controller)
     model, limit = lean_model(run.plant, loaded=run.loaded, step=run.step), run.plant.drives.current_limit
     if run.plant.errors.wrist_coupling:  # Euler takes viscous friction of a coupled motor as it is when a step begins

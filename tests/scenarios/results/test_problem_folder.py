@@ -1,6 +1,7 @@
 """A problem folder holds what identification needs, and nothing of the truth."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import jsonschema
@@ -13,7 +14,6 @@ from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import read_payload
 from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
 from scenarios.experiments.run import Run, as_identified, run
@@ -69,14 +69,11 @@ def test_what_is_read_back_is_what_identification_was_given(done, folder):
         np.testing.assert_array_equal(one.recording.q, other.recording.q)
         np.testing.assert_array_equal(one.recording.v, other.recording.v)
         assert one.payload == other.payload
-
-
-def test_motions_of_one_mounting_share_one_payload_and_others_do_not(folder):
-    payloads = [motion.payload for motion in read_problem(folder).motions]
-    assert payloads[0] is payloads[1]  # both of the light one, together where the first is
-    assert payloads[2] is None
-    assert payloads[3] is not None
-    assert payloads[3] is not payloads[0]
+    light, again, bare, loaded = (motion.payload for motion in found.motions)
+    assert light is again  # one mounting, together where the first is
+    assert bare is None
+    assert loaded not in (None, light)
+    jsonschema.Draft202012Validator(schema("problem")).validate(json.loads((folder / PROBLEM).read_text()))
 
 
 def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
@@ -103,32 +100,16 @@ def test_nothing_of_the_truth_is_in_the_folder(done, folder):
         np.testing.assert_array_equal(body.inertia, [1.0, 1.0, 1.0])
 
 
-def test_a_robot_under_another_gravity_keeps_it(tmp_path, done):
-    text = done.setup.experiments[0].plant.robot.model.read_text()
+def test_gravity_and_deviations_of_a_payload_are_kept(tmp_path, done):
+    robot, motions = done.setup.experiments[0].plant.robot, as_identified(done.setup, done.recordings)
     tilted = tmp_path / "tilted.xml"
-    tilted.write_text(text.replace('gravity="0 0 -9.81"', 'gravity="1.5 -2 -9.4"'))
-    motions = as_identified(done.setup, done.recordings)
-    robot = replace(done.setup.experiments[0].plant.robot, model=tilted)
-    write_problem(tmp_path / "p", robot, (), motions, observing=OBSERVING, gains=GAINS)
-    np.testing.assert_array_equal(read_problem(tmp_path / "p").arm.gravity, [1.5, -2.0, -9.4])
-
-
-def test_the_file_fits_its_schema(folder):
-    jsonschema.Draft202012Validator(schema("problem")).validate(json.loads((folder / PROBLEM).read_text()))
-
-
-def test_payload_deviations_are_kept(tmp_path, done):
-    motions = as_identified(done.setup, done.recordings)
+    tilted.write_text(robot.model.read_text().replace('gravity="0 0 -9.81"', 'gravity="1.5 -2 -9.4"'))
     weighed = replace(motions[0].payload, mass_std=0.0123, known="mass")
-    write_problem(
-        tmp_path / "p",
-        done.setup.experiments[0].plant.robot,
-        (),
-        [motions[2], replace(motions[0], payload=weighed)],
-        observing=OBSERVING,
-        gains=GAINS,
-    )
-    assert read_payload(tmp_path / "p" / "payload-1.toml") == weighed
+    given = [motions[2], replace(motions[0], payload=weighed)]
+    write_problem(tmp_path / "p", replace(robot, model=tilted), (), given, observing=OBSERVING, gains=GAINS)
+    found = read_problem(tmp_path / "p")
+    np.testing.assert_array_equal(found.arm.gravity, [1.5, -2.0, -9.4])
+    assert [each.payload for each in found.motions] == [None, weighed]
 
 
 WRONG = [
@@ -146,28 +127,22 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("change", "message"), WRONG, ids=lambda value: None)
-def test_a_problem_file_that_says_what_cannot_be_is_refused_with_its_place(change, message, folder, tmp_path):
+def test_an_impossible_problem_file_is_refused_with_its_place(change, message, folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     known = json.loads((folder / PROBLEM).read_text())
-    for path in folder.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    text = change if isinstance(change, str) else json.dumps({**known, **change})
-    (tmp_path / PROBLEM).write_text(text)
+    (tmp_path / PROBLEM).write_text(change if isinstance(change, str) else json.dumps({**known, **change}))
     with pytest.raises(ForeignProblem, match=PROBLEM) as caught:
         read_problem(tmp_path)
     assert message.lower() in str(caught.value).lower()
     assert "\n" not in str(caught.value)
 
 
-def test_a_folder_without_problem_file_is_none(tmp_path, folder):
-    assert is_problem(folder)
-    assert not is_problem(tmp_path)
-    with pytest.raises(ForeignProblem, match="No such file"):
-        read_problem(tmp_path)
-
-
-def test_a_recording_that_is_not_there_is_named(folder, tmp_path):
-    for path in folder.iterdir():
-        (tmp_path / path.name).write_bytes(path.read_bytes())
+def test_a_file_that_is_missing_is_named(folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "motion-3.parquet").unlink()
     with pytest.raises(IdentificationError, match=r"motion-3\.parquet"):
+        read_problem(tmp_path)
+    (tmp_path / PROBLEM).unlink()
+    assert (is_problem(folder), is_problem(tmp_path)) == (True, False)
+    with pytest.raises(ForeignProblem, match="No such file"):
         read_problem(tmp_path)

@@ -99,8 +99,6 @@ class Payload:
             step = 1e-4 * (np.arange(10) == k)
             above, below = (standard_parameters(x[0], x[1:4], x[4:]) for x in (values + step, values - step))
             spread[:, k] = std * (above - below) / 2e-4
-        if self.known == "mass":
-            spread[:, 1:] = 0.0
         mask = np.array([name in names for name in INERTIAL])
         return KnownPayload(
             names=names, chi=standard_parameters(values[0], values[1:4], values[4:]), spread=spread * mask[:, None]

@@ -111,6 +111,18 @@ def test_values_are_taken_up_to_their_limits(message):
         body(**outside)
 
 
+def test_an_inertia_in_a_file_is_refused_from_the_radius_of_gyration_that_no_payload_has():
+    for mass, most in ((6.25, 0.725), (0.25, 0.425)):  # 0.35 m + 0.15 m sqrt(mass / kg)
+        for share in (0.99, 1.01):
+            J = mass * (share * most) ** 2
+            table = {"mass": mass, "com": [0.1, 0.2, 0.3], "inertia": {"ixx": 0.5 * J, "iyy": 0.7 * J, "izz": J}}
+            if share < 1.0:
+                payload_from_table(table)
+                continue
+            with pytest.raises(PayloadError, match=rf"inertia\.izz = .* expected {most:.3g} m at most"):
+                payload_from_table(table)
+
+
 def test_products_of_inertia_that_are_left_out_are_zero():
     table = {"mass": 2.5, "com": [0.1, 0.2, 0.3], "com_std": [0.4, 0.5, 0.6]}
     found = payload_from_table(

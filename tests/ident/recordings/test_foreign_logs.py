@@ -44,6 +44,12 @@ def test_a_log_in_another_unit_is_the_same_recording(tmp_path):
         assert log.read.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
 
 
+def test_a_declared_unit_of_time_is_doubted_and_dates_are_not(tmp_path):
+    path = csv(tmp_path / "log.csv", table(t=1e6 * T))
+    with pytest.raises(RecordingError, match=r"t is declared in ms but advances by 4e\+03 ms a row.*is it in us"):
+        read_recording(path, channels("t", unit=("ms",)))
+
+
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):
     # position = unit (sign logged + zero)
     logged = np.column_stack((41.0 - Q[:, 0] * 180.0 / np.pi, Q[:, 1] * 1e3 - 250.0, Q[:, 2] - 0.3))

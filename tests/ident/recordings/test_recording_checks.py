@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.recordings.checks import BURST, FASTEST, FASTEST_CLOCK, SLOWEST, UNUSUAL, check_log, log_faults
+from ident.recordings.checks import BURST, FASTEST, FASTEST_CLOCK, SLOWEST, UNUSUAL, check_log, log_faults, spikes
 from ident.recordings.files import read_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
@@ -149,6 +149,16 @@ def test_spikes_in_many_samples_are_counted_and_the_first_is_named(share):
     passes(q=spiky(Q, 0, share, 0.9 * FASTEST * H)[0])
 
 
+def test_masks_of_spikes_are_those_of_positions_and_of_few_and_many_of_currents():
+    q, of_q = spiky(Q, 0, 0.02, 1.01 * FASTEST * H + 0.01)
+    v, of_v = spiky(V, 1, 0.015, 1.7)
+    v[[70, 900], 0] = 500.0
+    found = spikes(Recording(T, q, v))
+    for mask, joint, rows in ((found[0], 0, of_q), (found[1], 1, of_v), (found[1], 0, [70, 900])):
+        np.testing.assert_array_equal(np.flatnonzero(mask[:, joint]), rows)
+    assert not found[0][:, 1].any()
+
+
 def test_spikes_smaller_than_half_of_what_a_current_does_anyway_pass():
     low, high = np.quantile(V[:, 1], [0.05, 0.95])
     passes(v=spiky(V, 1, 0.02, 0.48 * (high - low))[0])
@@ -220,7 +230,7 @@ def test_few_spikes_may_follow_steps_by_chance_but_not_where_another_joint_of_th
         v[rows, 0] += 4.0 * np.ptp(V[:, 0])
         return "; ".join(each.sentence for each in log_faults(Recording(T, q[:, order], v[:, order])))
 
-    spikes = f"v{order[0] + 1} has 25 spikes"
-    assert spikes in doubted(beside=False)
+    message = f"v{order[0] + 1} has 25 spikes"
+    assert message in doubted(beside=False)
     assert not doubted(beside=True)
-    assert spikes in doubted(beside=True, late=4)  # one of them follows no step
+    assert message in doubted(beside=True, late=4)  # one of them follows no step

@@ -181,7 +181,7 @@ def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) 
         return problem
     motion = setup_of(scenario).experiments[0].trajectory
     sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
-    complain(f"minimising the errors from noise and {', '.join(sourced.names)}")
+    complain(f"minimising the errors from noise and {', '.join(sourced.points)}")
     return replace(problem, added=sourced)
 
 

@@ -18,7 +18,7 @@ from scenarios.experiments.scenario import with_settings
 from scenarios.experiments.schema import PAIR, Scenario
 from scenarios.experiments.sensitivity import settings_with, sources_of
 from scenarios.experiments.setup import setup_of
-from scenarios.prediction.moments import Moments, Settings, points_of
+from scenarios.prediction.moments import Moments, points_of
 from scenarios.support.errors import StudyError
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents
@@ -35,7 +35,11 @@ REVERSAL = 0.1
 
 
 class SourcesAlong:
-    """Errors from the sources of a scenario along a motion."""
+    """Errors from the sources of a scenario along a motion.
+
+    Attributes:
+        points: Experiments at the settings that represent each source that is included.
+    """
 
     def __init__(self, scenario: Scenario, joints: Indices) -> None:
         """Prepare the plants. One bare and one loaded motion of the protocol are used; joints are from 0.
@@ -45,29 +49,19 @@ class SourcesAlong:
             ScenarioError: If a source is wrong.
         """
         off = with_settings(scenario, settings_with(sources_of(scenario), {}).settings)
-        quiet = setup_of(off)
-        if not set(PAIR) <= set(quiet.protocol):
+        self._quiet, self._joints = setup_of(off), joints
+        if not set(PAIR) <= set(self._quiet.protocol):
             raise StudyError(f"{scenario.name}: --against all needs a bare and a loaded motion in experiment.protocol")
-        self._quiet, self._joints = quiet, joints
-
-        def experiments(settings: Settings) -> Sequence[Experiment]:
-            return setup_of(with_settings(off, settings)).experiments
-
-        self._points = {
-            name: points_of(source, quiet.scenario.table).map(experiments)
+        self.points = {
+            name: points_of(source, off.table).map(lambda each: setup_of(with_settings(off, each)).experiments)
             for name, source in scenario.table.sources.items()
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         }
-        if not self._points:
+        if not self.points:
             raise StudyError(
                 f"{scenario.name}: no error source changes the {PLANT[:-1]}, so a motion can be optimised against "
                 "noise only; leave out --against all"
             )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Sources that are included."""
-        return tuple(self._points)
 
     def reduced(self, motion: FourierTrajectory, rate_hz: float) -> "SourcesAlong":
         """Return a copy with only the sources that have an effect along a motion.
@@ -78,10 +72,10 @@ class SourcesAlong:
         costs = {name: each.rms[self._joints].max() for name, each in self._errors(motion, rate_hz).items()}
         least = max(LEAST_SHARE * max(costs.values()), NO_COST)
         fewer = copy(self)
-        fewer._points = {name: points for name, points in self._points.items() if costs[name] > least}
-        if not fewer._points:
+        fewer.points = {name: points for name, points in self.points.items() if costs[name] > least}
+        if not fewer.points:
             raise StudyError(
-                f"{self._quiet.scenario.name}: {', '.join(self.names)}: no effect on any gain to identify, so a "
+                f"{self._quiet.scenario.name}: {', '.join(self.points)}: no effect on any gain to identify, so a "
                 "motion can be optimised against noise only; leave out --against all"
             )
         return fewer
@@ -92,24 +86,23 @@ class SourcesAlong:
 
     def _errors(self, motion: FourierTrajectory, rate_hz: float) -> dict[str, Moments]:
         """Return the errors of every gain from each source."""
-        base = self._currents(self._quiet.experiments, motion, rate_hz)
-        influence = self._influence(motion, rate_hz)
+        at = [self._quiet.protocol.index(name) for name in PAIR]
+
+        def currents(experiments: Sequence[Experiment]) -> list[Array]:
+            """Return those of the first bare and loaded motions, each (N, n); earlier motions warm up drives."""
+            moved = [replace(each, trajectory=motion) for each in experiments[: max(at) + 1]]
+            needed = feedforward_currents(moved, rate_hz)
+            return [needed[k] for k in at]
+
+        base, influence = currents(self._quiet.experiments), self._influence(motion, rate_hz)
 
         def error(experiments: Sequence[Experiment]) -> Array:
             inverse = 1.0 / self._quiet.true_gain
-            for K, v, before in zip(influence, self._currents(experiments, motion, rate_hz), base, strict=True):
+            for K, v, before in zip(influence, currents(experiments), base, strict=True):
                 inverse = inverse + np.sum(K * (v - before), axis=0)
             return 1.0 / (inverse * experiments[0].plant.drives.gain) - 1.0
 
-        return {name: points.moments(error) for name, points in self._points.items()}
-
-    def _currents(self, experiments: Sequence[Experiment], motion: FourierTrajectory, rate_hz: float) -> list[Array]:
-        """Return the currents of the first bare and loaded motions, each (N, n); earlier motions warm up drives."""
-        at = [self._quiet.protocol.index(name) for name in PAIR]
-        needed = feedforward_currents(
-            [replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz
-        )
-        return [needed[k] for k in at]
+        return {name: points.moments(error) for name, points in self.points.items()}
 
     def _influence(self, motion: FourierTrajectory, rate_hz: float) -> tuple[Array, Array]:
         """Return the derivative of each joint's 1/g with respect to its currents, bare and loaded, each (N, n)."""

@@ -52,8 +52,8 @@ def test_what_a_design_is_against_is_what_is_predicted_of_the_gains(scenario, so
 
 
 def test_sources_that_cost_a_tenth_of_the_costliest_or_less_are_left_out(scenario, sourced):
-    assert set(sourced.names) == set(SOURCES)
-    assert set(sourced.reduced(motion_of(scenario), 10.0).names) == {"load", "centre", "either"}
+    assert set(sourced.points) == set(SOURCES)
+    assert set(sourced.reduced(motion_of(scenario), 10.0).points) == {"load", "centre", "either"}
 
 
 def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenario, sourced):

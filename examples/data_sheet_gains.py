@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import ident
 from ident.estimation.known_gains import stated_gains
-from ident.payload_identification.gains_outcome import outcome_of_other_gains
+from ident.parameters.weighing import outcome_of_other_gains
 
 
 def main(words: Sequence[str]) -> None:

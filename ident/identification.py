@@ -1,15 +1,23 @@
-"""Identify drive gains from recordings: read, prepare, estimate, diagnose."""
+"""Identify drive gains from recordings, or check these: read, prepare, estimate, diagnose.
+
+`identify` refuses faults, `check` reports them; both take the same steps and find the same diagnoses.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.estimate_model import NO_RESULT, Estimate
+from ident.diagnosis.excitation import excitation, predicted_rel_std
+from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gain_symptoms import symptoms
+from ident.diagnosis.joint_limits import beyond_limits
 from ident.diagnosis.link_masses import link_mass_consistency
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
+from ident.diagnosis.samples.motion import JointMotion, joint_motions
+from ident.diagnosis.samples.temperature import Warmth, temperature
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions
@@ -17,8 +25,21 @@ from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for, refusal_of
+from ident.payload.payload import Payload
+from ident.preparation import (
+    DOUBTED,
+    Examined,
+    Policy,
+    Prepared,
+    examine,
+    joined,
+    prepare,
+    raise_for,
+    refusal_of,
+    undelayed,
+)
 from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
 from ident.support.arrays import Array, MaskedArray
 from ident.support.errors import Contradiction, IdentificationError
 
@@ -120,41 +141,170 @@ def identify(
     def estimate_of(problem: Problem) -> GainEstimate:
         return chosen.estimate(problem, wanted)
 
-    estimate = _estimated(prepared, estimate_of)
-    found = _diagnosed(prepared, estimate, estimate_of, links)
-    kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
-
-
-def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
-    """Return the estimate of prepared logs; if it fails, a fault of the logs is reported as the cause.
-
-    Raises:
-        IdentificationError: If there is no estimate.
-    """
     try:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
-    except IdentificationError as error:
+    except IdentificationError as error:  # a fault of the logs is reported as the cause
         check_payloads(prepared.motions)
-        raise_for(prepared, diagnose(prepared.logs()) if prepared.policy.doubt else Diagnosed())
+        raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
         cause = cause_of(error, prepared.problem)
         if prepared.diagnoses:
             raise type(cause)(f"{cause}; {prepared.diagnoses[0].sentence}") from error
         raise cause from error
-    return estimate
+    found = _diagnosed(prepared, estimate, estimate_of, prepared.diagnoses, links)
+    kept = without_spoilt(estimate, found.diagnoses)
+    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
 
 
-def _diagnosed(prepared: Prepared, estimate: GainEstimate, estimate_of: Estimate, links: Array | None) -> Diagnosed:
-    """Return the diagnoses of prepared logs and of their estimate, causes before their effects."""
-    if prepared.policy.doubt:
+def _diagnosed(
+    prepared: Prepared,
+    estimate: GainEstimate | None,
+    estimate_of: Estimate,
+    before: Sequence[Diagnosis],
+    links: Array | None,
+    refused: Diagnosis | None = None,
+) -> Diagnosed:
+    """Return the diagnoses of prepared logs and of their estimate, causes before their effects.
+
+    Args:
+        prepared: The logs.
+        estimate: Their gains, None without any.
+        estimate_of: The estimator, for the effect of faults on the gains.
+        before: Diagnoses of the logs by themselves.
+        links: Standard parameters of the model's links, None if unknown.
+        refused: Why the gains are not valid, reported unless a fault explains it; None if they are valid.
+    """
+    if estimate is None or prepared.policy.doubt:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
-    found = joined(Diagnosed(diagnoses=prepared.diagnoses), found)
+    found = joined(Diagnosed(diagnoses=tuple(before)), found)
+    if refused is not None:  # the cause is reported, not its effects
+        return found if found.severity is Severity.WRONG else joined(found, more=(refused,))
+    if estimate is None:
+        return found
     found = joined(found, symptoms(estimate, found))
     weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
     return joined(found, more=() if weight is None else (weight,))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LogRead:
+    """One checked log: the original recording, and the motion of each joint, None if the log cannot be filtered."""
+
+    recording: Recording
+    motions: tuple[JointMotion, ...] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checked:
+    """Result of a check.
+
+    Attributes:
+        logs: One entry per log.
+        found: Diagnoses of the logs.
+        observing: Filters, with the compensated delay.
+    """
+
+    logs: tuple[LogRead, ...]
+    found: Diagnosed
+    observing: ObserveOptions = OBSERVE_DEFAULTS
+
+
+def check(
+    recordings: Sequence[Recording],
+    structure: Structure,
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    loaded: Sequence[bool] | None = None,
+    payload: Payload | None = None,
+    about: Array | None = None,
+    warmths: Sequence[Warmth] = (),
+    undelay: bool = False,
+    links: Array | None = None,
+) -> Checked:
+    """Check recordings of one arm: as `identify`, but faults are reported.
+
+    Args:
+        recordings: Recordings of the arm, with the same or different payloads.
+        structure: Identifiable structure of the arm.
+        observing: Filters.
+        gains: Limits for accepting a gain.
+        loaded: Whether each recording has `payload` mounted, None if unknown.
+        payload: The mounted or planned payload, None without one.
+        about: Nominal gains [N m / drive unit], shape (n,), None if unknown.
+        warmths: Temperatures of the recordings that have them.
+        undelay: Whether a common delay of the currents is estimated and compensated.
+        links: Standard parameters of the model's links, shape (n, 10), for a test of the gains; None if unknown.
+
+    Raises:
+        RecordingError: If the number of joints of a recording is not that of the arm.
+    """
+    with_payload = loaded or (False,) * len(recordings)
+    motions = [
+        Motion(each, payload if mounted else None if k == 0 else Payload(mass=1.0, known="none"))
+        for k, (each, mounted) in enumerate(zip(recordings, with_payload, strict=True))
+    ]
+    prepared = examine(motions, structure, observing=observing, gains=gains)
+    logs = tuple(
+        LogRead(
+            recording=each.recording,
+            motions=None if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing),
+        )
+        for each in prepared.examined
+    )
+    found = [one for each in prepared.examined for one in _of_samples(each, structure)] + temperature(warmths)
+    if not prepared.parts:
+        return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)), observing=prepared.observing)
+    if undelay:
+        prepared, diagnosis = undelayed(prepared)
+        found.append(diagnosis)
+    problem, first = prepared.problem, prepared.motions[0].recording.name
+    found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
+    if payload is not None and about is not None and not with_payload[0]:
+        found.append(excitation(first, predicted_rel_std(problem.motions[0].observation, payload, about, gains), gains))
+    estimate, refused = None, None
+    if any(with_payload) and not all(with_payload):
+        try:
+            estimate = default_estimate(problem)
+            check_load(estimate)
+        except IdentificationError as error:
+            refused = Diagnosis(name="load", severity=Severity.WRONG, sentence=str(cause_of(error, problem)))
+    diagnosed = _diagnosed(prepared, estimate, default_estimate, found, links, refused)
+    return Checked(logs=logs, found=diagnosed, observing=prepared.observing)
+
+
+def default_estimate(problem: Problem) -> GainEstimate:
+    """Estimate with the default method.
+
+    Raises:
+        IdentificationError: If there is no estimate.
+    """
+    chosen = estimator(DEFAULT)
+    return chosen.estimate(problem, chosen.options())
+
+
+def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
+    """Return all diagnoses of one log by itself, also those of joints beyond the model's limits."""
+    found, name = [*(each for own in log.diagnoses.values() for each in own), *log.repairs], log.recording.name
+    if log.unfit is not None:
+        sentence = f"the log cannot be filtered: {log.unfit.reason}"
+        found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(name,)))
+    beyond = sorted({j for part in log.repaired for j in beyond_limits(structure.arm, part)})
+    if beyond:
+        listed = ", ".join(f"q{j + 1}" for j in beyond)
+        found.append(
+            Diagnosis(
+                name="joint limits",
+                severity=Severity.WRONG,
+                sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
+                advice="check units (degrees, motor side), zeros and the model's limits",
+                joints=tuple(beyond),
+                logs=(name,),
+            )
+        )
+    return found
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:

@@ -1,7 +1,10 @@
-"""Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems."""
+"""Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems.
+
+`examine` reports on logs; `prepare`, which everything that estimates goes through, also refuses what cannot be used.
+"""
 
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +21,6 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_of
 from ident.observation.following import following
 from ident.observation.observation import Observation, ObserveOptions, observe
-from ident.payload.payload import Payload
 from ident.recordings.checks import check_log
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
@@ -96,11 +98,14 @@ class Examined:
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:
-        """Return diagnoses of faults that invalidate gains, and of repairs."""
-        done = {each.name for each in self.repairs}
-        seen = [each for name, found in self.diagnoses.items() if name not in OF_THE_MOTION for each in found]
-        found = (each for each in seen if each.severity is not Severity.GOOD and each.name not in done)
-        return (*self.repairs, *map(left_out, found))
+        """Return diagnoses of faults that invalidate gains, and of repairs; invalid samples are a warning."""
+        done, found = {each.name for each in self.repairs}, list(self.repairs)
+        for each in (one for name, own in self.diagnoses.items() if name not in OF_THE_MOTION for one in own):
+            if each.severity is not Severity.GOOD and each.name not in done:
+                left_out = each.name in SPOILING and each.severity is Severity.WRONG
+                sentence = f"{each.sentence}; these samples are left out"
+                found.append(replace(each, severity=Severity.WEAK, sentence=sentence) if left_out else each)
+        return tuple(found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,6 +120,7 @@ class Prepared:
         policy: Policy for checks and repairs.
         diagnoses: Diagnoses of samples and repairs.
         remarks: Remarks on automatic choices.
+        examined: All logs, also those that cannot be filtered.
     """
 
     motions: tuple[Motion, ...]
@@ -124,6 +130,7 @@ class Prepared:
     policy: Policy
     diagnoses: tuple[Diagnosis, ...]
     remarks: tuple[str, ...] = ()
+    examined: tuple[Examined, ...] = field(default=(), repr=False)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -163,20 +170,20 @@ def prepare(
         check_joints(structure.arm, each.recording)
     if not policy.repeats:
         check_different([each.recording for each in motions])
-    observing, lowered = following(observing, [each.recording for each in motions])
-    logs = [(examined if policy.repair else trusted)(each.recording, structure, observing) for each in motions]
-    used = [part for log in logs for part in log.repaired]
-    if policy.repair:
+    prepared = examine(motions, structure, observing=observing, gains=gains, policy=policy)
+    used, beyond = [part for log in prepared.examined for part in log.repaired], None
+    for each in used if policy.repair else ():
+        check_log(each)
+    try:
         for each in used:
-            check_log(each)
-    beyond = _out_of_reach(used, structure.arm)
-    if beyond is not None and not policy.doubt:
-        raise beyond
-    for each in logs:
+            check_positions(structure.arm, each)
+    except RecordingError as error:
+        if not policy.doubt:
+            raise
+        beyond = error
+    for each in prepared.examined:
         if each.unfit is not None:
             raise (beyond or each.unfit) from each.unfit
-    prepared = assembled(logs, [each.payload for each in motions], structure, observing, gains, policy)
-    prepared = replace(prepared, remarks=() if lowered is None else (lowered,))
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
@@ -186,86 +193,77 @@ def prepare(
     return prepared
 
 
-def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
-    """Return logs with the common delay of the currents corrected, and its diagnosis."""
-    delay, diagnosis = common_delay(prepared.logs())
-    if not delay:
-        return prepared, diagnosis
-    observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
-    structure, problem = prepared.problem.structure, prepared.problem
-    parts = tuple(
-        replace(each, observation=observe(each.recording, structure, observing, each.spoilt)) for each in prepared.parts
-    )
-    motions = tuple(
-        replace(motion, observation=part.observation) for motion, part in zip(problem.motions, parts, strict=True)
-    )
-    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), diagnosis
-
-
-def assembled(
-    logs: Sequence[Examined],
-    payloads: Sequence[Payload | None],
+def examine(
+    motions: Sequence[Motion],
     structure: Structure,
+    *,
     observing: ObserveOptions,
     gains: GainOptions,
-    policy: Policy,
+    policy: Policy = DOUBTED,
 ) -> Prepared:
-    """Return the logs that can be filtered as one problem, with payloads."""
-    carried = [(part, payload) for log, payload in zip(logs, payloads, strict=True) for part in log.parts]
+    """Check, repair and observe logs as `prepare`, without refusing any; the problem has those that can be filtered.
+
+    Raises:
+        RecordingError: If a log has another number of joints.
+    """
+    for each in motions:
+        check_joints(structure.arm, each.recording)
+    observing, lowered = following(observing, [each.recording for each in motions])
+    logs = [examined(each.recording, structure, observing, policy) for each in motions]
+    carried = [(part, each.payload) for log, each in zip(logs, motions, strict=True) for part in log.parts]
     return Prepared(
         motions=tuple(Motion(part.recording, payload) for part, payload in carried),
         parts=tuple(part for part, _ in carried),
-        problem=Problem(
-            structure, tuple(ObservedMotion(part.observation, payload) for part, payload in carried), gains
-        ),
+        problem=Problem(structure, tuple(ObservedMotion(part.observation, its) for part, its in carried), gains),
         observing=observing,
         policy=policy,
         diagnoses=worst_first([each for log in logs for each in log.findings]),
+        remarks=() if lowered is None else (lowered,),
+        examined=tuple(logs),
     )
 
 
-def examined(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
-    """Check, repair and observe one log."""
-    diagnoses = {
-        name: tuple(each(recording, observing)) for name, each in SAMPLE_CHECKS.items() if name not in FILTERED
-    }
-    parts, repairs = repaired(recording, structure.arm, observing)
-    names = {
-        each.name for found in (*diagnoses.values(), repairs) for each in found if each.severity is not Severity.GOOD
-    }
-    found = _observed(recording, parts, structure, observing, names)
-    if found.unfit is None:
-        diagnoses |= {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
-    return replace(found, repairs=repairs, diagnoses=diagnoses)
-
-
-def trusted(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
-    """Observe one log as it is."""
-    return _observed(recording, (recording,), structure, observing, set())
-
-
-def _observed(
-    recording: Recording, parts: tuple[Recording, ...], structure: Structure, observing: ObserveOptions, names: Set[str]
+def examined(
+    recording: Recording, structure: Structure, observing: ObserveOptions, policy: Policy = DOUBTED
 ) -> Examined:
-    """Return the observed parts of one log, without invalid samples."""
-    unfit, ready = None, list[Part]()
+    """Check, repair and observe one log; only observe it if the policy says so."""
+    parts, repairs, diagnoses = (recording,), tuple[Diagnosis, ...](), dict[str, tuple[Diagnosis, ...]]()
+    if policy.repair:
+        early = {name: each for name, each in SAMPLE_CHECKS.items() if name not in FILTERED}
+        diagnoses = {name: tuple(each(recording, observing)) for name, each in early.items()}
+        parts, repairs = repaired(recording, structure.arm, observing)
+    seen = (each for found in (*diagnoses.values(), repairs) for each in found)
+    names, unfit, ready = {each.name for each in seen if each.severity is not Severity.GOOD}, None, list[Part]()
     try:
         for each in parts:
             spoilt = spoilt_samples(each, names)
             ready.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
     except RecordingError as error:
         unfit, ready = error, []
-    return Examined(recording=recording, repaired=parts, repairs=(), diagnoses={}, parts=tuple(ready), unfit=unfit)
+    found = Examined(
+        recording=recording, repaired=parts, repairs=repairs, diagnoses=diagnoses, parts=tuple(ready), unfit=unfit
+    )
+    if not policy.repair or unfit is not None:
+        return found
+    late = {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
+    return replace(found, diagnoses=diagnoses | late)
 
 
-def _out_of_reach(recordings: Sequence[Recording], arm: Arm) -> RecordingError | None:
-    """Return why positions of a log are impossible for the arm, None if they are not."""
-    try:
-        for each in recordings:
-            check_positions(arm, each)
-    except RecordingError as error:
-        return error
-    return None
+def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
+    """Return logs with the common delay of the currents corrected, and its diagnosis."""
+    delay, diagnosis = common_delay(prepared.logs())
+    if not delay:
+        return prepared, diagnosis
+    observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
+    problem = prepared.problem
+    parts = tuple(
+        replace(each, observation=observe(each.recording, problem.structure, observing, each.spoilt))
+        for each in prepared.parts
+    )
+    motions = tuple(
+        replace(motion, observation=part.observation) for motion, part in zip(problem.motions, parts, strict=True)
+    )
+    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), diagnosis
 
 
 def raise_for(prepared: Prepared, found: Diagnosed) -> None:
@@ -286,13 +284,6 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
     more = f"; rx90 check lists {len(wrong) - 1} more" if len(wrong) > 1 else ""
     advice = f"; {worst.advice}" if worst.advice else ""
     return f"{worst.sentence}{rivals}{advice}{more}"
-
-
-def left_out(found: Diagnosis) -> Diagnosis:
-    """Return the diagnosis of invalid samples as a warning, as they are removed."""
-    if found.name not in SPOILING or found.severity is not Severity.WRONG:
-        return found
-    return replace(found, severity=Severity.WEAK, sentence=f"{found.sentence}; these samples are left out")
 
 
 def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:

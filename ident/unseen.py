@@ -1,8 +1,17 @@
-"""Prediction of a motion that was not used in any fit: errors of the currents of each joint.
+"""Prediction of a motion that was not used in any fit: errors of its currents, and what its payload says of the gains.
 
 The current is the torque of arm and payload over the gain (paper, eq. 7). The arm is identified from bare motions with
 the same gains, or read from a model file. Predictions with other gains are compared on the same motion, with a t-test
 of its time blocks. The limit of the prediction error follows from the fit.
+
+A factor common to all gains cancels in predictions of a bare motion, where the identified arm scales with the gains,
+but not with a weighed payload. Parameters of an arm that was identified with a gain scale with this gain, those of the
+payload do not. Hence b of
+
+    g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
+
+is the ratio of the gain to the correct one, with any viscous and Coulomb friction. In the same way the links of a model
+file give the ratio of each joint's bare torque, by its gain, to their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,25 +22,29 @@ import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Severity
+from ident.diagnosis.link_masses import LinkWeight, weight_of_links
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
-from ident.estimation.problem import ObservedMotion, Problem
-from ident.gain_errors import gain_errors
+from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification
-from ident.model.structure import Structure
+from ident.model.parameters import INERTIAL
+from ident.model.structure import Structure, independent_columns
 from ident.observation.observation import ObserveOptions
-from ident.payload_identification.gains_outcome import UNKNOWN, ArmInUse, arm_in_use, predicted_torque, rel_errors
-from ident.payload_identification.verification import LEVEL
+from ident.parameters.arm import BareArm, arm_in_use, predicted_torque, rel_errors
+from ident.parameters.weighing import LEVEL, UNKNOWN
+from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.motion import Motion
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Mask
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
 BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
+ROTOR = ("Ia", "Iam")
+"""Inertia that an arm has beside its links."""
 
 
 def beyond_chance(error: float | None, std: float | None) -> bool:
@@ -57,10 +70,10 @@ class UnseenJoint:
     """
 
     joint: int
-    rel_error: float | None
-    other_rel_error: float | None
-    fitted_rel_error: float | None
-    largest: float | None
+    rel_error: float | None = None
+    other_rel_error: float | None = None
+    fitted_rel_error: float | None = None
+    largest: float | None = None
     gain_error: float | None = None
     gain_std: float | None = None
     unstated: float | None = None
@@ -115,13 +128,7 @@ class Unseen:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class UnseenMotion:
-    """A motion that was not used in any fit, prepared for prediction.
-
-    Attributes:
-        log: Recording and payload.
-        parts: Its linear systems, in sequence.
-        found: Its diagnoses.
-    """
+    """A motion that was not used in any fit, with its linear systems, in sequence, and its diagnoses."""
 
     log: Motion
     parts: tuple[ObservedMotion, ...]
@@ -147,6 +154,13 @@ class UsedModel:
     unstated: Array | None = None
 
 
+def used_model(arm: BareArm) -> UsedModel:
+    """Return the model of an arm that was identified with given gains."""
+    assert arm.gains is not None, "of an arm with fixed gains"
+    fits = {each.joint: each for each in cross_validation.predicted(arm.selected.final.fit.rows)}
+    return UsedModel(gains=arm.gains, base=arm.base, covariance=arm.base_covariance, fits=fits)
+
+
 def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains | None = None) -> Unseen:
     """Predict a motion with the identified gains, as `predict_with`."""
     assert identified.prepared is not None, "an identification has what it was found from"
@@ -169,22 +183,11 @@ def predict_with(gains: KnownGains, prepared: Prepared, log: Motion, *, other: K
     """
     if other is not None:
         check_comparable(gains, other)
-    problem, observing = prepared.problem, prepared.observing
+    problem, observing, policy = prepared.problem, prepared.observing, prepared.policy
     unseen = unseen_motion(
-        log, prepared.motions, problem.structure, observing=observing, gains=problem.options, policy=prepared.policy
+        log, prepared.motions, problem.structure, observing=observing, gains=problem.options, policy=policy
     )
-    models = [used_model(arm_in_use(problem, each), problem) for each in (gains, other) if each is not None]
-    return predicted(unseen, *models)
-
-
-def used_model(found: ArmInUse, problem: Problem) -> UsedModel:
-    """Return the arm identified from the bare motions of a problem with given gains."""
-    return UsedModel(
-        gains=found.gains,
-        base=found.base(problem.structure),
-        covariance=found.covariance(problem.structure, problem.options),
-        fits={each.joint: each for each in cross_validation.predicted(found.arm.selected.final.fit.rows)},
-    )
+    return predicted(unseen, *(used_model(arm_in_use(problem, each)) for each in (gains, other) if each is not None))
 
 
 def unseen_motion(
@@ -247,54 +250,50 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     Raises:
         GainsError: If no joint has a gain in both.
     """
-    system = pooled_system(unseen.parts)
+    system, payload = pooled_system(unseen.parts), unseen.log.payload
     models = (found,) if other is None else (found, other)
-    errors = [_current_error(system, unseen, each) for each in models]
-    shares = [
-        {j: share for j, share in rel_errors(error, system.V, system.joint).items() if j in model.gains.joints}
-        for error, model in zip(errors, models, strict=True)
+    errors = [
+        np.where(
+            np.isin(system.joint, each.gains.joints),
+            _currents(predicted_torque(system, each.base, payload), system, each.gains) - system.V,
+            0.0,
+        )
+        for each in models
     ]
-    both = sorted(set.intersection(*map(set, shares)))
+    share, *others = (
+        {j: x for j, x in rel_errors(error, system.V, system.joint).items() if j in model.gains.joints}
+        for error, model in zip(errors, models, strict=True)
+    )
+    both = sorted(set(share).intersection(*others))
     if not both:
         raise GainsError("gains: no joint has a gain in both sets, so they cannot be compared")
-    largest, weighed = _largest(system, unseen, found), dict[int, tuple[float, float]]()
-    if unseen.log.payload is not None:
-        names = unseen.parts[0].observation.structure.base.names
-        fitted = np.isin(found.gains.joints, list(found.fits))
-        weighed = gain_errors(
-            system, names, unseen.log.payload, found.gains, fitted, base=found.base, covariance=found.covariance
-        )
-    unstated = None if found.unstated is None else _currents(system.W @ found.unstated, system, found.gains)
-    added = {} if unstated is None else rel_errors(unstated, system.V, system.joint)
-    overall = [float(np.sqrt(np.mean([share[j] ** 2 for j in both]))) for share in shares]
+    largest, fits = _largest(system, payload or UNKNOWN, found), found.fits
+    weighed = {} if payload is None else _gain_errors(system, unseen, found, payload)
+    unstated = dict[int, float]()
+    if found.unstated is not None:
+        unstated = rel_errors(_currents(system.W @ found.unstated, system, found.gains), system.V, system.joint)
+    overall, *other_overall = (float(np.sqrt(np.mean([x[j] ** 2 for j in both]))) for x in (share, *others))
     return Unseen(
         name=unseen.log.recording.name,
-        loaded=unseen.log.payload is not None,
+        loaded=payload is not None,
         joints=tuple(
             UnseenJoint(
                 joint=j,
-                rel_error=shares[0].get(j),
-                other_rel_error=None if other is None else shares[1].get(j),
-                fitted_rel_error=found.fits[j].fitted if j in shares[0] and j in found.fits else None,
+                rel_error=share.get(j),
+                other_rel_error=others[0].get(j) if others else None,
+                fitted_rel_error=fits[j].fitted if j in share and j in fits else None,
                 largest=largest.get(j),
                 gain_error=weighed[j][0] if j in weighed else None,
                 gain_std=weighed[j][1] if j in weighed else None,
-                unstated=added.get(j) if j in shares[0] else None,
+                unstated=unstated.get(j) if j in share else None,
             )
             for j in range(unseen.parts[0].observation.structure.arm.n)
         ),
-        rel_error=overall[0],
-        other_rel_error=None if other is None else overall[1],
-        verdict=None if other is None else _verdict(system, errors[0], errors[1], both),
+        rel_error=overall,
+        other_rel_error=other_overall[0] if others else None,
+        verdict=_verdict(system, errors[0], errors[1], both) if others else None,
         found=unseen.found,
     )
-
-
-def _current_error(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> Array:
-    """Return predicted minus measured currents [drive units], shape (r,); zero for joints without a gain."""
-    torque = predicted_torque(system, model.base, unseen.log.payload or UNKNOWN)
-    given = np.isin(system.joint, model.gains.joints)
-    return np.where(given, _currents(torque, system, model.gains) - system.V, 0.0)
 
 
 def _currents(torque: Array, system: PooledSystem, gains: KnownGains) -> Array:
@@ -304,14 +303,14 @@ def _currents(torque: Array, system: PooledSystem, gains: KnownGains) -> Array:
     return torque * per_torque[system.joint]
 
 
-def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel) -> dict[int, float]:
+def _largest(system: PooledSystem, payload: Payload, model: UsedModel) -> dict[int, float]:
     """Return the limit of each joint's relative prediction error, by joint from 0.
 
     The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
     standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
     at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
     """
-    carried, found = (unseen.log.payload or UNKNOWN).known_part(), dict[int, float]()
+    carried, found = payload.known_part(), dict[int, float]()
     for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
         at = system.joint == j
         of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
@@ -336,3 +335,55 @@ def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[
     if abs(more.mean()) <= float(stdtrit(TIME_BLOCKS - 1, 1.0 - 0.5 * LEVEL)) * error:
         return NO_DIFFERENT
     return BETTER if more.mean() > 0.0 else WORSE
+
+
+def _gain_errors(
+    system: PooledSystem, unseen: UnseenMotion, model: UsedModel, payload: Payload
+) -> dict[int, tuple[float, float]]:
+    """Return the relative error of each gain according to the payload, and its standard deviation, by joint from 0.
+
+    Only of gains with which the arm was identified. The standard deviation combines a jackknife over time blocks with
+    those of arm, payload and gain.
+    """
+    known, found = payload.known_part(), dict[int, tuple[float, float]]()
+    links = _named(unseen.parts[0].observation.structure, (*INERTIAL, *ROTOR))
+    for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
+        at = np.flatnonzero(system.joint == j)
+        W, W_L = system.W[at], system.W_L[at]
+        X = np.column_stack((W_L @ known.chi, _beside(W, links)))
+        if j not in model.fits or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
+            continue
+        torque, first = g * system.V[at] - W @ model.base, np.linalg.pinv(X)[0]  # whatever its friction, free here
+        parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
+        without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
+        spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
+        moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
+        found[j] = float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
+    return found
+
+
+def link_weights(motions: Sequence[ObservedMotion], gains: KnownGains, base: Array) -> tuple[LinkWeight, ...]:
+    """Return the ratio of each joint's measured torque, by its gain, to that of the links in a model file.
+
+    Args:
+        motions: A bare motion, in parts.
+        gains: The gains to test.
+        base: Base parameters of the arm in the model file, shape (b,).
+    """
+    system, links = pooled_system(motions), _named(motions[0].observation.structure, INERTIAL)
+    rows = ((j, g, system.joint == j) for j, g in zip(gains.joints.tolist(), gains.value, strict=True))
+    found = (
+        weight_of_links(j, system.W[at][:, links] @ base[links], g * system.V[at], _beside(system.W[at], links))
+        for j, g, at in rows
+    )
+    return tuple(each for each in found if each is not None)
+
+
+def _named(structure: Structure, names: Sequence[str]) -> Mask:
+    """Return a mask of the base parameters with one of these names, joint numbers ignored, shape (b,)."""
+    return np.array([name.rstrip("0123456789") in names for name in structure.base.names])
+
+
+def _beside(W: Array, links: Mask) -> Array:
+    """Return the nonzero columns of a joint's rows (r, b) other than those of links: friction and offset."""
+    return W[:, ~links & W.any(axis=0)]

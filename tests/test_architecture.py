@@ -15,8 +15,7 @@ ALLOWED = {
     "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
 }
 FOLDERS = {
-    "ident": "support numerics model payload recordings observation estimation arm_parameters payload_identification "
-    "diagnosis",
+    "ident": "support numerics model payload recordings observation estimation parameters diagnosis",
     "scenarios": "support rendering experiments results prediction design gains_in_use benchmark reports "
     "command_line commands",
 }

@@ -21,9 +21,9 @@ MODULES = {
             "unseen",
             "estimation.known_gains",
             "estimation.joint_torque",
-            "payload_identification.verification",
-            "payload_identification.payload_estimate",
-            "arm_parameters.bare",
+            "parameters.weighing",
+            "parameters.payload",
+            "parameters.arm",
         ),
         "Look at logs": (
             "check",

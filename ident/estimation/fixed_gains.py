@@ -1,10 +1,16 @@
-"""Gains that are fixed in the model of all joints, and the contribution of their uncertainty to other estimates.
+"""Gains that are fixed in the model of all joints, and what their uncertainty adds to that of other parameters.
 
 A gain is fixed by a prior on log h with a very small standard deviation (`GivenGain`). To first order the sensitivity
-of an estimate to this prior is its sensitivity to the gain, so the covariance of the gains replaces that of the prior.
+of a parameter to this prior is its sensitivity to the gain, so the covariance of the gains replaces that of the prior:
+
+    C = C_residual + S cov(log g) S^T + B B^T,    S = -d parameter / d log h,
+
+where B has the change per standard deviation of every other prior, and the weighted difference of each alternative
+model.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +19,10 @@ from ident.estimation.all_joints.friction import own_columns
 from ident.estimation.all_joints.reduction import reduced_joint
 from ident.estimation.all_joints.solution import GIVEN_STD, GivenGain
 from ident.estimation.all_joints.start import friction_z
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.arrays import Array
 
 
@@ -37,24 +46,47 @@ def braked_gain(columns: Sequence[JointColumns], *, per_motion: bool) -> GivenGa
     return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
 
 
-def gain_sensitivity(belief: Array, gains: KnownGains) -> Array:
-    """Derivative of parameters by the logarithm of each fixed gain, shape (p, k).
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shares:
+    """Covariance of p parameters: from residuals, from the gains, and from the model's assumptions, each (p, p)."""
+
+    residual: Array
+    gains: Array
+    model: Array
+
+    @property
+    def total(self) -> Array:
+        """Their sum, shape (p, p)."""
+        return self.residual + self.gains + self.model
+
+    def of(self, J: Array) -> "Shares":
+        """Covariance of J times the parameters, J of shape (k, p)."""
+        return Shares(residual=J @ self.residual @ J.T, gains=J @ self.gains @ J.T, model=J @ self.model @ J.T)
+
+
+def shares(
+    rows: Rows, options: GainOptions, gains: KnownGains | None, *, influence: Array, belief: Array, rivals: Array
+) -> Shares:
+    """Return the covariance of p parameters of a fit.
 
     Args:
+        rows: Rows of the fit.
+        options: Method for the uncertainty from residuals.
+        gains: Fixed gains, k of n; None if only the scale of one is given.
+        influence: Derivative of the parameters by the current of each row, shape (p, r).
         belief: Their change per standard deviation of each prior, those of the n gains last, shape (p, beliefs).
-        gains: The fixed gains, k of n.
+        rivals: Their change with each alternative model, shape (p, rivals).
     """
-    return -belief[:, -len(gains.names) :][:, gains.joints] / GIVEN_STD  # log h = -log g
+    residual = UNCERTAINTIES[options.uncertainty](rows, influence)
+    of_gains = np.zeros_like(residual)
+    if gains is not None:
+        at = belief.shape[1] - len(gains.names) + gains.joints
+        S = -belief[:, at] / GIVEN_STD
+        belief, of_gains = np.delete(belief, at, axis=1), S @ gains.log_covariance @ S.T
+    B = np.hstack((belief, rivals))
+    return Shares(residual=residual, gains=of_gains, model=B @ B.T)
 
 
-def own_beliefs(belief: Array, gains: KnownGains) -> Array:
-    """Change of parameters per standard deviation of each prior except those of fixed gains, shape (p, beliefs - k)."""
-    of_gains = np.zeros(belief.shape[1], dtype=bool)
-    of_gains[belief.shape[1] - len(gains.names) + gains.joints] = True
-    return belief[:, ~of_gains]
-
-
-def gain_covariance(belief: Array, gains: KnownGains) -> Array:
-    """Contribution of the fixed gains' covariance to that of parameters, shape (p, p)."""
-    by_gain = gain_sensitivity(belief, gains)
-    return by_gain @ gains.log_covariance @ by_gain.T
+def deviations(covariance: Array) -> Array:
+    """Return standard deviations; negative variances due to rounding are 0."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))

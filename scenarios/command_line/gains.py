@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import Diagnosed
     from ident.estimation.known_gains import KnownGains
     from ident.model.arm import Arm
-    from ident.payload_identification.payload_estimate import FoundPayload
+    from ident.parameters.payload import FoundPayload
     from ident.preparation import Prepared
     from scenarios.experiments.gains_file import GainsFile
 
@@ -137,7 +137,7 @@ def weigh(
     """
     from threadpoolctl import threadpool_limits
 
-    from ident.payload_identification.payload_estimate import payload_of
+    from ident.parameters.payload import payload_of
     from scenarios.gains_in_use.known_gains_problem import (
         check_unseen,
         model_options,

@@ -33,10 +33,10 @@ def main(options: argparse.Namespace) -> Status:
     """Read, check, report."""
     from threadpoolctl import threadpool_limits
 
-    from ident.check import check
     from ident.diagnosis.diagnosis import Severity
     from ident.diagnosis.samples.temperature import Warmth
     from ident.estimation.gain_options import GainOptions
+    from ident.identification import check
     from ident.payload.payload import read_payload
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion

@@ -60,7 +60,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.estimation.known_gains import check_comparable, estimated_gains
-    from ident.payload_identification.gains_outcome import outcome_of_other_gains
+    from ident.parameters.weighing import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
     from ident.unseen import predict_unseen
     from scenarios.experiments.robot_models import model_links

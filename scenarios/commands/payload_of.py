@@ -23,16 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, estimate the payload, report."""
-    from ident.payload_identification.common_scale import check_mass, joint_agreement
-    from ident.payload_identification.payload_body import body_of
+    from ident.parameters.weighing import joint_agreement
     from scenarios.experiments.gains_file import read_gains
     from scenarios.reports.payload_of import payload_report
 
     file = read_gains(options.gains)
     with under_way(options, "weighing"):
         found, diagnosed, _ = weigh(options, file, options.unloaded, options.logs)
-        body = body_of(found)
-        check_mass(body)
-        joints = joint_agreement(found, body, file.known)
-    show(payload_report(found, body, joints, diagnosed), options)
+        found.body.check_mass()
+        joints = joint_agreement(found, found.body, file.known)
+    show(payload_report(found, found.body, joints, diagnosed), options)
     return Status.PASSED

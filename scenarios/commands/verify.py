@@ -86,9 +86,8 @@ def _compared(options: argparse.Namespace) -> Status:
 
 
 def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
+    from ident.parameters.weighing import verified
     from ident.payload.payload import read_payload
-    from ident.payload_identification.common_scale import check_mass
-    from ident.payload_identification.verification import verified
     from scenarios.experiments.gains_file import read_gains
     from scenarios.reports.verify import verification_report
 
@@ -100,7 +99,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     with under_way(options, "weighing"):
         weighed, diagnosed, prepared = weigh(options, file, unloaded, mounted[0].recordings)
         found = verified(weighed, payload, file.known)
-        check_mass(found.body)
+        found.body.check_mass()
         unseen = _unseen(options, file, prepared)
     show(verification_report(found, diagnosed, unseen), options)
     return Status.PASSED if found.passed and (unseen is None or unseen.passed) else Status.MISSED

@@ -16,15 +16,10 @@ from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification
 from ident.observation.observation import observe
+from ident.parameters.arm import predicted_torque, rel_errors
+from ident.parameters.payload import UNITS
+from ident.parameters.weighing import GainsOutcome, gains_outcome, with_unknown_weight
 from ident.payload.payload import Payload
-from ident.payload_identification.gains_outcome import (
-    GainsOutcome,
-    gains_outcome,
-    predicted_torque,
-    rel_errors,
-    with_unknown_weight,
-)
-from ident.payload_identification.payload_body import UNITS
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.experiments.robot_models import nominal_links
@@ -252,7 +247,7 @@ def judge_cost(
             return {}
         assert other.payload is not None, "of a loaded motion"
         system = pooled_system([other])
-        predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)
+        predicted = predicted_torque(system, outcome.arm.base, other.payload)
         true = truth.gain[system.joint] * system.V
         errors = rel_errors(predicted - true, true, system.joint)
         return {j: errors[j] for j in outcome.gains.joints.tolist()}

@@ -11,13 +11,13 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
 from ident.model.inverse_dynamics import joint_pose
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import regressor
 from ident.model.structure import BaseParameters
+from ident.parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.captured_stderr import captured_stderr

@@ -3,18 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ident.arm_parameters.bare import BareArm, RatioDiscrepancy, arm_in_SI, gain_ratios, ratio_discrepancies
-from ident.arm_parameters.payload_forecast import ExpectedGain, forecast_gains
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.plausibility import prediction_warnings
-from ident.estimation.cross_validation import JointPrediction, predicted
+from ident.estimation.cross_validation import predicted
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
 from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
+from ident.parameters.arm import BareArm, arm_in_SI, forecast_gains, gain_ratios
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
 from ident.recordings.motion import Motion
@@ -25,27 +24,11 @@ from scenarios.results.links import Links
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class IfLoaded:
-    """Expected gains if the same motions were repeated with a payload.
-
-    Attributes:
-        payload: The planned payload.
-        gains: Expected accuracy of every gain.
-    """
-
-    payload: Payload
-    gains: tuple[ExpectedGain, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BareAnswer:
     """Results of bare recordings.
 
     Attributes:
         found: The arm over the gain of a reference joint, with ratios.
-        predicted: Cross-validation of parts of the motions.
-        known: Given gains, None without any.
-        off: Comparison of the ratios with given gains, if any.
         in_si: The arm in SI units with given gains, None without gains.
         if_loaded: Expected gains with a payload, None if not requested.
         said: Diagnoses of the recordings.
@@ -53,11 +36,8 @@ class BareAnswer:
     """
 
     found: BareArm
-    predicted: tuple[JointPrediction, ...]
-    known: KnownGains | None
-    off: tuple[RatioDiscrepancy, ...]
     in_si: BareArm | None
-    if_loaded: IfLoaded | None
+    if_loaded: ExpectedGains | None
     said: Diagnosed
     observing: ObserveOptions
 
@@ -92,25 +72,20 @@ def bare_answer(
     prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     said = diagnose(prepared.logs())
     raise_for(prepared, said)
-    problem = prepared.problem
-    found = gain_ratios(problem, options)
+    found = gain_ratios(prepared.problem, options)
     assert found.ratios is not None, "ratios were asked for"
-    off, in_si, if_loaded = (), None, None
-    if known is not None:
-        in_si, off = arm_in_SI(problem, options, known), ratio_discrepancies(found.ratios, known)
-        if payload is not None:
-            expected = forecast_gains(problem, options, payload, in_si, known, found.ratios)
-            if_loaded = IfLoaded(payload=payload, gains=expected)
-    return BareAnswer(
-        found=found,
-        predicted=tuple(predicted(found.selected.final.fit.rows)),
-        known=known,
-        off=off,
-        in_si=in_si,
-        if_loaded=if_loaded,
-        said=joined(said, more=prepared.diagnoses),
-        observing=prepared.observing,
-    )
+    in_si, if_loaded = None if known is None else arm_in_SI(prepared.problem, options, known), None
+    if in_si is not None and payload is not None:
+        expected = enumerate(forecast_gains(prepared.problem, options, payload, in_si, found.ratios), 1)
+        joints = [
+            ExpectedJoint(joint=j, rel_std=None, reason=each)
+            if isinstance(each, str)
+            else ExpectedJoint(joint=j, rel_std=each, reason=None)
+            for j, each in expected
+        ]
+        if_loaded = ExpectedGains(mass=payload.mass, joints=joints)
+    said = joined(said, more=prepared.diagnoses)
+    return BareAnswer(found=found, in_si=in_si, if_loaded=if_loaded, said=said, observing=prepared.observing)
 
 
 def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareResult:
@@ -121,13 +96,12 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
         links: Physically consistent links, or why there are none.
         arm: The arm.
     """
-    found, in_si = answer.found, answer.in_si
-    ratios = found.ratios
-    assert ratios is not None, "asked of motions whose gains are not held"
-    known = answer.known
+    found, in_si, ratios = answer.found, answer.in_si, answer.found.ratios
+    assert ratios is not None, "ratios were asked for"
+    known = None if in_si is None else in_si.gains
     given = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
-    moved = {each.joint: each for each in answer.off}
-    share = {each.joint: each for each in answer.predicted}
+    off = {} if known is None else ratios.against(known)
+    share = {each.joint: each for each in predicted(found.selected.final.fit.rows)}
     return BareResult(
         reference=ratios.reference + 1,
         joints=[
@@ -139,8 +113,8 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
                 predicted_rel_std=float(ratios.rel_std[j]),
                 reason=ratios.reason(j),
                 gain=given.get(j),
-                off=moved[j].rel if j in moved else None,
-                off_std=moved[j].std if j in moved else None,
+                off=off.get(j, (None, None))[0],
+                off_std=off.get(j, (None, None))[1],
                 predicted_rel_error=share[j].share if j in share else None,
                 fitted_rel_error=share[j].fitted if j in share else None,
                 friction=[BareParameter.of(each) for each in found.friction[j]],
@@ -149,14 +123,9 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
         ],
         base_parameters=[BareParameter.of(each) for each in found.inertial],
         base_parameters_si=None if in_si is None else [BareParameter.of(each) for each in in_si.inertial],
-        if_loaded=None if answer.if_loaded is None else _expected(answer.if_loaded),
+        if_loaded=answer.if_loaded,
         consistent=None if isinstance(links, Unknown) else links,
         consistent_reason=links.reason if isinstance(links, Unknown) else None,
         notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
         **diagnosed_values(answer.said),
     )
-
-
-def _expected(found: IfLoaded) -> ExpectedGains:
-    joints = [ExpectedJoint(joint=each.joint + 1, rel_std=each.rel_std, reason=each.reason) for each in found.gains]
-    return ExpectedGains(mass=found.payload.mass, joints=joints)

@@ -15,7 +15,7 @@ from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.payload_identification.gains_outcome import PLAIN, UNKNOWN
+from ident.parameters.weighing import PLAIN, UNKNOWN
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ident.arm_parameters.bare import BareArm
-from ident.arm_parameters.links import ModelLinks, nearest_links
 from ident.diagnosis.alternative import two_digits
 from ident.model.arm import Arm
 from ident.model.structure import Structure
+from ident.parameters.arm import BareArm
+from ident.parameters.links import ModelLinks, nearest_links
 from ident.support.arrays import Array
 from ident.support.errors import NoBody
 from ident.support.file_access import read_bytes

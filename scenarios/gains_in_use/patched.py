@@ -15,11 +15,10 @@ from ident.diagnosis.link_masses import judged
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.gain_options import GainOptions
-from ident.gain_errors import link_weights
 from ident.model.structure import Structure
 from ident.preparation import joined
 from ident.recordings.motion import Motion
-from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
+from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
 from scenarios.experiments.gains_file import GainsFile
 from scenarios.experiments.robot_models import model_base, nominal_links
 from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of

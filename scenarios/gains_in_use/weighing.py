@@ -5,14 +5,11 @@ from dataclasses import asdict
 
 from pydantic import Field
 
-import ident.payload_identification.common_scale as common_scale
-import ident.payload_identification.payload_body as payload_body
-import ident.payload_identification.payload_estimate as payload_estimate
-import ident.payload_identification.verification as verification
+import ident.parameters.payload as payload
+import ident.parameters.weighing as weighing
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import JointPrediction
 from ident.identification import Identification
-from ident.model.parameters import UNITS
 from ident.unseen import Unseen
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values
@@ -140,10 +137,10 @@ class Verification(DiagnosedResult):
 
 
 def verification_result(
-    found: verification.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None
+    found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None
 ) -> Verification:
     """Return the result of a verification; masses are null if not identifiable."""
-    common = common_scale.common_error(found)
+    common = weighing.common_error(found)
     return Verification(
         passed=found.passed and (unseen is None or unseen.passed),
         mass=found.payload.mass,
@@ -237,26 +234,26 @@ class FoundPayload(DiagnosedResult):
 
 
 def found_payload_result(
-    found: payload_estimate.FoundPayload,
-    body: payload_body.FoundBody,
-    joints: Sequence[verification.Weighed],
+    found: payload.FoundPayload,
+    body: payload.FoundBody,
+    joints: Sequence[weighing.Weighed],
     diagnosed: Diagnosed,
 ) -> FoundPayload:
     """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
     return FoundPayload(
         parameters=[
             PayloadParameter(
-                parameter=name,
-                unit=UNITS[name],
-                estimate=float(found.value[k]),
-                std=float(found.covariance[k, k] ** 0.5),
-                residual_std=float(found.residual[k, k] ** 0.5),
-                gain_std=float(found.gains[k, k] ** 0.5),
-                model_std=float(found.model[k, k] ** 0.5),
+                parameter=each.name,
+                unit=each.unit,
+                estimate=each.value,
+                std=each.std,
+                residual_std=each.residual_std,
+                gain_std=each.gain_std,
+                model_std=each.model_std,
             )
-            for k, name in enumerate(found.names)
+            for each in found.parameters
         ],
-        covariance=found.covariance.tolist(),
+        covariance=found.shares.total.tolist(),
         body=list(map(_quantity, body.quantities)),
         refused={**found.refused, **body.refused},
         possible=body.possible,
@@ -266,7 +263,7 @@ def found_payload_result(
     )
 
 
-def _common(common: common_scale.CommonError) -> CommonError:
+def _common(common: weighing.CommonError) -> CommonError:
     return CommonError(
         joints=[joint + 1 for joint in common.joints],
         rel_error=common.rel_error,
@@ -275,7 +272,7 @@ def _common(common: common_scale.CommonError) -> CommonError:
     )
 
 
-def _weighed(each: verification.Weighed) -> Weighed:
+def _weighed(each: weighing.Weighed) -> Weighed:
     mass = each.mass
     return Weighed(
         joint=None if each.joint is None else each.joint + 1,
@@ -291,7 +288,7 @@ def _weighed(each: verification.Weighed) -> Weighed:
     )
 
 
-def _quantity(each: payload_body.Quantity) -> Quantity:
+def _quantity(each: payload.Quantity) -> Quantity:
     return Quantity(
         quantity=each.name,
         unit=each.unit,

@@ -3,9 +3,8 @@
 from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.payload_identification.payload_body import CENTRE, FoundBody
-from ident.payload_identification.payload_estimate import FoundPayload
-from ident.payload_identification.verification import DIFFERS, Weighed
+from ident.parameters.payload import CENTRE, FoundBody, FoundPayload
+from ident.parameters.weighing import DIFFERS, Weighed
 from scenarios.gains_in_use.weighing import found_payload_result
 from scenarios.rendering.content import Column, Mood, Paragraph, Part, Report, Table, plus_minus, sentence
 from scenarios.results.diagnoses import doubt_paragraphs

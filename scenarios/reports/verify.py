@@ -9,9 +9,8 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.known_gains import OTHER_UNIT
 from ident.identification import Identification
-from ident.payload_identification.common_scale import CommonError, common_error
-from ident.payload_identification.payload_body import Quantity
-from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTHING, Verification, Weighed
+from ident.parameters.payload import Quantity
+from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError, Verification, Weighed, common_error
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result

@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from ident.arm_parameters.parameter_values import Parameter
+from ident.parameters.arm import Parameter
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import DiagnosedResult
 from scenarios.results.links import Links

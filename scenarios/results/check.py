@@ -5,9 +5,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from ident.check import Checked
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.identification import Checked
 from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, many
 from scenarios.rendering.result import ResultModel

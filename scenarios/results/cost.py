@@ -7,9 +7,9 @@ from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.estimation.estimate import IdentifiedGain, JointResult
+from ident.parameters.payload import UNITS
+from ident.parameters.weighing import GainsOutcome
 from ident.payload.payload import Payload
-from ident.payload_identification.gains_outcome import GainsOutcome
-from ident.payload_identification.payload_body import UNITS
 from scenarios.rendering.content import (
     NONE,
     Cell,

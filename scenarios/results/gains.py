@@ -11,8 +11,8 @@ from ident.diagnosis.diagnosis import SPOILS, Severity
 from ident.estimation.estimate import FoundParameter, GainEstimate, IdentifiedGain, RefusedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
+from ident.parameters.weighing import GainsOutcome
 from ident.payload.payload import standard_parameters
-from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
     Cell,

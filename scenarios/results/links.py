@@ -7,10 +7,10 @@ fixed to the link are included, so that a model with other frames is detected.
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from ident.arm_parameters.links import FoundLinks, ModelLinks
 from ident.model.arm import Arm
+from ident.parameters.links import FoundLinks, ModelLinks
+from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
-from ident.payload_identification.payload_body import body_values
 from ident.support.arrays import Array
 
 Vector = tuple[float, float, float]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ident.parameters.payload import FoundBody, Quantity
+from ident.parameters.weighing import AGREES, DIFFERS, Verification, Weighed
 from ident.payload.payload import Payload
-from ident.payload_identification.payload_body import FoundBody, Quantity
-from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 
 STATED, SCALE = 7.3, 0.002
 

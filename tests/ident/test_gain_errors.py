@@ -10,8 +10,7 @@ from unseen_motions import FIT, LOG, loaded_motion, model
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.known_gains import stated_gains
-from ident.gain_errors import link_weights
-from ident.unseen import UnseenMotion, UsedModel, predicted
+from ident.unseen import UnseenMotion, UsedModel, link_weights, predicted
 
 
 @pytest.fixture

@@ -19,9 +19,9 @@ from ident.model.structure import Structure, structure_of
 from ident.numerics.least_squares import least_squares
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions, observe
+from ident.parameters.payload import payload_of
+from ident.parameters.weighing import DIFFERS, verified
 from ident.payload.payload import Payload, read_payload
-from ident.payload_identification.payload_estimate import payload_of
-from ident.payload_identification.verification import DIFFERS, verified
 from ident.recordings.files import read_recording
 from ident.recordings.motion import Motion, read
 from ident.recordings.recording import Recording

@@ -9,7 +9,7 @@ from unseen_motions import FIT, LOG, loaded_motion, model
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.known_gains import stated_gains
-from ident.payload_identification.gains_outcome import arm_in_use
+from ident.parameters.arm import arm_in_use
 from ident.support.errors import GainsError
 from ident.unseen import BETTER, NO_DIFFERENT, WORSE, UnseenMotion, UsedModel, predicted, used_model
 
@@ -86,11 +86,11 @@ def test_the_covariance_of_an_arm_in_use_is_that_of_its_parameters(structure, rn
     chi = rng.uniform(0.5, 2.0, 84)
     problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-2)
     found = arm_in_use(problem, stated_gains(structure.arm, GAIN))  # exact gains add nothing to deviations
-    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.covariance(structure, problem.options))), strict=True))
-    assert {each.name: each.std for each in found.arm.inertial} == pytest.approx(
-        {each.name: std[each.name] for each in found.arm.inertial}, rel=1e-6
+    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.base_covariance)), strict=True))
+    assert {each.name: each.std for each in found.inertial} == pytest.approx(
+        {each.name: std[each.name] for each in found.inertial}, rel=1e-6
     )
-    for j, own in enumerate(found.arm.friction):
+    for j, own in enumerate(found.friction):
         for each in own:
             assert std[f"{each.name}{j + 1}"] == pytest.approx(abs(GAIN[j]) * each.std, rel=1e-6)
 
@@ -132,7 +132,7 @@ def test_a_factor_common_to_all_gains_shows_with_a_payload_alone(structure, heav
     motions = [(chi, None, None), (chi, None, None), (chi, heavy, heavy)]
     problem = exact_problem(structure, motions, GAIN, rng, options=TRUSTING, noise=1e-3)
     bare, parts = replace(problem, motions=problem.motions[:1]), problem.motions[1:]
-    models = [used_model(arm_in_use(bare, stated_gains(structure.arm, k * GAIN)), bare) for k in (1.0, 1.3)]
+    models = [used_model(arm_in_use(bare, stated_gains(structure.arm, k * GAIN))) for k in (1.0, 1.3)]
     on_bare, on_loaded = (
         predicted(UnseenMotion(log=replace(LOG, payload=each), parts=(part,), found=Diagnosed()), *models)
         for each, part in zip((None, heavy), parts, strict=True)

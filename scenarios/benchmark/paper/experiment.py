@@ -23,8 +23,8 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.joint_by_joint.pooled_system import pooled_system
 from ident.estimation.problem import ObservedMotion, pair
 from ident.observation.observation import observe
+from ident.parameters.pooled_payload import PayloadEstimate, payload_parameters
 from ident.payload.payload import read_payload, standard_parameters
-from ident.payload_identification.payload_parameters import PayloadEstimate, payload_parameters
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.paper.result import Claim, WrongGains

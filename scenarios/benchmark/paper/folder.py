@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 
 import scenarios.benchmark.paper.published as published
 from ident.estimation.estimate import IdentifiedGain, JointResult
-from ident.payload_identification.payload_parameters import PayloadEstimate
+from ident.parameters.pooled_payload import PayloadEstimate
 from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun

@@ -7,11 +7,11 @@ import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from pinocchio_arms import standard_parameters_of
 
-from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.temperature import Warmth
 from ident.estimation.gain_options import GainOptions
+from ident.identification import check, worst_first
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError

@@ -12,12 +12,11 @@ from log_faults import at, changed
 from real_friction import Truth
 
 import ident.diagnosis.common_delay as measuring
-from ident.check import check
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import faults, survey
 from ident.diagnosis.exclusions import exclusions, undetected_sizes
-from ident.identification import Identification, identify
+from ident.identification import Identification, check, identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, prepare
 from ident.recordings.motion import Motion

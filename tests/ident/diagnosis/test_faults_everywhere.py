@@ -9,11 +9,10 @@ from known_logs import BRICK, mounted
 from log_faults import at, changed, exchanged, late
 from real_friction import Truth
 
-from ident.check import check
 from ident.diagnosis.catalog import current_scales
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.identification import identify
+from ident.identification import check, identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import prepare
 from ident.recordings.motion import Motion
@@ -77,7 +76,9 @@ def named(found: Diagnosed, name: str) -> Diagnosis:
 @pytest.mark.usefixtures("_computed_once")
 @pytest.mark.parametrize("fault", [pytest.param(each, marks=[pytest.mark.slow] * (each in AGAIN)) for each in FAULTS])
 def test_a_fault_has_one_name_everywhere(axes, fault, monkeypatch):
-    monkeypatch.setattr("ident.check.DEFAULT", "ls-2011")  # as identification below: what is estimated once is quick
+    monkeypatch.setattr(
+        "ident.identification.DEFAULT", "ls-2011"
+    )  # as identification below: what is estimated once is quick
     put, name, words = FAULTS[fault]
     bare, heavy = put(*logs_of(Truth(), seed=7))
     one = "in one log" in fault
@@ -154,7 +155,7 @@ def test_a_check_names_swapped_logs_where_the_method_does_not_converge(axes, mon
     def lost(problem):
         raise NotConverged("the gains do not converge")
 
-    monkeypatch.setattr("ident.check._estimate", lost)
+    monkeypatch.setattr("ident.identification.default_estimate", lost)
     bare, heavy = logs_of(Truth())
     said = [
         [

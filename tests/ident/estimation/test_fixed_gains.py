@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from ident.estimation.all_joints.solution import GIVEN_STD
-from ident.estimation.fixed_gains import gain_covariance, gain_sensitivity, own_beliefs
+from ident.estimation.fixed_gains import shares
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
+from ident.estimation.uncertainty import UNCERTAINTIES
 
 BELIEF = np.array([[3.0, -1.0, 0.4, 7.0, 2.0, -5.0], [0.3, 0.9, -6.0, 1.7, -8.0, 0.6]])
 """Of two parameters: two beliefs of others, and those on log h of four gains."""
@@ -23,13 +25,19 @@ def gains() -> KnownGains:
     )
 
 
-def test_a_gain_that_is_held_moves_parameters_as_the_row_that_holds_it(gains):
+def test_the_covariance_of_gains_replaces_that_of_the_priors_which_fix_them(gains, monkeypatch):
+    monkeypatch.setitem(UNCERTAINTIES, "classical", lambda rows, influence: 0.3 * influence @ influence.T)
+    influence, rivals = np.array([[0.2, -0.7], [0.5, 0.3]]), np.array([[0.4], [-0.9]])
+    options = GainOptions(uncertainty="classical")
+    found = shares(None, options, gains, influence=influence, belief=BELIEF, rivals=rivals)
     # A deviation of log h = -log g is one of GIVEN_STD.
-    expected = -BELIEF[:, [2, 4, 5]] / GIVEN_STD
-    np.testing.assert_allclose(gain_sensitivity(BELIEF, gains), expected, rtol=1e-14)
-    log_covariance = np.array([[4.0, 1.0, -0.5], [1.0, 9.0, 2.0], [-0.5, 2.0, 1.5]]) * 1e-4
-    np.testing.assert_allclose(gain_covariance(BELIEF, gains), expected @ log_covariance @ expected.T, rtol=1e-12)
-
-
-def test_beliefs_in_gains_that_are_held_are_no_beliefs_of_the_model(gains):
-    np.testing.assert_array_equal(own_beliefs(BELIEF, gains), BELIEF[:, [0, 1, 3]])
+    S, B = -BELIEF[:, [2, 4, 5]] / GIVEN_STD, np.hstack((BELIEF[:, [0, 1, 3]], rivals))
+    np.testing.assert_allclose(found.gains, S @ gains.log_covariance @ S.T, rtol=1e-12)
+    np.testing.assert_allclose(found.model, B @ B.T, rtol=1e-12)
+    np.testing.assert_allclose(found.residual, 0.3 * influence @ influence.T, rtol=1e-12)
+    np.testing.assert_allclose(found.total, found.residual + found.gains + found.model, rtol=1e-12)
+    J = np.array([[0.6, -1.7]])
+    np.testing.assert_allclose(found.of(J).total, J @ found.total @ J.T, rtol=1e-12)
+    relative = shares(None, options, None, influence=influence, belief=BELIEF, rivals=rivals)
+    B = np.hstack((BELIEF, rivals))  # of the scale alone, which is exact
+    np.testing.assert_allclose(relative.total, found.residual + B @ B.T, rtol=1e-12)

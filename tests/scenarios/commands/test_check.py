@@ -12,10 +12,10 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from robot_folders import robot_folder
 
 import rx90_mjcf
-from ident.check import Checked
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS
 from ident.diagnosis.samples.clock import missing_samples
+from ident.identification import Checked
 from ident.observation.observation import ObserveOptions
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording

@@ -11,12 +11,12 @@ import pytest
 from model_files import INERTIAL, LINKS, RADIANS, ends, mjcf, urdf_joint, urdf_link
 from printed import printed
 
-from ident.arm_parameters.links import nearest_links
-from ident.arm_parameters.parameter_values import Parameter
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
+from ident.parameters.arm import Parameter
+from ident.parameters.links import nearest_links
+from ident.parameters.payload import body_values
 from ident.payload.payload import standard_parameters
-from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
 from scenarios.experiments.robot_models import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model

@@ -12,10 +12,10 @@ from weighed_cell import MODEL, elsewhere, heavier, off, with_other
 
 import ident
 import rx90_mjcf
-from ident.arm_parameters.links import nearest_links
-from ident.arm_parameters.parameter_values import Parameter
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
+from ident.parameters.arm import Parameter
+from ident.parameters.links import nearest_links
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains

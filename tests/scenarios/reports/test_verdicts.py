@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.estimation.joint_torque import JointTorque
-from ident.payload_identification.payload_body import FoundBody, Quantity
+from ident.parameters.payload import FoundBody, Quantity
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.results import torques
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus

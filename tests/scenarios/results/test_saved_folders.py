@@ -119,7 +119,7 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
 
 
 def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
-    for name in ("ident.identification.prepare", "ident.check.examined", "ident.preparation.prepare"):
+    for name in ("ident.identification.prepare", "ident.identification.examined", "ident.preparation.prepare"):
         monkeypatch.setattr(name, None)
     assert sum(isinstance(part, Plot) and part.zoom for part in page_of(saved).parts) == 6
 

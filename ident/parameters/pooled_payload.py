@@ -15,8 +15,8 @@ import numpy as np
 
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem
 from ident.model.parameters import INERTIAL
-from ident.numerics.least_squares import LeastSquares, least_squares, row_weights
-from ident.support.arrays import Array, Indices
+from ident.numerics.least_squares import least_squares, row_weights
+from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, PayloadError
 
 ESSENTIAL_REL_STD = 0.1
@@ -139,7 +139,8 @@ def payload_parameters(
     fit = least_squares(W * weight[:, None], Y * weight, rank_tol=rank_tol)
     b = system.W.shape[1]
     chi[~given] = fit.x[b:]
-    spread = _gain_sensitivity(fit, W, weight, system, n)[b:] * gain_std  # (unknown payload parameters, n)
+    of_joint = np.eye(n)[system.joint] * (weight * system.V)[:, None]  # derivative of the left side by each gain
+    spread = (fit.cofactor @ (W * weight[:, None]).T @ of_joint)[b:] * gain_std  # (unknown payload parameters, n)
     std, gain_spread = np.zeros(10), np.zeros(10)
     std[~given], gain_spread[~given] = fit.std[b:], np.linalg.norm(spread, axis=1)
     covariance = np.zeros((10, 10))
@@ -166,9 +167,3 @@ def payload_parameters(
         system=system,
         torque=system.W @ fit.x[:b] + system.W_L @ chi,
     )
-
-
-def _gain_sensitivity(fit: LeastSquares, W: Array, weight: Array, system: PooledSystem, n: int) -> Array:
-    """Return the derivative of the solution with respect to each gain, shape (unknowns, n)."""
-    of_joint: Indices = np.eye(n, dtype=np.intp)[system.joint]
-    return fit.cofactor @ (W * weight[:, None]).T @ (of_joint * (weight * system.V)[:, None])

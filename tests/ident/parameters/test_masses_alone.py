@@ -9,10 +9,9 @@ from exact import GAIN
 from weighings import PLAIN, known
 
 from ident.estimation.all_joints.selection import AlternativeModel
+from ident.parameters.payload import Quantity, payload_of
+from ident.parameters.weighing import mass_alone, masses_alone
 from ident.payload.payload import standard_parameters
-from ident.payload_identification.mass_by_joint import _solved, masses_alone
-from ident.payload_identification.payload_body import Quantity
-from ident.payload_identification.payload_estimate import payload_of
 
 
 def test_each_joint_alone_gives_the_mass_off_by_as_much_as_its_gain(weighed_problem, heavy):
@@ -59,7 +58,7 @@ def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(wei
     gains = known(rel_std=np.full(6, rel_std))
     alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), heavy, gains)
     assert [isinstance(each, Quantity) for each in alone] == [shown] * 6
-    assert shown or "its estimate of the mass has a standard deviation of 1.8 kg" in alone[2].reason  # 0.26 of 7.025
+    assert shown or "its estimate of the mass has a standard deviation of 1.8 kg" in alone[2]  # 0.26 of 7.025
 
 
 def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
@@ -77,7 +76,7 @@ def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_
         own=(*final.own[:j], own, *final.own[j + 1 :]),
         fit=SimpleNamespace(found=final.fit.found, rows=replace(rows, weight=weight)),
     )
-    solved = _solved(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
+    solved = mass_alone(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
     assert solved is not None
     shared = len(found.ready.shared.arm)
     kilogram = noisy.payload[0] @ heavy.known_part().chi / 7.025 / GAIN[j]
@@ -114,10 +113,12 @@ def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(w
         fit=replace(final.fit, found=replace(final.fit.found, theta=theta + moved)),
     )
     selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
-    monkeypatch.setattr("ident.payload_identification.payload_estimate.chosen_model", lambda ready, options: selected)
+    monkeypatch.setattr("ident.parameters.payload.chosen_model", lambda ready, options: selected)
     found = payload_of(weighed_problem, known(), PLAIN)
     at = len(plain.ready.shared.arm) + np.arange(10)
-    np.testing.assert_allclose(found.model - plain.model, 0.16 * np.outer(moved[at], moved[at]), rtol=1e-6)
+    np.testing.assert_allclose(
+        found.shares.model - plain.shares.model, 0.16 * np.outer(moved[at], moved[at]), rtol=1e-6
+    )
     one, two = (masses_alone(each, heavy, known()) for each in (plain, found))
     for before, after in zip(one, two, strict=True):  # currents that are 5 % larger are of a mass that is
         added = after.model_std**2 - before.model_std**2

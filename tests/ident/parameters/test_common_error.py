@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from joint_masses import SCALE, weighing
 
-from ident.payload_identification.common_scale import common_error
-from ident.payload_identification.verification import AGREES
+from ident.parameters.weighing import AGREES, common_error
 
 
 def test_joints_that_agree_on_another_mass_leave_the_weight_suspect_and_blame_no_joint():

@@ -5,8 +5,8 @@ from exact import EXACT, exact_observation, lopsided
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import ObservedMotion
 from ident.model.parameters import INERTIAL
+from ident.parameters.pooled_payload import PayloadEstimate, payload_parameters
 from ident.payload.payload import Payload
-from ident.payload_identification.payload_parameters import PayloadEstimate, payload_parameters
 from ident.support.errors import IdentificationError, PayloadError
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, -0.9146, 2.0, 0.5])

@@ -14,12 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from ident.arm_parameters.parameter_values import Parameter
-from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
 from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
 from ident.model.structure import BaseParameters
-from ident.support.arrays import Array, Indices, Mask
+from ident.parameters.arm import Parameter
+from ident.parameters.nearest_body import Bodies, nearest_possible
+from ident.support.arrays import Array, Mask
 from ident.support.errors import NoBody
 
 LEFT = 1e-3
@@ -91,34 +92,7 @@ def nearest_links(
     Raises:
         NoBody: If a link of the model is not physically consistent.
     """
-    n = len(nominal.own)
-    _check_bodies(nominal)
-    rows = [base.names.index(each.name) for each in found]
-    K, b, information = base.regrouping[rows], np.array([each.value for each in found]), _information(covariance)
-    link = len(STANDARD) * np.arange(n)[:, None] + np.arange(len(INERTIAL))  # columns (n, 10)
-    motors = _shown_motors(base, K)
-    free, own = np.concatenate((link.ravel(), motors)), slice(10 * n)
-    stated = np.array([nominal.motor[c // len(STANDARD)] if c < len(STANDARD) * n else 0.0 for c in motors])
-    start = np.concatenate((nominal.own.ravel(), _positive(base, motors, found, nominal, stated)))
-    centre = np.concatenate((nominal.own.ravel(), stated))
-    M = K[:, free].T @ information @ K[:, free] + _prior(nominal.own, stated)
-    known = K[:, link.ravel()] @ nominal.carried.ravel()
-    wanted = centre + _solved(M, K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
-    least = np.zeros(len(free))
-    least[own] = LEFT * nominal.own.ravel()  # the excess must be physically consistent
-    x = least + nearest_possible(_bodies(n, len(motors)), wanted - least, M, start - least)
-    motor, motor_found = nominal.motor.copy(), np.isin(len(STANDARD) * np.arange(n) + len(INERTIAL), motors)
-    motor[motor_found] = x[10 * n :][: int(motor_found.sum())]
-    return FoundLinks(
-        own=x[own].reshape(n, 10),
-        motor=motor,
-        motor_found=motor_found,
-        moved=(known + K[:, free] @ x - b) / np.sqrt(np.diag(covariance)),
-        names=tuple(each.name for each in found),
-    )
-
-
-def _check_bodies(nominal: ModelLinks) -> None:
+    n, p, size = len(nominal.own), len(STANDARD), len(INERTIAL)
     for j, chi in enumerate(nominal.own):
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
             raise NoBody(
@@ -126,29 +100,38 @@ def _check_bodies(nominal: ModelLinks) -> None:
                 "or its moments of inertia are impossible); it cannot serve as a prior "
                 "for parameters that the data do not determine; correct the model"
             )
-
-
-def _shown_motors(base: BaseParameters, K: Array) -> Indices:
-    """Return columns of motor inertias, coupled ones last, that are in base parameters with rows K."""
-    motors = np.flatnonzero([name.startswith("Ia") for name in base.labels])
-    return motors[np.abs(K[:, motors]).max(axis=0, initial=0.0) > SHOWN]
-
-
-def _positive(
-    base: BaseParameters, motors: Indices, found: Sequence[Parameter], nominal: ModelLinks, stated: Array
-) -> Array:
-    """Return positive initial motor inertias: estimates, values of the model, or typical ones."""
+    K = base.regrouping[[base.names.index(each.name) for each in found]]
+    b, information = np.array([each.value for each in found]), _information(covariance)
+    link = (p * np.arange(n)[:, None] + np.arange(size)).ravel()  # columns of the links
+    motors = np.flatnonzero([name.startswith("Ia") for name in base.labels])  # coupled ones last
+    motors = motors[np.abs(K[:, motors]).max(axis=0, initial=0.0) > SHOWN]
+    stated = np.array([nominal.motor[c // p] if c < p * n else 0.0 for c in motors])
+    free, own, m = np.concatenate((link, motors)), nominal.own.ravel(), len(motors)
+    # initial inertias of motors: estimates, values of the model, or typical ones
     value = {each.name: max(each.value, each.std) for each in found}
     usual = float(np.mean(nominal.own[:, [0, 3, 5]]))
-    return np.array([value.get(base.labels[c], size or usual) for c, size in zip(motors, stated, strict=True)])
-
-
-def _bodies(n: int, motors: int) -> Bodies:
-    """Unknown links and motors."""
-    return Bodies(
-        known=np.vstack((np.zeros((n, 10)), np.tile(UNIT, (motors, 1)))),
-        body=np.concatenate((np.repeat(np.arange(n), 10), n + np.arange(motors))),
-        place=np.concatenate((np.tile(np.arange(10), n), np.full(motors, MASS, dtype=np.intp))),
+    positive = [value.get(base.labels[c], inertia or usual) for c, inertia in zip(motors, stated.tolist(), strict=True)]
+    start, centre = np.concatenate((own, positive)), np.concatenate((own, stated))
+    M = K[:, free].T @ information @ K[:, free] + _prior(nominal.own, stated)
+    known = K[:, link] @ nominal.carried.ravel()
+    scale = 1.0 / np.sqrt(np.diag(M))
+    right = scale * (K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
+    wanted = centre + scale * np.linalg.solve(M * np.outer(scale, scale), right)
+    least = np.concatenate((LEFT * own, np.zeros(m)))  # the excess must be physically consistent
+    bodies = Bodies(
+        known=np.vstack((np.zeros((n, size)), np.tile(UNIT, (m, 1)))),
+        body=np.concatenate((np.repeat(np.arange(n), size), n + np.arange(m))),
+        place=np.concatenate((np.tile(np.arange(size), n), np.full(m, MASS, dtype=np.intp))),
+    )
+    x = least + nearest_possible(bodies, wanted - least, M, start - least)
+    motor, motor_found = nominal.motor.copy(), np.isin(p * np.arange(n) + size, motors)
+    motor[motor_found] = x[size * n :][: np.count_nonzero(motor_found)]
+    return FoundLinks(
+        own=x[: size * n].reshape(n, size),
+        motor=motor,
+        motor_found=motor_found,
+        moved=(known + K[:, free] @ x - b) / np.sqrt(np.diag(covariance)),
+        names=tuple(each.name for each in found),
     )
 
 
@@ -161,17 +144,8 @@ def _information(covariance: Array) -> Array:
 
 def _prior(own: Array, motor: Array) -> Array:
     """Return the coordinate-invariant metric of links, and that of motors, zero if the model states none."""
-    k = own.size
-    G = np.zeros((k + len(motor), k + len(motor)))
     basis = [pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))]
-    for j, chi in enumerate(own):
-        relative = [np.linalg.solve(pseudo_inertia(chi), each) for each in basis]
-        block = slice(10 * j, 10 * j + 10)
-        G[block, block] = [[0.5 * float(np.sum(a * b.T)) for b in relative] for a in relative]
-    G[np.arange(k, len(G)), np.arange(k, len(G))] = np.divide(1.0, motor**2, out=np.zeros(len(motor)), where=motor > 0)
-    return G
-
-
-def _solved(M: Array, right: Array) -> Array:
-    scale = 1.0 / np.sqrt(np.diag(M))
-    return scale * np.linalg.solve(M * np.outer(scale, scale), scale * right)
+    relative = [[np.linalg.solve(pseudo_inertia(chi), each) for each in basis] for chi in own]
+    links = [np.array([[0.5 * float(np.sum(a * b.T)) for b in each] for a in each]) for each in relative]
+    motors = np.divide(1.0, motor**2, out=np.zeros(len(motor)), where=motor > 0)
+    return block_diag(*links, *([np.diag(motors)] if len(motor) else []))

@@ -9,11 +9,9 @@ from scipy.stats import norm
 from weighings import NAMES, PLAIN, known, weighed
 
 from ident.estimation.known_gains import KnownGains
+from ident.parameters.payload import FoundBody, Quantity, payload_of
+from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, as_stated, joint_agreement, verified
 from ident.payload.payload import Payload
-from ident.payload_identification.common_scale import _as_stated, check_mass, joint_agreement
-from ident.payload_identification.payload_body import FoundBody, Quantity, body_of
-from ident.payload_identification.payload_estimate import payload_of
-from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTHING, verified
 from ident.support.errors import NegativeMass, PayloadError
 
 
@@ -65,12 +63,12 @@ def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
     noisy, rel_std = weighed(structure, heavy, rng, noise=0.005), np.full(6, 0.003)
     right, wrong = known(rel_std=rel_std), known(GAIN * np.array([1.0, 2.0, 1.0, 1.0, 1.0, 1.0]), rel_std)
     found = payload_of(noisy, right, PLAIN)
-    agreed = joint_agreement(found, body_of(found), right)
+    agreed = joint_agreement(found, found.body, right)
     assert all(each.mass is not None for each in agreed)  # with the centre found, wrist joints show the mass too
     assert len(agreed) == 6
     assert DIFFERS not in [each.verdict for each in agreed]
     found = payload_of(noisy, wrong, PLAIN)
-    off = joint_agreement(found, body_of(found), wrong)[1]
+    off = joint_agreement(found, found.body, wrong)[1]
     assert off.verdict == DIFFERS
     # The centre moved with the gains too; the mass of the joint is doubled to within a tenth all the same.
     np.testing.assert_allclose(off.mass.value, 2.0 * heavy.mass, rtol=0.1)
@@ -85,9 +83,9 @@ def a_mass(value: float, *more: Quantity) -> FoundBody:
 
 def test_a_mass_below_zero_beyond_doubt_is_refused():
     with pytest.raises(NegativeMass, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
-        check_mass(a_mass(-0.31))
+        a_mass(-0.31).check_mass()
     for value in (-0.29, 0.31):  # three deviations are 0.3
-        check_mass(a_mass(value))
+        a_mass(value).check_mass()
 
 
 @pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
@@ -99,7 +97,7 @@ def test_what_was_found_is_stated_with_its_deviations():
     values = zip("xyz", (0.08, -0.03, 0.11), (0.02, 0.05, 0.03), strict=True)
     centre = [Quantity(name=k, unit="m", value=x, residual_std=s, gain_std=0.0, model_std=0.0) for k, x, s in values]
     expected = Payload(mass=2.3, mass_std=0.1, com=(0.08, -0.03, 0.11), com_std=(0.02, 0.05, 0.03), known="com")
-    assert _as_stated(a_mass(2.3, *centre)) == expected
+    assert as_stated(a_mass(2.3, *centre)) == expected
 
 
 def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_problem, heavy):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
 from ident.model.parameters import pseudo_inertia
+from ident.parameters.nearest_body import Bodies, nearest_possible
 from ident.payload.payload import standard_parameters
 
 ALL = np.arange(10)
@@ -27,7 +27,7 @@ def test_in_the_metric_of_the_pseudo_inertia_negative_eigenvalues_become_zero(rn
         assert size[0] < -0.1
         # Higham (1988). The barrier ends at a distance whose square is within 8e-11 of the least.
         np.testing.assert_allclose(pseudo_inertia(near), (axes * np.maximum(size, 0.0)) @ axes.T, rtol=0, atol=2e-5)
-    assert bodies.least(found) > 0.0
+    assert np.linalg.eigvalsh(bodies.fixed + np.tensordot(found, bodies.slopes, 1)).min() > 0.0
 
 
 def test_what_is_known_of_a_body_stays(rng):
@@ -36,7 +36,7 @@ def test_what_is_known_of_a_body_stays(rng):
     bodies = Bodies(known=known, body=np.zeros(9, dtype=np.intp), place=ALL[:9])
     inside = standard_parameters(2.3, np.zeros(3), (0.7, 0.7, 0.7, 0.0, 0.0, 0.0))[:9]
     found = nearest_possible(bodies, rng.normal(size=9), np.diag(rng.uniform(0.5, 2.0, 9)), inside)
-    assert bodies.least(found) > 0.0
+    assert np.linalg.eigvalsh(bodies.fixed + np.tensordot(found, bodies.slopes, 1)).min() > 0.0
     pseudo = pseudo_inertia(np.append(found, 2.3))
     assert np.linalg.eigvalsh(pseudo)[0] > 0.0
     assert pseudo[3, 3] == 2.3

@@ -10,15 +10,9 @@ from weighings import NAMES, PLAIN, known, weighed
 from ident.estimation.joint_by_joint.pooled_system import pooled_system
 from ident.estimation.known_gains import stated_gains
 from ident.estimation.problem import Problem
+from ident.parameters.arm import arm_in_use, predicted_torque
+from ident.parameters.weighing import UNKNOWN, gains_outcome, outcome_of_other_gains, with_unknown_weight
 from ident.payload.payload import Payload
-from ident.payload_identification.gains_outcome import (
-    UNKNOWN,
-    arm_in_use,
-    gains_outcome,
-    outcome_of_other_gains,
-    predicted_torque,
-    with_unknown_weight,
-)
 from ident.support.errors import GainsError, NotIdentifiable, PayloadError
 
 K = 1.2
@@ -47,7 +41,7 @@ def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
             np.testing.assert_allclose(each.mass.value, factor * heavy.mass, rtol=CLOSE)
         centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
         np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
-    np.testing.assert_allclose(off.base(structure), K * right.base(structure), rtol=CLOSE, atol=CLOSE)
+    np.testing.assert_allclose(off.arm.base, K * right.arm.base, rtol=CLOSE, atol=CLOSE)
 
 
 def test_one_gain_off_shows_in_the_mass_of_its_joint_alone(structure, heavy, rng):
@@ -62,7 +56,7 @@ def test_one_gain_off_shows_in_the_mass_of_its_joint_alone(structure, heavy, rng
 def test_the_base_parameters_are_those_put_in_friction_included(two_weights, structure, heavy):
     problem, base = two_weights
     outcome = outcome_of_other_gains(problem, known(GAIN), PLAIN)
-    np.testing.assert_allclose(outcome.base(structure), base, atol=CLOSE * np.abs(base).max())
+    np.testing.assert_allclose(outcome.arm.base, base, atol=CLOSE * np.abs(base).max())
 
 
 def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviation(structure, rng):
@@ -72,15 +66,15 @@ def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviatio
     motions = [(chi, None, None), (rubbed, None, None)]
     problem = exact_problem(structure, motions, GAIN, rng, noise=1e-3, options=TRUSTING)
     found = arm_in_use(problem, known(GAIN))
-    base, C = found.base(structure), found.covariance(structure, problem.options)
-    for j, own in enumerate(found.arm.friction):
+    base, C = found.base, found.base_covariance
+    for j, own in enumerate(found.friction):
         for each in own:
             name, _, motion = each.name.partition(" in motion ")
             if motion != "2":
                 at = names.index(f"{name}{j + 1}")
                 np.testing.assert_allclose(base[at], GAIN[j] * each.value, rtol=1e-12)
                 np.testing.assert_allclose(np.sqrt(C[at, at]), abs(GAIN[j]) * each.std, rtol=1e-3)
-    for each in found.arm.inertial:
+    for each in found.inertial:
         at = names.index(each.name)
         np.testing.assert_allclose([base[at], np.sqrt(C[at, at])], [each.value, each.std], rtol=1e-3)
 

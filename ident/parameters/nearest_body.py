@@ -41,10 +41,6 @@ class Bodies:
             slopes[k, body] = pseudo_inertia(np.eye(len(INERTIAL))[place])
         return slopes
 
-    def least(self, x: Array) -> float:
-        """Smallest eigenvalue of all pseudo-inertias, at unknowns of shape (k,)."""
-        return float(np.linalg.eigvalsh(self.fixed + np.tensordot(x, self.slopes, 1)).min())
-
 
 def nearest_possible(bodies: Bodies, wanted: Array, information: Array, inside: Array) -> Array:
     """Return the physically consistent unknowns nearest to given ones: a convex problem, by a log det barrier.
@@ -81,15 +77,10 @@ def nearest_possible(bodies: Bodies, wanted: Array, information: Array, inside: 
             if promised < ENOUGH:
                 break
             length, before = 1.0, cost(x, weight)
-            while not _inside(fixed, slopes, x + length * step) or (
+            while np.linalg.eigvalsh(fixed + np.tensordot(x + length * step, slopes, 1)).min() <= 0.0 or (
                 cost(x + length * step, weight) > before - 0.1 * length * promised and length > 1e-9
             ):
                 length *= 0.5
             x = x + length * step
         weight *= SMALLER
     return x
-
-
-def _inside(fixed: Array, slopes: Array, x: Array) -> bool:
-    """Whether all pseudo-inertias are positive definite."""
-    return bool(np.linalg.eigvalsh(fixed + np.tensordot(x, slopes, 1)).min() > 0.0)

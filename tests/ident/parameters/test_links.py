@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.arm_parameters.links import LEFT, FoundLinks, ModelLinks, nearest_links
-from ident.arm_parameters.parameter_values import Parameter
 from ident.model.parameters import pseudo_inertia
 from ident.model.structure import structure_of
+from ident.parameters.arm import Parameter
+from ident.parameters.links import LEFT, FoundLinks, ModelLinks, nearest_links
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
 

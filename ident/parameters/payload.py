@@ -1,0 +1,222 @@
+"""The parameters of an unknown payload from all joints together, with fixed gains (paper, eq. 25), and its body.
+
+V_j = h_j (A_j theta + W_L chi_L) + F_j phi_j with given h = 1/g; friction and offset are in drive units and separate
+for each motion. Other terms are selected as in `nls`, so that gains have the same meaning as in their identification.
+Mass, centre and inertia about it follow with first-order standard deviations.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ident.estimation.all_joints.selection import Selected
+from ident.estimation.all_joints.solution import Setting
+from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
+from ident.estimation.fixed_gains import Shares, deviations, held, shares
+from ident.estimation.known_gains import KnownGains
+from ident.estimation.problem import Problem
+from ident.model.parameters import INERTIAL, pseudo_inertia
+from ident.model.parameters import UNITS as PARAMETER_UNITS
+from ident.model.structure import Structure
+from ident.payload.payload import INERTIA_KEYS
+from ident.support.arrays import Array, Indices, Mask
+from ident.support.errors import NegativeMass, NotIdentifiable
+
+NEW = 1e-6
+"""Least independent part of a unit column of the payload."""
+SURE = 3.0
+"""Significance of the mass, in standard deviations, required for a centre of mass, and beyond which it is negative."""
+STEP = 1e-30
+"""Complex step, with which derivatives are exact to rounding."""
+CENTRE = ("x", "y", "z")
+UNITS = {"mass": "kg", **dict.fromkeys(CENTRE, "m"), **dict.fromkeys(INERTIA_KEYS, "kg m^2")}
+"""Quantities of a body, with their units."""
+NEEDS = {
+    "mass": ("M",),
+    **{axis: (f"M{axis.upper()}", "M") for axis in CENTRE},
+    **dict.fromkeys(INERTIA_KEYS, INERTIAL),
+}
+"""Standard parameters that determine each quantity."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A number with its standard deviations, from the residuals, from the gains, and from the model's assumptions."""
+
+    name: str
+    unit: str
+    value: float
+    residual_std: float
+    gain_std: float
+    model_std: float
+
+    @property
+    def std(self) -> float:
+        """Total standard deviation."""
+        return float(np.linalg.norm((self.residual_std, self.gain_std, self.model_std)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundBody:
+    """Estimated properties of a body.
+
+    Attributes:
+        quantities: Mass, centre and inertia about the centre, as far as identifiable.
+        refused: Reasons for the others, by name.
+        possible: Whether the ten parameters are physically consistent; None if not all are known.
+    """
+
+    quantities: tuple[Quantity, ...]
+    refused: dict[str, str]
+    possible: bool | None
+
+    def of(self, name: str) -> Quantity | None:
+        """Return the quantity of that name, None if refused."""
+        return next((each for each in self.quantities if each.name == name), None)
+
+    def check_mass(self) -> None:
+        """Refuse a significantly negative mass.
+
+        Raises:
+            NegativeMass: If it is.
+        """
+        mass = self.of("mass")
+        if mass is not None and mass.value < -SURE * mass.std:
+            raise NegativeMass(
+                f"the estimated mass is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
+                "loaded recordings are probably swapped, or the signs of gains and currents differ"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundPayload:
+    """Parameters of a payload at the origin of the last frame; k of the ten.
+
+    Attributes:
+        place: Indices in `INERTIAL`, shape (k,).
+        value: Their values [kg m^2, kg m, kg], shape (k,).
+        shares: Their covariance.
+        refused: Reasons why the others have no value, by name.
+        ready: The solved problem.
+        selected: The model, and its fit.
+    """
+
+    place: Indices
+    value: Array
+    shares: Shares
+    refused: dict[str, str]
+    ready: Setting
+    selected: Selected
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters that have a value, k strings."""
+        return tuple(INERTIAL[p] for p in self.place)
+
+    @property
+    def parameters(self) -> tuple[Quantity, ...]:
+        """The parameters that have a value."""
+        return _quantities(self.names, [PARAMETER_UNITS[name] for name in self.names], self.value, self.shares)
+
+    @cached_property
+    def body(self) -> FoundBody:
+        """Mass, centre of mass and inertia with first-order standard deviations."""
+        chi, k = np.zeros(len(INERTIAL)), len(self.place)
+        chi[self.place] = self.value
+        there = "M" in self.names
+        sure = there and chi[9] > SURE * deviations(self.shares.total)[self.names.index("M")]
+        steps = 1j * STEP * np.eye(len(chi))
+        values = body_values(chi) if sure else np.full(len(UNITS), chi[9])
+        J = np.zeros((len(UNITS), k))
+        if sure:
+            J = np.column_stack([body_values(chi + step).imag / STEP for step in steps])[:, self.place]
+        J[0] = self.place == INERTIAL.index("M")
+        refused = dict[str, str]()
+        for name in UNITS:
+            missing = [need for need in NEEDS[name] if need in self.refused]
+            if missing:
+                refused[name] = f"{missing[0]}: {self.refused[missing[0]]}"
+            elif name != "mass" and not sure:
+                refused[name] = f"the mass is less than {SURE:g} standard deviations above zero"
+        every = _quantities(tuple(UNITS), list(UNITS.values()), values, self.shares.of(J))
+        return FoundBody(
+            quantities=tuple(each for each in every if each.name not in refused),
+            refused=refused,
+            possible=None if self.refused else bool(np.linalg.eigvalsh(pseudo_inertia(chi))[0] >= 0.0),
+        )
+
+
+def _quantities(names: tuple[str, ...], units: list[str], values: Array, of: Shares) -> tuple[Quantity, ...]:
+    each = (values, *map(deviations, (of.residual, of.gains, of.model)))
+    return tuple(
+        Quantity(name=name, unit=unit, value=value, residual_std=residual, gain_std=gain, model_std=model)
+        for name, unit, value, residual, gain, model in zip(names, units, *(x.tolist() for x in each), strict=True)
+    )
+
+
+def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
+    """Estimate the parameters of a payload with given gains.
+
+    Args:
+        problem: Bare motions and those of one mounting, with an unknown payload (`known = "none"`).
+        gains: Gains of all or some joints; a joint without a gain contributes little.
+        options: Options of the model, as in the identification of the gains.
+
+    Raises:
+        NotIdentifiable: If no motion is bare or none is loaded, or no parameter of the payload is identifiable.
+        GainsError: If the gains are not of this arm.
+    """
+    problem.check_difference()
+    gains.check_arm(problem.structure.arm)
+    ready = setting_of(problem, options, held(gains))
+    selected = chosen_model(ready, options)
+    fit, separate = selected.final.fit, separable(problem.structure)
+    at = {int(p): len(ready.shared.arm) + k for k, p in enumerate(ready.shared.free[0])}
+    place = [p for p, k in at.items() if separate[p] and fit.theta_influence[k].any()]
+    if not place:
+        raise NotIdentifiable(
+            "no payload parameter is identifiable from these motions; use larger or more varied motions"
+        )
+    why = ("only its sum with other parameters is identifiable", "these motions do not excite it")
+    k, belief = [at[p] for p in place], fit.theta_belief
+    rivals = [each.share * (each.other.fit.found.theta[k] - each.final.fit.found.theta[k]) for each in selected.rivals]
+    return FoundPayload(
+        place=np.array(place, dtype=np.intp),
+        value=fit.found.theta[k],
+        shares=shares(
+            fit.rows,
+            problem.options,
+            gains,
+            influence=fit.theta_influence[k],
+            belief=belief[k],
+            rivals=np.column_stack((belief[k, :0], *rivals)),
+        ),
+        refused={name: why[int(separate[p])] for p, name in enumerate(INERTIAL) if p not in place},
+        ready=ready,
+        selected=selected,
+    )
+
+
+def separable(structure: Structure) -> Mask:
+    """Return a mask of `INERTIAL` parameters with an independent torque on the arm's joints, shape (10,)."""
+    W = np.vstack(list(structure.payload_probes))
+    norms = np.linalg.norm(W, axis=0)
+    unit, found = W / np.where(norms > 0.0, norms, 1.0), np.zeros(W.shape[1], dtype=bool)
+    for p in range(len(found)):
+        others = np.delete(unit, p, axis=1)
+        found[p] = np.linalg.norm(unit[:, p] - others @ np.linalg.lstsq(others, unit[:, p])[0]) > NEW
+    return found
+
+
+def body_values(chi: Array) -> Array:
+    """Return mass, centre, and inertia about it in the order of `INERTIA_KEYS`, shape (10,).
+
+    Args:
+        chi: Standard parameters in the order of `INERTIAL`, real or complex, shape (10,).
+    """
+    XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = chi
+    x, y, z = MX / M, MY / M, MZ / M
+    moments = XX - M * (y * y + z * z), YY - M * (x * x + z * z), ZZ - M * (x * x + y * y)
+    products = XY + M * x * y, XZ + M * x * z, YZ + M * y * z
+    return np.array((M, x, y, z, *moments, *products))

@@ -10,7 +10,6 @@ from invented_arm import invented_problem
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem
 from scenarios.design.search import (
     APART,
-    SMALL_SIZES,
     Found,
     Series,
     about_a_pose,
@@ -95,23 +94,6 @@ def test_of_the_best_made_small_and_an_earlier_motion_that_fits_the_one_that_cos
     assert min(costs, key=costs.__getitem__) == taken
     found, _ = best_fitted(design, series, (earlier, best))
     np.testing.assert_allclose(found.sine, motions[taken].sine, rtol=1e-12)  # rounding of the size
-
-
-def test_earlier_motions_that_cost_more_than_the_best_made_small_are_not_looked_at(problem, series, monkeypatch):
-    best = point(series, 8, -9.7)
-    design = allowing(problem, series.motion(best.x), 0.6)
-    small = design.cost(design.fitted(series.motion(best.x), SMALL_SIZES))
-    looked_at: list[np.ndarray] = []
-    fitted = Design.fitted
-
-    def noted(self, motion, *sizes):
-        looked_at.append(motion.center)
-        return fitted(self, motion, *sizes)
-
-    monkeypatch.setattr(Design, "fitted", noted)
-    kept = (point(series, 3, small + 0.2), point(series, 4, small), impossible(series, 5, small - 0.3), best)
-    best_fitted(design, series, kept)
-    np.testing.assert_array_equal(looked_at, [best.x[:3], best.x[:3], kept[2].x[:3]])
 
 
 def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_with_its_best(problem, series):

@@ -1,12 +1,10 @@
 import argparse
-import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import pytest
 from study_tasks import (
@@ -14,11 +12,10 @@ from study_tasks import (
     double,
     double_or_die,
     fail,
-    fail_above_4,
     refuse,
 )  # fmt: skip
 
-from scenarios.experiments.workers import WORKERS, add_worker_options, open_workers, worker_words
+from scenarios.experiments.workers import WORKERS, add_worker_options, worker_words
 from scenarios.experiments.workers.execute import GivenUp, Workers, completed
 from scenarios.experiments.workers.processes import local_processes
 from scenarios.support.errors import StudyError
@@ -34,15 +31,6 @@ def results(workers: Workers, function, tasks) -> dict:
 
 def test_every_task_comes_back_once_from_any_executor():
     assert results(threads(3), double, range(50)) == {x: 2 * x for x in range(50)}
-
-
-def test_tasks_are_taken_as_workers_become_free():
-    taken = []
-    tasks = (taken.append(x) or x for x in range(100))
-    started = completed(threads(2), double, tasks)
-    next(started)
-    assert len(taken) < 10
-    started.close()
 
 
 def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
@@ -72,22 +60,6 @@ def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
 def test_workers_that_never_bring_anything_back_end_it():
     with pytest.raises(StudyError, match="none of the first 3 chunks of trials returned: its worker failed: Value"):
         results(threads(1), fail, range(100))
-
-
-def test_failures_after_a_success_do_not_end_it():
-    found = results(threads(1), fail_above_4, range(4, 9))
-    assert found[4] == 8
-    assert sum(isinstance(outcome, GivenUp) for outcome in found.values()) == 4
-
-
-def test_worker_processes_are_gone_afterwards():
-    before = set(multiprocessing.active_children())
-    with local_processes(2) as workers:
-        workers.open().submit(time.sleep, 60.0)
-    deadline = time.monotonic() + 10.0
-    while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert set(multiprocessing.active_children()) == before
 
 
 @pytest.mark.parametrize("name", ["PYTHONSAFEPATH", "PYTHONPATH", "PYTHONWARNINGS"])
@@ -134,18 +106,6 @@ def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_wor
     assert worker_words(parser.parse_args([])) == []
     assert kind.help in " ".join(parser.format_help().split())
     assert f"--{kind.option} {kind.metavar}" in parser.format_help()
-
-
-def test_an_option_of_two_words_asks_for_its_kind_of_workers(monkeypatch):
-    opened = []
-    kind = replace(WORKERS["dask"], option="my-cluster", open=lambda value: opened.append(value))
-    monkeypatch.setitem(WORKERS, "mine", kind)
-    parser = argparse.ArgumentParser()
-    add_worker_options(parser)
-    options = parser.parse_args(["--my-cluster", "here"])
-    open_workers(options)
-    assert opened == ["here"]
-    assert worker_words(options) == ["--my-cluster", "here"]
 
 
 def test_two_kinds_of_workers_at_once_are_refused(capsys):

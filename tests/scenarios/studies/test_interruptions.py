@@ -18,7 +18,7 @@ import pytest
 from places import ROOT
 from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
-from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
+from signals import as_in_the_foreground
 
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
@@ -150,22 +150,6 @@ def of_its_session(process: subprocess.Popen) -> bool:
     except ProcessLookupError:
         return False
     return True
-
-
-def test_workers_that_cannot_be_asked_to_end_are_ended(scenario, tmp_path):
-    words = rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2)
-    running = started(words, as_under_a_supervisor_that_ignores)
-    wait_until(lambda: parts(tmp_path / "s"), running)
-    group(running, signal.SIGINT)
-    _, errors = running.communicate(timeout=DEADLINE)
-    assert running.returncode == 130
-    assert [line.partition(";")[0] for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")] == [
-        "rx90: stopped"
-    ]
-    deadline = time.monotonic() + DEADLINE
-    while of_its_session(running) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not of_its_session(running)
 
 
 STUCK = """

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -53,10 +51,6 @@ def threads(count: int) -> Workers:
 def rows_of(folder: Path) -> pd.DataFrame:
     """As any user reads a study."""
     return pd.read_parquet(folder / "trials").sort_values(["trial", "joint"], ignore_index=True)
-
-
-def command(scenario: Path, folder: Path, *more: str) -> list[str]:
-    return [sys.executable, "-m", "scenarios", "monte-carlo", str(scenario), "--out", str(folder), *more]
 
 
 @pytest.fixture(scope="module")
@@ -191,33 +185,12 @@ def test_more_trials_than_a_study_can_have_are_refused(count, seed, message):
         monte_carlo(load_scenario("nominal"), count, seed)
 
 
-def test_as_many_trials_as_a_study_can_have_are_not():
-    assert monte_carlo(load_scenario("nominal"), 10**8, 5).trial(10**8 - 1).seed == 10**8 + 4
-    assert monte_carlo(load_scenario("nominal"), 2, 2**31 - 2).trial(1).seed == 2**31 - 1
-
-
 def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     monkeypatch.setattr(trials, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
     with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
-
-
-def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkeypatch):
-    def failing(setup, seed):
-        if seed == 6:
-            raise MemoryError("no room for trial 1")
-        return drawn_settings(setup, seed)
-
-    loaded = load_scenario(str(scenario))
-    study = monte_carlo(loaded, 3, seed=5)
-    monkeypatch.setattr(running, "drawn_settings", failing)
-    some = [study.trial(number) for number in range(3)]
-    together = trials.run_trials(loaded, some, study.schema, threads=1).to_pandas()
-    apart = [trials.run_trials(loaded, [trial], study.schema, threads=1).to_pandas() for trial in some]
-    pd.testing.assert_frame_equal(together, pd.concat(apart, ignore_index=True), check_exact=True)
-    assert together.loc[together["failure"] == "MemoryError", "trial"].tolist() == [1] * 6
 
 
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
@@ -245,56 +218,6 @@ def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scen
     assert failed[["true", "estimate", "std", "rel_error", "z", "payload_std"]].isna().all(axis=None)
     assert done["failure"].isna().all()
     assert done["passed"].all()
-
-
-def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
-    path = quick_scenario(
-        tmp_path, "[plant.payload]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
-    )
-    assert main(["monte-carlo", str(path), "-n", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 1
-    output = capsys.readouterr().out
-    assert "2 trials failed: Saturated." in output
-    assert "FAILED: joints 1 to 6 fail the tolerance (worst: joint 1, in 2 of 2 trials; 2 trials are too few " in output
-
-
-def test_a_reader_who_leaves_is_no_missed_tolerance():
-    pipe = subprocess.run(
-        ["bash", "-c", f"{sys.executable} -m scenarios list | true; echo ${{PIPESTATUS[0]}}"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert pipe.stdout.strip() in ("141", "0")  # 0 if it had written before the reader left
-    assert pipe.stderr == ""
-
-
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (["-n", "0"], "argument -n: expected 1 or more"),
-        (["-n", "many"], "argument -n: 'many' is not a whole number"),
-        (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
-    ],
-)
-def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, message):
-    done = subprocess.run(command(scenario, tmp_path, *more), capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stderr.count("\n") == 1
-
-
-def test_a_scheduler_that_is_not_there_is_one_line_and_exit_status_2(scenario, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("scenarios.experiments.workers.dask.PATIENCE", 0.3)
-    words = ["monte-carlo", str(scenario), "--out", str(tmp_path / "study"), "-n", "5", "--dask", "tcp://127.0.0.1:1"]
-    assert main(words) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "no Dask scheduler answers at tcp://127.0.0.1:1" in line
-
-
-def test_a_folder_that_cannot_be_made_is_one_line_and_exit_status_2(scenario, tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    assert main(["monte-carlo", str(scenario), "-n", "2", "--out", str(tmp_path / "file" / "study")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_a_changed_motion_is_another_study(tmp_path):

@@ -81,13 +81,6 @@ def test_numbers_that_are_no_power_of_two_are_refused(number):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
 
 
-def test_a_scenario_without_sources_is_refused(tmp_path):
-    plain = two_sources(tmp_path)
-    bare = Scenario(plain.name, plain.folder, plain.table.model_copy(update={"sources": {}}))
-    with pytest.raises(StudyError, match="declares no error sources"):
-        sensitivity(bare, repeats=4, samples=4, seed=0)
-
-
 def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     quick_scenario(tmp_path, lasts=BRIEF)
     path = tmp_path / "two.toml"
@@ -159,19 +152,6 @@ def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
     np.testing.assert_allclose(mass.total.value, 1.0, atol=0.15)
     assert white.total.value < 0.01
     assert budget.lost == 0
-
-
-def test_lost_trials_shorten_the_sobol_design_and_are_counted(tmp_path):
-    study = sensitivity(two_sources(tmp_path), repeats=4, samples=16, seed=1)
-    rows = rows_of(study, made_up)
-    lost = rows.index[(rows["design"] == SOBOL) & (rows["source"] == "mass") & (rows["sample"] == "3")]
-    rows.loc[lost, "rel_error"] = np.nan
-    (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
-    assert (budget.samples, budget.lost) == (8, 1)
-    rows["rel_error"] = np.nan
-    (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
-    assert budget.costs == []
-    assert (budget.samples, budget.floor) == (0, None)
 
 
 def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_path):

@@ -106,6 +106,7 @@ def test_no_file_is_read_for_a_trial_of_a_resolved_scenario(monkeypatch):
     for seed in (3, 5):
         drawn = drawn_settings(fleet, seed)
         ready = setup_of(with_settings(fleet, drawn))
+        assert ready.scenario.table.random == {}  # its values are drawn
         assert ready.true_gain.tolist() == drawn["plant.gain"]
         assert ready.experiments[1].plant.payload.mass == drawn["plant.payload.mass"]
 
@@ -116,6 +117,8 @@ def test_settings_change_the_bench_and_what_is_believed_stays():
     assert changed.experiments[1].plant.payload.mass == 8.0
     assert changed.payloads["loaded"].mass == 7.025
     np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
+    doubted = setup_of(with_settings(nominal, {"belief.payload.mass_std": 0.05}))
+    assert doubted.payloads["loaded"].mass_std == 0.05  # though the file takes it as exact
 
 
 @pytest.mark.parametrize("name", SCALED)

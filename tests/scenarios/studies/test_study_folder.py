@@ -32,6 +32,9 @@ def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
         assert folder.missing(8) == [range(3, 4), range(6, 8)]
     with opened(tmp_path / "study") as folder:
         assert folder.missing(6) == [range(3, 4)]
+        folder.keep(part(9, 9))  # of a larger study before
+        assert folder.missing(7) == [range(3, 4), range(6, 7)]
+        (folder.trials / "00000009-00000009.parquet").unlink()
         table = folder.table()
     assert table["trial"].tolist() == [0, 0, 1, 1, 2, 2, 4, 4, 5, 5]
     pd.testing.assert_frame_equal(

@@ -158,7 +158,6 @@ def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
         "tests/ident/estimation/test_estimators.py": "heavier",
         "tests/ident/estimation/test_uncertainty.py": "white",
         "tests/sim/test_extending.py": "dress_pack|eccentric_gear|hum",
-        "tests/scenarios/commands/test_cli.py": "speeds",
     }
     shutil.copytree(ROOT / "tests", packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", packages)

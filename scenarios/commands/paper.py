@@ -23,24 +23,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; status 1 if a claim fails."""
-    from scenarios.benchmark.paper.experiment import run_paper
-    from scenarios.benchmark.paper.folder import FILES, case_rows, paper_result, write_raw_numbers
+    from scenarios.benchmark.paper import case_rows, run_paper, write_paper
+    from scenarios.benchmark.paper_result import DRAWN, FILES, figure_3
     from scenarios.command_line.writing import right_to_write
     from scenarios.rendering import write_report
-    from scenarios.reports.files import write_figures
-    from scenarios.reports.paper import paper_report
+    from scenarios.rendering.drawing import figure
 
     held = None
     if options.out is not None:
         names = (TEXT, *FIGURES, *FILES)
         held = right_to_write(options, options.out, names, command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
-        result = run_paper(options.seed, stages=stages)
-    report = paper_report(paper_result(result), case_rows("case 2", result.cases[1]), result.seed)
+        run = run_paper(options.seed, stages=stages)
+    found = run.result
+    report = found.report(found.title(run.seed))
     if held is not None:
         with held.writing():
-            write_figures(report, held.folder)
+            name = f"case {DRAWN}"
+            drawn = figure(figure_3(case_rows(name, run.estimates[name]), found.cases[DRAWN - 1]))
+            for file in FIGURES:
+                drawn.savefig(held.folder / file)
             write_report(report, held.folder / TEXT)
-            write_raw_numbers(result, held.folder, command=options.command_line)
+            write_paper(run, held.folder, command=options.command_line)
     show(report, options)
-    return Status.PASSED if result.passed else Status.MISSED
+    return Status.PASSED if found.passed else Status.MISSED

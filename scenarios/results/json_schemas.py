@@ -50,7 +50,7 @@ RESULTS = {
     "monte-carlo": "scenarios.results.monte_carlo:StudyResult",
     "sensitivity": "scenarios.results.sensitivity:Budget",
     "compare": "scenarios.benchmark.comparison:Comparison",
-    "paper": "scenarios.benchmark.paper.result:PaperResult",
+    "paper": "scenarios.benchmark.paper_result:PaperResult",
 }
 """Models of JSON files and results by the name of their schema, which is generated when asked for."""
 Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]

@@ -17,7 +17,7 @@ PAGES = {
     "monte-carlo": "scenarios.results.monte_carlo",
     "sensitivity": "scenarios.results.sensitivity",
     "comparison": "scenarios.benchmark.comparison",
-    "paper": "paper",
+    "paper": "scenarios.benchmark.paper_result",
 }
 """Kinds of results and the modules of their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"

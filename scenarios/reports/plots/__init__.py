@@ -1,1 +1,0 @@
-"""Figures of results, one module per result; only these modules import Matplotlib."""

@@ -6,7 +6,7 @@ import numpy as np
 import scipy  # its parts are imported at first use
 from numpy.typing import NDArray
 
-from ident.support.arrays import Array, Indices, readonly
+from ident.support.arrays import Array, readonly
 from ident.support.errors import RecordingError
 from ident.support.once import once_per_object
 
@@ -125,31 +125,35 @@ def _check(recording: Recording) -> None:
         )
     if q.shape[1] == 0:
         raise RecordingError(f"{name}: the recording has no joint")
+    largest = {"t": np.finfo(np.float64).max, "q": LARGEST_POSITION, "v": LARGEST_CURRENT}
     for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
-        finite = np.isfinite(values)
-        if not finite.all():
-            bad = np.argwhere(~finite)
-            column = label if label == "t" else f"{label}{bad[0, 1] + 1}"
-            raise RecordingError(
-                f"{name}: {column} is not a finite number at row {bad[0, 0] + 1} ({len(bad)} such values); "
-                "remove or repair those rows"
+        bad = np.argwhere(~(np.abs(values) <= largest[label]))
+        if len(bad):
+            row, joint = bad[0]
+            channel, where = (
+                label if label == "t" else f"{label}{joint + 1}",
+                f"at row {row + 1} ({len(bad)} such values)",
             )
-    for label, values, largest in (("q", q, LARGEST_POSITION), ("v", v, LARGEST_CURRENT)):
-        large = np.abs(values) > largest
-        if large.any():
-            row, joint = np.argwhere(large)[0]
+            if not np.isfinite(values[row, joint]):
+                raise RecordingError(f"{name}: {channel} is not a finite number {where}; remove or repair those rows")
             raise RecordingError(
-                f"{name}: {label}{joint + 1} = {values[row, joint]:.4g} at row {row + 1} ({int(large.sum())} such "
-                f"values); expected {'positions' if label == 'q' else 'currents'} up to {largest:g}, check the unit"
+                f"{name}: {channel} = {values[row, joint]:.4g} {where}; expected "
+                f"{'positions' if label == 'q' else 'currents'} up to {largest[label]:g}, check the unit"
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
-        k = int(back[0])
+        k, advice = int(back[0]), ""
+        if (t[back + 1] < t[back]).all():
+            only = "only = { episode_index = 0 } in a log description"
+            advice = f"; if the file holds several recordings, take one of them, such as {only}"
+        elif (t[back + 1] == t[back]).all() and (q[back + 1] == q[back]).all() and (v[back + 1] == v[back]).all():
+            advice = f"; {len(back)} rows repeat earlier rows: drop the duplicates"
+        elif (t[back + 1] == t[back]).all() and len(back) > 1:
+            advice = f"; {len(back)} rows repeat the time of the row before, write t with more digits"
         raise RecordingError(
-            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s"
-            f"{_why_not_rising(recording, back)}"
+            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}"
         )
     for label, values in (("q", q), ("v", v)):
         flat = np.flatnonzero((values == values[0]).all(axis=0))
@@ -158,18 +162,3 @@ def _check(recording: Recording) -> None:
                 f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
                 f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}"
             )
-
-
-def _why_not_rising(recording: Recording, back: Indices) -> str:
-    """Advice for rows whose time does not increase."""
-    t, q, v = recording.t, recording.q, recording.v
-    if (t[back + 1] < t[back]).all():
-        return (
-            "; if the file holds several recordings, take one of them, such as only = { episode_index = 0 } in a log "
-            "description"
-        )
-    if (t[back + 1] < t[back]).any():
-        return ""
-    if (q[back + 1] == q[back]).all() and (v[back + 1] == v[back]).all():
-        return f"; {len(back)} rows repeat earlier rows: drop the duplicates"
-    return f"; {len(back)} rows repeat the time of the row before, write t with more digits" if len(back) > 1 else ""

@@ -30,7 +30,3 @@ class once_per_object(Generic[Of, *More, Result]):
         if more not in results:
             results[more] = self._function(of, *more)
         return results[more]
-
-    def cache_clear(self) -> None:
-        """Forget all results, as caches of `functools` do."""
-        self._known.clear()

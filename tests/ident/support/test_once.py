@@ -71,12 +71,3 @@ def test_a_recording_on_a_uniform_clock_is_freed_with_the_recorded_one(rng, jitt
     del log
     gc.collect()
     assert [each() for each in seen] == [None, None]
-
-
-def test_results_can_be_forgotten(counted):
-    found, calls = counted
-    thing = Thing()
-    found(thing, 2)
-    found.cache_clear()
-    assert found(thing, 2) == [2, 7]
-    assert len(calls) == 2

@@ -56,7 +56,6 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.gains_in_use.bare import bare_answer, bare_result
     from scenarios.gains_in_use.model_values import known_links
-    from scenarios.reports.bare import bare_report
 
     if options.method != NAME:
         raise ScenarioError(
@@ -99,4 +98,4 @@ def found(options: argparse.Namespace, robot: "NamedRobot", motions: Sequence[Mo
                 payload=payload,
                 believed=options.gains,
             )
-    return bare_report(result, arm.revolute)
+    return result.report(f"Bare motions of {arm.name}")

@@ -23,7 +23,7 @@ from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
 from scenarios.experiments.gains_file import GainEntry, GainsFile
 from scenarios.experiments.robot_models import KINEMATICS_ONLY, is_placeholder, nominal_links
-from scenarios.results.links import Link, Links, links_document, same_frames
+from scenarios.results.links import FAR, Link, Links, links_document, same_frames
 from scenarios.support.errors import ScenarioError
 from sim.errors import ModelFileError
 
@@ -32,8 +32,6 @@ NO_BARE = "no identification of bare motions is given (--arm)"
 NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 SAME = 1e-6
 """Largest difference due to rounding in a file: of frames, in metres or of unit vectors, and of gains, relative."""
-FAR = 4.0
-"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 
 
 class _Part(BaseModel):

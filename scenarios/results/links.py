@@ -4,6 +4,8 @@ Every link is in the frame of its joint: axes of the link in the model file, ori
 fixed to the link are included, so that a model with other frames is detected.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -12,9 +14,14 @@ from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
+from scenarios.rendering.content import Mood, Paragraph, Part, column, places_of, table
 
 Vector = tuple[float, float, float]
 Ten = tuple[float, float, float, float, float, float, float, float, float, float]
+
+
+FAR = 4.0
+"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 
 
 class _Open(BaseModel):
@@ -48,6 +55,7 @@ class Link(_Open):
     com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
     inertia: LinkInertia = Field(description="Inertia about the centre of mass [kg m^2]")
     motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
+    motor_unit: str = Field("kg m^2", description="Unit of the rotor inertia")
     motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
     carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
     place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
@@ -65,6 +73,29 @@ class Links(_Open):
     farthest_deviations: float = Field(
         ge=0.0, description="Difference of that parameter, in standard deviations of the estimate"
     )
+
+    def parts(self) -> list[Part]:
+        """Return the links as a table, with the largest deviation from the estimates."""
+        units = {each.motor_unit for each in self.links}
+        far = self.farthest_deviations
+        doubt = "" if far <= FAR else " This is too large; check the model, the gains and the data."
+        words = (
+            "Data determine only base parameters. Shown are the physically consistent links nearest to the model that "
+            f"have these base parameters. {self.farthest_parameter} differs most from its estimate, by {far:.2g} "
+            f"standard deviations.{doubt}"
+        )
+        listed = table(
+            self.links,
+            column("Joint", lambda each: each.joint),
+            column("Mass [kg]", lambda each: f"{each.mass:#.4g}"),
+            column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
+            column("ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: _alike(each.inertia.six), words=True),
+            column(
+                f"Motor [{units.pop() if len(units) == 1 else 'kg (m^2)'}]", lambda each: f"{each.motor_inertia:#.4g}"
+            ),
+            title="Physically consistent links, in SI, each in the frame of its joint",
+        )
+        return [listed, Paragraph(words, Mood.DOUBTFUL if doubt else Mood.PLAIN)]
 
 
 def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
@@ -86,6 +117,7 @@ def _link(found: FoundLinks, nominal: ModelLinks, arm: Arm, j: int) -> Link:
             "com": rest[:3],
             "inertia": dict(zip(INERTIA_KEYS, rest[3:], strict=True)),
             "motor_inertia": float(found.motor[j]),
+            "motor_unit": "kg m^2" if arm.revolute[j] else "kg",
             "motor_found": bool(found.motor_found[j]),
             "carried": nominal.carried[j].tolist(),
             "place": arm.translation[j].tolist(),
@@ -105,3 +137,8 @@ def same_frames(link: Link, arm: Arm, carried: Array, *, tolerance: float) -> bo
         (link.carried, carried[j]),
     )
     return all(bool(np.allclose(one, other, rtol=tolerance, atol=tolerance)) for one, other in pairs)
+
+
+def _alike(numbers: Sequence[float]) -> str:
+    """Return numbers with the same decimals."""
+    return " ".join(f"{x:z.{places_of(max(map(abs, numbers)))}f}" for x in numbers)

@@ -1,7 +1,6 @@
 """Pages of saved logs: a run, an identification, a check or bare motions, each its result and what its files add."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,6 @@ from ident.diagnosis.samples.motion import joint_motions
 from ident.recordings.recording import Recording
 from scenarios.rendering.content import Heading, Paragraph, Part, Report
 from scenarios.rendering.plot import Axis, Mark, Plot, Series, values
-from scenarios.reports.bare import bare_report
 from scenarios.results import provenance
 from scenarios.results.bare import BareResult
 from scenarios.results.check import Check
@@ -46,8 +44,7 @@ def page(folder: Path) -> Report:
             for each in given.motions
         ]
         origin = provenance.origin(record, planned, given.arm, again)
-        report = bare_report(result, given.arm.revolute)
-        return replace(report, title=record.title, parts=(*report.parts, *motion_parts(logs), *origin))
+        return result.report(record.title, *motion_parts(logs), *origin)
     fit = read_fit(folder)
     names = short_names([motion.log for motion in fit.motions])
     parts = [

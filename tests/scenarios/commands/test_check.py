@@ -132,7 +132,9 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
     found = Diagnosed(
         diagnoses=(
             EVERYTHING,
-            Diagnosis(name="x", severity=Severity.WEAK, sentence="y"),
+            Diagnosis(
+                name="x", severity=Severity.WEAK, sentence="y", effects=(Effect(joint=4, percent=2.2, deviations=1.4),)
+            ),
             Diagnosis(name="z", sentence="w"),
         ),
         excluded=(

@@ -243,7 +243,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
         assert given[given.index(option) + 1].startswith(str(folder))
     assert "--loaded" not in given
     assert report.parts[0].mood is Mood.PLAIN
-    monkeypatch.setattr("scenarios.reports.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
+    monkeypatch.setattr("scenarios.results.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
     verdict = page_of(folder).parts[0]
     assert (verdict.mood, verdict.text.endswith("See the warnings below.")) == (Mood.DOUBTFUL, True)
 

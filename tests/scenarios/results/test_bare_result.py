@@ -1,0 +1,38 @@
+"""Results of bare motions: their links, and the names of friction."""
+
+import pytest
+
+from ident.estimation.all_joints.terms import SHARES
+from ident.estimation.estimators.nls import FRICTIONS
+from scenarios.results.bare import TERMS
+from scenarios.results.links import Link, LinkInertia, Links
+
+
+@pytest.mark.parametrize(
+    ("turns", "unit"), [((True, True), "kg m^2"), ((False, False), "kg"), ((True, False), "kg (m^2)")]
+)
+def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
+    inertia = dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.02)
+    six = LinkInertia(**inertia)
+    links = [
+        Link.model_construct(
+            joint=j,
+            mass=2.5,
+            com=(0.1, 0.2, -0.3),
+            inertia=six,
+            motor_inertia=0.7,
+            motor_unit="kg m^2" if turn else "kg",
+        )
+        for j, turn in enumerate(turns, 1)
+    ]
+    for far, said in ((0.4, "by 0.4 standard deviations."), (4.5, "by 4.5 standard deviations. This is too large; ")):
+        found = Links.model_construct(links=links, farthest_parameter="MX2", farthest_deviations=far)
+        table, words = found.parts()
+        assert {each.title: each.unit for each in table.columns}["Motor"] == unit
+        assert f"MX2 differs most from its estimate, {said}" in words.text
+
+
+def test_every_term_of_friction_has_its_meaning():
+    known = {"Fv", "Fc", "off", *SHARES, *(name for terms in FRICTIONS.values() for name in terms)}
+    assert set(TERMS) == known
+    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())

@@ -1,3 +1,5 @@
+"""Regressor and inverse dynamics, against Pinocchio and each other."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -6,7 +8,9 @@ import pytest
 from pinocchio_arms import random_arm, reference_regressor, standard_parameters_of
 
 from ident.model.arm import arm_from_pinocchio
-from ident.model.parameters import STANDARD
+from ident.model.inverse_dynamics import BLOCK as TORQUE_BLOCK
+from ident.model.inverse_dynamics import LinkMotions, inverse_dynamics
+from ident.model.parameters import STANDARD, labels
 from ident.model.regressor import BLOCK, regressor, regressor_blocks
 
 STATES = 200
@@ -25,19 +29,6 @@ def test_inertial_columns_are_pinocchio_s_on_random_arms(seed):
     W = inertial_columns(regressor(arm_from_pinocchio(model), q, dq, ddq), n)
     reference = reference_regressor(model, q, dq, ddq)
     np.testing.assert_allclose(W, reference, rtol=0, atol=1e-12 * np.abs(reference).max())
-
-
-def test_torque_is_linear_in_the_standard_parameters(rng):
-    model = random_arm(rng)
-    model.armature = rng.uniform(0, 2, 6)
-    q, dq, ddq = rng.uniform(-2, 2, (3, STATES, 6))
-    Fv, Fc, off = rng.uniform(0, 5, (3, 6))
-    chi = np.column_stack((standard_parameters_of(model), model.armature, Fv, Fc, off)).ravel()
-    torque = regressor(arm_from_pinocchio(model), q, dq, ddq) @ chi
-    data = model.createData()
-    expected = [pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)]
-    expected += Fv * dq + Fc * np.sign(dq) + off
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_unbounded_revolute_joints_take_an_angle(rng):
@@ -95,3 +86,31 @@ def test_coupling_columns_follow_from_the_energy_and_the_dissipation_of_the_shar
             step[joint] = 1e-6
             slope = (function(at + step) - function(at - step)) / 2e-6
             np.testing.assert_allclose(W[:, joint, column], slope, atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_torques_are_pinocchio_s_on_random_arms(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 8))
+    model = random_arm(rng, n)
+    q, dq, ddq = rng.uniform(-2, 2, (3, 70, n))
+    chi = np.column_stack((standard_parameters_of(model), np.zeros((n, 4)))).ravel()
+    torque = inverse_dynamics(arm_from_pinocchio(model), chi, q, dq, ddq)
+    data = model.createData()
+    expected = np.array([pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)])
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, rng):
+    coupled = replace(arm, couplings=((1, 2), (4, 5)))
+    chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
+    q, dq, ddq = rng.uniform(-2, 2, (3, TORQUE_BLOCK + 17, 6))
+    expected = regressor(coupled, q, dq, ddq) @ chi
+    motions = LinkMotions.of(coupled, q, dq, ddq)
+    for torque in (
+        inverse_dynamics(coupled, chi, q, dq, ddq),
+        motions.torques(chi),
+        -0.5 * motions.torques(-2.0 * chi),
+    ):
+        # Relative to the largest torque: a few hundred roundings.
+        np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-13 * np.abs(expected).max())

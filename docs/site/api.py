@@ -26,7 +26,6 @@ MODULES = {
             "parameters.arm",
         ),
         "Look at logs": (
-            "check",
             "preparation",
             "diagnosis.diagnosis",
             "recordings.formats.table",

@@ -25,12 +25,12 @@ def main(options: argparse.Namespace) -> Status:
     """Read, estimate the payload, report."""
     from ident.parameters.weighing import joint_agreement
     from scenarios.experiments.gains_file import read_gains
-    from scenarios.reports.payload_of import payload_report
+    from scenarios.gains_in_use.weighing import FoundPayload
 
     file = read_gains(options.gains)
     with under_way(options, "weighing"):
         found, diagnosed, _ = weigh(options, file, options.unloaded, options.logs)
         found.body.check_mass()
         joints = joint_agreement(found, found.body, file.known)
-    show(payload_report(found, found.body, joints, diagnosed), options)
+    show(FoundPayload.of(found, joints, diagnosed).report("Payload estimated from currents"), options)
     return Status.PASSED

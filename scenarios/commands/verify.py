@@ -89,7 +89,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     from ident.parameters.weighing import verified
     from ident.payload.payload import read_payload
     from scenarios.experiments.gains_file import read_gains
-    from scenarios.reports.verify import verification_report
+    from scenarios.gains_in_use.weighing import Verification
 
     mounted = [each for each in files if each.payload is not None]
     if len(mounted) != 1 or mounted[0].payload is None:
@@ -101,8 +101,9 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
         found = verified(weighed, payload, file.known)
         found.body.check_mass()
         unseen = _unseen(options, file, prepared)
-    show(verification_report(found, diagnosed, unseen), options)
-    return Status.PASSED if found.passed and (unseen is None or unseen.passed) else Status.MISSED
+    result = Verification.of(found, diagnosed, unseen)
+    show(result.report("Gains verified with the weighed mass"), options)
+    return Status.PASSED if result.passed else Status.MISSED
 
 
 def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
@@ -132,7 +133,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     from ident.support.options import options_from_words
     from ident.unseen import predict_unseen
     from scenarios.commands.identify import recorded
-    from scenarios.reports.verify import prediction_report
+    from scenarios.gains_in_use.weighing import CrossValidation
 
     own = options_from_words(AllJointsOptions, options.option)
     observing = options_from_words(ObserveOptions, observe_words(options))
@@ -146,5 +147,6 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
         given, log = options.compare_with, unseen_log(options, said)
         other = None if given is None else known_gains(given, arm.arm)
         unseen = None if log is None else predict_unseen(identified, log, other=other)
-    show(prediction_report(identified, found, unseen), options)
+    result = CrossValidation.of(identified, found, unseen)
+    show(result.report(f"Motions predicted from each other, by {result.method}"), options)
     return Status.PASSED if unseen is None or unseen.passed else Status.MISSED

@@ -1,19 +1,46 @@
 """Results of `rx90 verify` and `rx90 payload-of`: estimated payloads, and gains tested with a weighed mass."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
+import numpy as np
 from pydantic import Field
 
 import ident.parameters.payload as payload
 import ident.parameters.weighing as weighing
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimation.cross_validation import JointPrediction
+from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
+from ident.estimation.known_gains import OTHER_UNIT
 from ident.identification import Identification
+from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING
+from ident.support.naming import joint_list
 from ident.unseen import Unseen
+from scenarios.rendering.content import (
+    NONE,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Table,
+    column,
+    percent,
+    plus_minus,
+    sentence,
+    table,
+    two_sigma,
+)
 from scenarios.rendering.result import ResultModel
-from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values
-from scenarios.results.unseen import ResultUnseen
+from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values, doubt_paragraphs
+from scenarios.results.gains import quantity_row
+from scenarios.results.unseen import ResultUnseen, unseen_parts, unseen_verdict
+
+VERDICTS = {
+    AGREES: Cell(AGREES, Mood.GOOD),
+    DIFFERS: Cell(DIFFERS, Mood.BAD),
+    SAYS_NOTHING: Cell("inconclusive", Mood.DOUBTFUL),
+}
 
 
 class Deviations(ResultModel):
@@ -42,6 +69,11 @@ class _Quantity(ResultModel):
 class Quantity(Deviations, _Quantity):
     """Mass, a coordinate of the centre, or an inertia about the centre."""
 
+    @classmethod
+    def of(cls, each: payload.Quantity) -> "Quantity":
+        """Return an estimated quantity."""
+        return cls(quantity=each.name, **_deviations(each))
+
 
 class _Parameter(ResultModel):
     parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
@@ -50,6 +82,11 @@ class _Parameter(ResultModel):
 
 class PayloadParameter(Deviations, _Parameter):
     """A standard parameter at the origin of the last frame."""
+
+
+def _deviations(each: payload.Quantity) -> dict[str, Any]:
+    names = ("unit", "std", "residual_std", "gain_std", "model_std")
+    return {"estimate": each.value, **{name: getattr(each, name) for name in names}}
 
 
 class Weighed(ResultModel):
@@ -78,6 +115,28 @@ class Weighed(ResultModel):
     rel_std: float | None
     verdict: str
     reason: str | None
+
+    @classmethod
+    def of(cls, each: weighing.Weighed) -> "Weighed":
+        """Return a mass compared with the stated one."""
+        mass = each.mass
+        return cls(
+            joint=None if each.joint is None else each.joint + 1,
+            mass=mass and mass.value,
+            std=mass and mass.std,
+            residual_std=mass and mass.residual_std,
+            gain_std=mass and mass.gain_std,
+            model_std=mass and mass.model_std,
+            rel_error=each.rel_error,
+            rel_std=each.rel_std,
+            verdict=each.verdict,
+            reason=each.reason,
+        )
+
+    @property
+    def off(self) -> str:
+        """Relative error in words."""
+        return _off(self.rel_error or 0.0, self.rel_std or 0.0)
 
 
 class Departure(ResultModel):
@@ -109,6 +168,13 @@ class CommonError(ResultModel):
     rel_std: float
     apart: list[Departure]
 
+    @classmethod
+    def of(cls, found: weighing.CommonError) -> "CommonError":
+        """Return a common error."""
+        apart = [Departure(joint=x.joint + 1, rel_error=x.rel_error, rel_std=x.rel_std) for x in found.apart]
+        joints = [joint + 1 for joint in found.joints]
+        return cls(joints=joints, rel_error=found.rel_error, rel_std=found.rel_std, apart=apart)
+
 
 class Verification(DiagnosedResult):
     """What `rx90 verify --gains G --json` prints.
@@ -135,25 +201,106 @@ class Verification(DiagnosedResult):
     notes: list[str]
     unseen: ResultUnseen | None = None
 
+    @classmethod
+    def of(cls, found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> "Verification":
+        """Return the result of a verification."""
+        common = weighing.common_error(found)
+        return cls(
+            passed=found.passed and (unseen is None or unseen.passed),
+            mass=found.payload.mass,
+            mass_std=found.payload.mass_std,
+            limit=found.limit,
+            together=Weighed.of(found.together),
+            joints=list(map(Weighed.of, found.joints)),
+            payload=list(map(Quantity.of, found.body.quantities)),
+            common=None if common is None else CommonError.of(common),
+            notes=list(found.remarks),
+            unseen=None if unseen is None else ResultUnseen.of(unseen),
+            **diagnosed_values(diagnosed),
+        )
 
-def verification_result(
-    found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None
-) -> Verification:
-    """Return the result of a verification; masses are null if not identifiable."""
-    common = weighing.common_error(found)
-    return Verification(
-        passed=found.passed and (unseen is None or unseen.passed),
-        mass=found.payload.mass,
-        mass_std=found.payload.mass_std,
-        limit=found.limit,
-        together=_weighed(found.together),
-        joints=list(map(_weighed, found.joints)),
-        payload=list(map(_quantity, found.body.quantities)),
-        common=None if common is None else _common(common),
-        notes=list(found.remarks),
-        unseen=None if unseen is None else ResultUnseen.of(unseen),
-        **diagnosed_values(diagnosed),
-    )
+    def parts(self) -> Iterable[Part]:
+        """Verdict on the gains, mass from all joints and from each alone."""
+        yield self._verdict()
+        yield from unseen_verdict(self.unseen, this="these gains")
+        yield Paragraph(f"Weighed mass: {self.mass:.6g} kg, standard deviation {self.mass_std:.2g} kg.")
+        yield table(
+            [("all joints", self.together), *((f"joint {each.joint}", each) for each in self.joints)],
+            column("Estimated from", lambda row: row[0], words=True),
+            column("Mass [kg]", _kilograms(lambda each: each.mass, 1.0)),
+            column("2 sigma [kg]", _kilograms(lambda each: each.std)),
+            column("From residual [kg]", _kilograms(lambda each: each.residual_std), file_only=True),
+            column("From gains [kg]", _kilograms(lambda each: each.gain_std), file_only=True),
+            column("From model [kg]", _kilograms(lambda each: each.model_std), file_only=True),
+            column("Error [%]", lambda row: percent(row[1].rel_error, "+.2f")),
+            column("2 sigma [%]", lambda row: two_sigma(row[1].rel_std)),
+            column("Verdict", lambda row: VERDICTS[row[1].verdict], words=True),
+        )
+        yield Paragraph(
+            "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
+            f"gains and model; 2 sigma [%]: also from the scale. A verdict is {DIFFERS!r} beyond {self.limit:.2f} "
+            "standard deviations (5 % false alarms for all verdicts together). Correlation through a bare motion "
+            "that was also used for identification is neglected."
+        )
+        for each in self.joints:
+            if each.reason is not None:
+                yield Paragraph(sentence(f"Joint {each.joint}: {each.reason}"))
+        yield from unseen_parts(self.unseen)
+        yield from doubt_paragraphs(self.found)
+        for note in self.notes:
+            yield Paragraph(sentence(f"Note: {note}"))
+
+    def _verdict(self) -> Paragraph:
+        together = self.together
+        off = [each for each in self.joints if each.verdict == DIFFERS]
+        off.sort(key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0))
+        mass = f"{plus_minus(together.mass or 0.0, 2.0 * (together.std or 0.0))} kg from the currents, "
+        mass += f"{self.mass:.6g} kg weighed"
+        if self.common is not None:
+            words = self._common_words(self.common)
+        elif together.verdict == AGREES and not off:
+            return Paragraph(f"PASSED: {mass}, error {together.off}.", Mood.GOOD, strong=True)
+        elif off:
+            more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
+            words = f"gains are off: {', '.join(f'joint {each.joint} by {each.off}' for each in off)}{more}"
+        elif together.verdict == DIFFERS:
+            words = f"{mass}, off by {together.off}, and no single joint explains it; check which payload was mounted"
+        else:
+            words = f"the mass is inconclusive: {together.reason}"
+        return Paragraph(sentence(f"FAILED: {words}"), Mood.BAD, strong=True)
+
+    def _common_words(self, common: CommonError) -> str:
+        shown = sum(each.mass is not None for each in self.joints)
+        joints = [joint - 1 for joint in common.joints]
+        who = "all joints" if len(common.joints) == shown else joint_list(joints)
+        apart = "".join(
+            f"; joint {each.joint} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
+            for each in common.apart
+        )
+        times = 1.0 + common.rel_error
+        if not 1.0 / OTHER_UNIT < times < OTHER_UNIT:
+            return (
+                f"the mass from {who} is {two_digits(times)} times that on the scale: check the units of mass, "
+                f"currents and gains{apart}"
+            )
+        return (
+            f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the weighed "
+            f"masses, here and of the identification{apart}"
+        )
+
+
+def _kilograms(
+    number: Callable[[Weighed], float | None], sigmas: float = 2.0
+) -> Callable[[tuple[str, Weighed]], str | None]:
+    def text(row: tuple[str, Weighed]) -> str | None:
+        value = number(row[1])
+        return None if value is None else f"{sigmas * value:.3f}"
+
+    return text
+
+
+def _off(rel_error: float, rel_std: float) -> str:
+    return f"{two_digits(100.0 * rel_error, sign='+')} % (2 sigma {two_digits(200.0 * rel_std)} %)"
 
 
 class PredictedJoint(ResultModel):
@@ -174,6 +321,16 @@ class PredictedJoint(ResultModel):
     fitted_rel_error: float
     gain_changes: list[float]
 
+    @property
+    def rms_change(self) -> float:
+        """Root mean square of the relative changes of the gain, 0 without any."""
+        return float(np.linalg.norm(self.gain_changes)) / max(len(self.gain_changes), 1) ** 0.5
+
+    @property
+    def largest_change(self) -> float:
+        """Largest relative change of the gain, 0 without any."""
+        return max(map(abs, self.gain_changes), default=0.0)
+
 
 class CrossValidation(DiagnosedResult):
     """What `rx90 verify --json` prints without gains.
@@ -188,27 +345,68 @@ class CrossValidation(DiagnosedResult):
     joints: list[PredictedJoint]
     unseen: ResultUnseen | None = None
 
+    @classmethod
+    def of(
+        cls, identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
+    ) -> "CrossValidation":
+        """Return the result of a cross-validation."""
+        return cls(
+            method=identified.estimate.method,
+            joints=[
+                PredictedJoint(
+                    joint=each.joint + 1,
+                    name=identified.joints[each.joint].joint,
+                    predicted_rel_error=each.share,
+                    fitted_rel_error=each.fitted,
+                    gain_changes=each.gain_change.tolist(),
+                )
+                for each in found
+            ],
+            unseen=None if unseen is None else ResultUnseen.of(unseen),
+            **diagnosed_values(identified.found),
+        )
 
-def cross_validation_result(
-    identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
-) -> CrossValidation:
-    """Return the result of a cross-validation."""
-    estimate = identified.estimate
-    return CrossValidation(
-        method=estimate.method,
-        joints=[
-            PredictedJoint(
-                joint=each.joint + 1,
-                name=estimate.joints[each.joint].joint,
-                predicted_rel_error=each.share,
-                fitted_rel_error=each.fitted,
-                gain_changes=each.gain_change.tolist(),
-            )
-            for each in found
-        ],
-        unseen=None if unseen is None else ResultUnseen.of(unseen),
-        **diagnosed_values(identified.found),
-    )
+    def parts(self) -> Iterable[Part]:
+        """Prediction errors and changes of gains."""
+        errors = [each.predicted_rel_error for each in self.joints]
+        text = f"Currents of time blocks left out are predicted within {percent(min(errors), '.2f')} to "
+        text += f"{percent(max(errors), '.2f')} % of rms"
+        moved = max(self.joints, key=lambda each: each.largest_change)
+        if moved.gain_changes:
+            text += f"; no gain changes by more than {percent(moved.largest_change, '.2f')} % (joint {moved.joint})"
+        yield Paragraph(f"{text}.", strong=True)
+        yield from unseen_verdict(self.unseen)
+        yield table(
+            self.joints,
+            column("Joint", lambda each: each.joint),
+            column("Name", lambda each: each.name, words=True),
+            column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+            column("Fit residual [% of rms]", lambda each: percent(each.fitted_rel_error, ".2f")),
+            column("Gain change [% rms]", lambda each: _change(each, each.rms_change)),
+            column("At most [%]", lambda each: _change(each, each.largest_change)),
+        )
+        yield Paragraph(
+            f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict the "
+            "currents of the block left out. An error common to all blocks, such as a wrong mass or model, is not "
+            "detected; to detect it, record a motion with another payload: --gains G.toml --loaded B --payload P.toml."
+        )
+        yield from unseen_parts(self.unseen)
+        yield from doubt_paragraphs(self.found)
+
+
+def _change(each: PredictedJoint, share: float) -> str:
+    return percent(share, ".2f") if each.gain_changes else NONE
+
+
+COLUMNS = (
+    Column(title="Payload", words=True),
+    Column(title="Estimate"),
+    Column(title="2 sigma"),
+    Column(title="Unit", words=True),
+    Column(title="From residual", file_only=True),
+    Column(title="From gains", file_only=True),
+    Column(title="From model", file_only=True),
+)
 
 
 class FoundPayload(DiagnosedResult):
@@ -232,69 +430,78 @@ class FoundPayload(DiagnosedResult):
     joints: list[Weighed]
     notes: list[str]
 
+    @classmethod
+    def of(
+        cls, found: payload.FoundPayload, joints: Sequence[weighing.Weighed], diagnosed: Diagnosed
+    ) -> "FoundPayload":
+        """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
+        return cls(
+            parameters=[PayloadParameter(parameter=each.name, **_deviations(each)) for each in found.parameters],
+            covariance=found.shares.total.tolist(),
+            body=list(map(Quantity.of, found.body.quantities)),
+            refused={**found.refused, **found.body.refused},
+            possible=found.body.possible,
+            joints=list(map(Weighed.of, joints)),
+            notes=list(found.selected.remarks),
+            **diagnosed_values(diagnosed),
+        )
 
-def found_payload_result(
-    found: payload.FoundPayload,
-    body: payload.FoundBody,
-    joints: Sequence[weighing.Weighed],
-    diagnosed: Diagnosed,
-) -> FoundPayload:
-    """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
-    return FoundPayload(
-        parameters=[
-            PayloadParameter(
-                parameter=each.name,
-                unit=each.unit,
-                estimate=each.value,
-                std=each.std,
-                residual_std=each.residual_std,
-                gain_std=each.gain_std,
-                model_std=each.model_std,
+    def parts(self) -> Iterable[Part]:
+        """Payload in the frame of the last link, with intervals that include those of the gains."""
+        doubts = list(self._doubts())
+        yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
+        yield Table(
+            columns=COLUMNS,
+            rows=tuple(
+                quantity_row(
+                    each.quantity,
+                    each.unit,
+                    each.estimate,
+                    *(2.0 * (std or 0.0) for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
+                )
+                for each in self.body
+            ),
+        )
+        yield Paragraph(
+            "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
+            "from the residual, the gains and the model together."
+        )
+        for name in payload.UNITS:
+            if name in self.refused:
+                yield Paragraph(sentence(f"No {name}: {self.refused[name]}"))
+        yield from doubt_paragraphs(self.found)
+        for note in self.notes:
+            yield Paragraph(sentence(f"Note: {note}"))
+        if self.possible is False:
+            words = "Note: not physically consistent; parameters within their intervals may be."
+            yield Paragraph(words, Mood.DOUBTFUL)
+        for words in doubts:
+            yield Paragraph(words, Mood.DOUBTFUL)
+
+    def verdict(self, mood: Mood = Mood.PLAIN) -> Paragraph:
+        """Return a sentence on mass and centre."""
+        found = {each.quantity: (each.estimate or 0.0, 2.0 * (each.std or 0.0)) for each in self.body}
+        if "mass" not in found:
+            return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)
+        centre = [f"{x} {plus_minus(*(1e3 * number for number in found[x]))}" for x in payload.CENTRE if x in found]
+        where = f"; centre of mass at {', '.join(centre)} mm" if centre else ""
+        return Paragraph(f"{plus_minus(*found['mass'])} kg (2 sigma){where}.", mood, strong=True)
+
+    def _doubts(self) -> Iterable[str]:
+        mass = next((each.estimate for each in self.body if each.quantity == "mass"), None)
+        if mass is not None and mass < 0.0:
+            yield (
+                "Note: the mass is negative, but not significantly. Check that a payload was mounted and that "
+                "bare and loaded are not swapped."
             )
-            for each in found.parameters
-        ],
-        covariance=found.shares.total.tolist(),
-        body=list(map(_quantity, body.quantities)),
-        refused={**found.refused, **body.refused},
-        possible=body.possible,
-        joints=list(map(_weighed, joints)),
-        notes=list(found.selected.remarks),
-        **diagnosed_values(diagnosed),
-    )
-
-
-def _common(common: weighing.CommonError) -> CommonError:
-    return CommonError(
-        joints=[joint + 1 for joint in common.joints],
-        rel_error=common.rel_error,
-        rel_std=common.rel_std,
-        apart=[Departure(**asdict(each) | {"joint": each.joint + 1}) for each in common.apart],
-    )
-
-
-def _weighed(each: weighing.Weighed) -> Weighed:
-    mass = each.mass
-    return Weighed(
-        joint=None if each.joint is None else each.joint + 1,
-        mass=mass and mass.value,
-        std=mass and mass.std,
-        residual_std=mass and mass.residual_std,
-        gain_std=mass and mass.gain_std,
-        model_std=mass and mass.model_std,
-        rel_error=each.rel_error,
-        rel_std=each.rel_std,
-        verdict=each.verdict,
-        reason=each.reason,
-    )
-
-
-def _quantity(each: payload.Quantity) -> Quantity:
-    return Quantity(
-        quantity=each.name,
-        unit=each.unit,
-        estimate=each.value,
-        std=each.std,
-        residual_std=each.residual_std,
-        gain_std=each.gain_std,
-        model_std=each.model_std,
-    )
+        apart = [
+            f"joint {each.joint} alone {each.mass or 0.0:.3f} kg (2 sigma {2.0 * (each.std or 0.0):.3f})"
+            for each in self.joints
+            if each.verdict == DIFFERS
+        ]
+        if apart and mass is not None:
+            yield (
+                f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass:.3f} kg. "
+                "A gain is wrong or the payload moved, and the intervals do not include this; check the gains "
+                "with rx90 verify."
+            )

@@ -5,6 +5,7 @@ from exact import EXACT, exact_observation, lopsided
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import ObservedMotion
 from ident.model.parameters import INERTIAL
+from ident.numerics.least_squares import row_weights
 from ident.parameters.pooled_payload import PayloadEstimate, payload_parameters
 from ident.payload.payload import Payload
 from ident.support.errors import IdentificationError, PayloadError
@@ -82,6 +83,13 @@ def test_uncertainty_of_a_gain_is_the_change_it_causes(structure, chi, rng):
     changes = np.abs(values(after) - values(before))
     np.testing.assert_allclose([p.gain_std for p in before.parameters], changes, rtol=1e-6, atol=1e-12)
     np.testing.assert_allclose(np.sqrt(np.diag(before.covariance)), [p.std for p in before.parameters], rtol=1e-9)
+    # Weighted, the solution of the same weights is linear in the gains.
+    W, torque = np.hstack((rows.W, rows.W_L)), GAIN[rows.joint] * rows.V
+    w = row_weights(W, torque, rows.joint)
+    slope = np.linalg.pinv(w[:, None] * W, rcond=1e-12) @ (w * (rows.joint == 1) * rows.V)
+    found = payload_parameters(rows, GAIN, gain_std=h, known={}, weighted=True)
+    moved = np.abs(0.01 * slope[rows.W.shape[1] :])
+    np.testing.assert_allclose([p.gain_std for p in found.parameters], moved, rtol=1e-6, atol=1e-12)
 
 
 def test_essential_parameters_are_those_with_a_relative_deviation_under_ten_percent(structure, payload, rng):

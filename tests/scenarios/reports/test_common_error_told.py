@@ -3,12 +3,12 @@
 from joint_masses import weighing
 
 from ident.diagnosis.diagnosis import Diagnosed
+from scenarios.gains_in_use.weighing import Verification
 from scenarios.rendering.content import Cell, Mood, Table
-from scenarios.reports.verify import verification_report
 
 
 def conclusion(*errors: float | None) -> str:
-    return verification_report(weighing(*errors), Diagnosed()).parts[0].text
+    return Verification.of(weighing(*errors), Diagnosed()).report("").parts[0].text
 
 
 def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():
@@ -21,7 +21,7 @@ def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():
 def test_a_factor_that_no_scale_is_off_by_is_a_unit():
     advice = "times that on the scale: check the units of mass, currents and gains"
     for error, times in ((999.0, "1000"), (16.2, "17"), (-0.95, "0.05")):
-        said = verification_report(weighing(*[error] * 4, stds=0.0002, scale=0.0), Diagnosed()).parts[0].text
+        said = Verification.of(weighing(*[error] * 4, stds=0.0002, scale=0.0), Diagnosed()).report("").parts[0].text
         assert f"the mass from all joints is {times} {advice}" in said
     assert "off by the same +1290 %" in conclusion(*[12.9] * 4)
 
@@ -37,7 +37,7 @@ def test_a_gain_that_is_off_alone_is_named_alone():
 
 
 def test_each_joint_has_a_verdict_and_one_without_a_mass_is_inconclusive():
-    parts = verification_report(weighing(0.003, 0.09, None), Diagnosed()).parts
+    parts = Verification.of(weighing(0.003, 0.09, None), Diagnosed()).report("").parts
     (masses,) = [part for part in parts if isinstance(part, Table)]
     assert [(row[0].text, row[-1]) for row in masses.rows[1:]] == [
         ("joint 1", Cell("agrees", Mood.GOOD)),

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from ident.estimation.joint_torque import JointTorque
-from ident.parameters.payload import FoundBody, Quantity
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.results import torques
+from scenarios.gains_in_use.weighing import FoundPayload, Quantity
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
-from scenarios.reports.payload_of import verdict as payload_verdict
 from scenarios.reports.torque import torque_report
 from scenarios.results.gains import budget_verdict
 from scenarios.results.unseen import ResultUnseen, UnseenJoint, unseen_verdict
@@ -102,14 +101,19 @@ def test_a_small_torque_keeps_the_digits_of_its_own_interval_and_a_torque_withou
 
 def test_a_payload_begins_with_its_mass_and_where_it_is():
     def quantity(name: str, unit: str, value: float, std: float) -> Quantity:
-        return Quantity(name=name, unit=unit, value=value, residual_std=std, gain_std=0.0, model_std=0.0)
+        shares = {"residual_std": 0.6 * std, "gain_std": 0.8 * std, "model_std": 0.0}
+        return Quantity(quantity=name, unit=unit, estimate=value, std=std, **shares)
+
+    def payload(*body: Quantity) -> FoundPayload:
+        empty = {"parameters": [], "covariance": [], "refused": {}, "joints": [], "notes": [], "possible": None}
+        return FoundPayload(body=list(body), **empty, diagnoses=[], excluded=[], untold=[])
 
     mass, z = quantity("mass", "kg", 7.0531, 0.0241), quantity("z", "m", 0.1432, 0.0008)
-    body = FoundBody(quantities=(mass, z), refused={}, possible=None)
-    said = payload_verdict(body, Mood.PLAIN)
-    assert said.text == "7.05 ± 0.05 kg (2 sigma); centre of mass at z 143.2 ± 1.6 mm."
-    without = FoundBody(quantities=(z,), refused={}, possible=None)
-    assert "do not determine the mass" in payload_verdict(without, Mood.PLAIN).text
+    verdict, table, *_ = payload(mass, z).parts()
+    assert verdict.text == "7.05 ± 0.05 kg (2 sigma); centre of mass at z 143.2 ± 1.6 mm."
+    rows = [[cell.text for cell in row] for row in table.rows]
+    assert rows[0] == ["mass", "7.053", "0.048", "kg", "0.029", "0.039", "0.000"]
+    assert "do not determine the mass" in payload(z).verdict().text
 
 
 def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():

@@ -72,7 +72,10 @@ def still(monkeypatch):
 
 @pytest.mark.usefixtures("still")
 def test_stated_values_are_published_and_others_assumed_with_their_source(servo_arm, tmp_path, capsys):
-    made(servo_arm, tmp_path / "mine", capsys)
+    limits = made(servo_arm, tmp_path / "mine", capsys)["limits"]
+    assert [(each["torque"], each["torque_assumed"], each["speed_assumed"]) for each in limits] == [
+        (80.0, False, True)
+    ] * 3
     table = tomllib.loads((tmp_path / "mine/robot.toml").read_text())
     drives = table["drives"]
     assert drives["current_limit"]["value"] == [80.0] * 3  # forcerange of the servos

@@ -48,9 +48,11 @@ def cost_of(budget: PredictedBudget, source: str) -> Moments:
 def budget(quick) -> PredictedBudget:
     body = "plant.payload.inertia."
     whole = ["plant.payload.mass", f"{body}ixx", f"{body}iyy", f"{body}izz"]
+    tenth = {"parameters": {"loc": 1.0, "scale": 0.1}}
     sources = {
         "heavy": drawn(whole, parameters={"loc": 1.04, "scale": 0.01}, apply="multiply", shared=True),
-        "gains": drawn("plant.gain", parameters={"loc": 1.0, "scale": 0.1}, apply="multiply"),
+        "gains": drawn("plant.gain", apply="multiply", **tenth),
+        "gains as believed": drawn(["plant.gain", "belief.controller_gain"], apply="multiply", shared=True, **tenth),
         "centre": drawn("plant.payload.com", parameters={"loc": 0.0, "scale": 0.002}, apply="add"),
         "cut": drawn("identification.observe.cutoff_hz", parameters={"loc": 15.0, "scale": 1.0}),
         "load": even(FRICTION, 0.04),
@@ -69,7 +71,8 @@ def test_errors_of_a_payload_of_gains_and_of_beliefs_are_those_of_closed_forms(b
     # g_estimate / g = 1 / share; the filters and splines of the expected motion leave 1e-4 of an effect.
     np.testing.assert_allclose(heavy.bias, 1.0 / 1.04 - 1.0, rtol=2e-4)
     np.testing.assert_allclose(heavy.std, 1.0 / 1.04 - 1.0 / 1.05, rtol=2e-4)
-    np.testing.assert_allclose(cost_of(budget, "gains").rms, 0.0, atol=1e-4)  # an estimate follows its currents
+    for name in ("gains", "gains as believed"):  # an estimate follows its currents
+        np.testing.assert_allclose(cost_of(budget, name).rms, 0.0, atol=1e-4)
     cut = cost_of(budget, "cut")
     assert (cut.bias == 0.0).all()
     assert ((cut.std > 0.0) & (cut.std < 4e-3)).all()  # other rows are left out near reversals

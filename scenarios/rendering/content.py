@@ -4,13 +4,10 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from ident.support.naming import enumerated
 from scenarios.rendering.plot import Plot
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Drawing
 
 Item = TypeVar("Item")
 
@@ -128,23 +125,6 @@ class Heading:
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
-    """A picture.
-
-    Attributes:
-        name: Name of its file, without ending.
-        caption: One line.
-        draw: Draws it; called only if the figure is needed.
-        endings: File formats; the first one is shown.
-    """
-
-    name: str
-    caption: str
-    draw: "Callable[[], Drawing]"
-    endings: tuple[str, ...] = ("png",)
-
-
-@dataclass(frozen=True, slots=True)
 class Picture:
     """A raster image, shown on pages and omitted in text.
 
@@ -160,7 +140,7 @@ class Picture:
     height: int
 
 
-Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture
+Part = Paragraph | Line | Heading | Table | Plot | Picture
 
 
 @dataclass(frozen=True, slots=True)

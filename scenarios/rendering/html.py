@@ -1,7 +1,6 @@
 """Report as one HTML file: escaped texts, static plots, no script and no network requests."""
 
 import base64
-import io
 import json
 import re
 from importlib.resources import files
@@ -11,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from scenarios.rendering import Page
-from scenarios.rendering.content import Column, Figure, Heading, Mood, Part, Picture, Report
+from scenarios.rendering.content import Column, Heading, Mood, Part, Picture, Report
 from scenarios.rendering.plot import Plot
 
 MARK = "rx90 report"
@@ -85,14 +84,9 @@ def prose(text: str) -> Markup:
     return Markup(CODE.sub(r"<code>\1</code>", str(options(text))))
 
 
-def png(part: Picture | Figure) -> str:
-    """Return a picture or drawing as a data URI."""
-    drawn = io.BytesIO()
-    if isinstance(part, Picture):
-        drawn.write(part.png)
-    else:
-        part.draw().savefig(drawn, format="png", dpi=110)
-    return f"data:image/png;base64,{base64.b64encode(drawn.getvalue()).decode()}"
+def png(part: Picture) -> str:
+    """Return a picture as a data URI."""
+    return f"data:image/png;base64,{base64.b64encode(part.png).decode()}"
 
 
 def script_json(value: object) -> str:

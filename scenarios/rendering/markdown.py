@@ -1,7 +1,7 @@
 """Report as Markdown: all rows of all tables, figures by the names of their files."""
 
 from scenarios.rendering import Page
-from scenarios.rendering.content import Column, Figure, Heading, Line, Paragraph, Picture, Report, Table
+from scenarios.rendering.content import Column, Heading, Line, Paragraph, Picture, Report, Table
 from scenarios.rendering.plot import Plot
 
 
@@ -11,7 +11,7 @@ def render(report: Report, page: Page) -> str:
     return "\n\n".join([f"# {report.title}", *drawn]) + "\n"
 
 
-def _part(part: Paragraph | Line | Heading | Figure | Table) -> str:
+def _part(part: Paragraph | Line | Heading | Table) -> str:
     match part:
         case Paragraph(text, strong=strong):
             return f"**{text}**" if strong else text
@@ -19,8 +19,6 @@ def _part(part: Paragraph | Line | Heading | Figure | Table) -> str:
             return f"    {text}"
         case Heading(text):
             return f"## {text}"
-        case Figure(name, caption, endings=endings):
-            return f"![{caption}]({name}.{endings[0]})"
         case Table():
             return _table(part)
 

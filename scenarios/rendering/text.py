@@ -19,7 +19,6 @@ from scenarios.rendering import Page
 from scenarios.rendering.content import (
     Cell,
     Column,
-    Figure,
     Heading,
     Line,
     Mood,
@@ -69,7 +68,7 @@ def render(report: Report, page: Page) -> str:
 
 
 def _is_text(part: Part) -> bool:
-    return not isinstance(part, Figure | Plot | Picture) and not (isinstance(part, Heading | Table) and part.file_only)
+    return not isinstance(part, Plot | Picture) and not (isinstance(part, Heading | Table) and part.file_only)
 
 
 def _together(before: Part | None, part: Part) -> bool:
@@ -92,7 +91,7 @@ def _print(part: Part, console: Console, width: int) -> None:
             _print_words(text, "bold", console, width)
         case Table():
             _print_table(part, console, width)
-        case Figure() | Plot() | Picture():
+        case Plot() | Picture():
             pass
 
 

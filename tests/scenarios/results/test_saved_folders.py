@@ -119,7 +119,7 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
 
 
 def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
-    for name in ("ident.identification.prepare", "ident.identification.examined", "ident.preparation.prepare"):
+    for name in ("ident.identification.prepare", "ident.preparation.examined", "ident.preparation.prepare"):
         monkeypatch.setattr(name, None)
     assert sum(isinstance(part, Plot) and part.zoom for part in page_of(saved).parts) == 6
 
@@ -249,7 +249,11 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
 
 
 def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
-    folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
+    coupled = ("--coupling", "5", "6")
+    folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"), *coupled)
+    record = read_record(folder)
+    assert record.robot.couplings == ((5, 6),)
+    assert record.sources == (str(saved / "unloaded.parquet"), str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
     verdicts = {"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}
@@ -270,6 +274,7 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
     assert len(currents[2].series[0].y) < 0.2 * len(recording.t)
     words = shlex.split([part.text for part in report.parts if isinstance(part, Line)][1])
     assert words[:3] == ["rx90", "check", str(folder / "robot.xml")]
+    assert words[words.index("--coupling") :][:3] == [*coupled]
     assert words[words.index("--loaded") + 1 :][:3] == [
         str(folder / "motion-2.parquet"), "--payload", str(folder / "payload.toml")
     ]  # fmt: skip

@@ -4,6 +4,7 @@ Workers import this module: no pandas, no terminal.
 """
 
 import ctypes
+import gc
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -191,6 +192,8 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work)
             else:
                 rows[outcome.trial.number] = work.failed(scenario, outcome)
             del outcome  # else its recordings would coexist with those of the next trial
+            if gc.get_freeze_count():  # in a worker, where a collection is quick: cycles of a trial hold 40 MB
+                gc.collect()
             if len(rows) % TIDY_EVERY == 0:
                 give_back_memory()
     except Exception as error:

@@ -160,10 +160,10 @@ class Decimator:
         rows, pieces = len(weights), -(-len(self.kernel) // self.factor)
         kernel = np.zeros((pieces, self.factor))
         kernel.flat[: len(self.kernel)] = self.kernel
-        felt = np.zeros((rows + pieces - 1, self.factor))
+        of_samples = np.zeros((rows + pieces - 1, self.factor))
         for k, piece in enumerate(kernel):
-            felt[k : k + rows] += weights[:, None] * piece
-        return felt.ravel()[: (rows - 1) * self.factor + len(self.kernel)]
+            of_samples[k : k + rows] += weights[:, None] * piece
+        return of_samples.ravel()[: (rows - 1) * self.factor + len(self.kernel)]
 
     def band(self, samples: int) -> Array:
         """Return weights of consecutive samples in all their rows, if a row begins with the first sample.

@@ -96,9 +96,9 @@ class FullRate:
         Returns:
             Shape (samples,).
         """
-        felt = self.decimator.spread(row_weights)
+        of_samples = self.decimator.spread(row_weights)
         here = np.zeros(len(self.q))
-        here[: len(felt)] = felt
+        here[: len(of_samples)] = of_samples
         weights = np.zeros(samples)
         inner = np.repeat(np.where(self.moving[:, joint], here, 0.0) / self.group, self.group)
         weights[self.edge : self.edge + len(inner)] = inner

@@ -29,7 +29,7 @@ from ident.numerics.signals import (
     noise_density,
 )
 from ident.observation.full_rate import FullRate, filtered_motion
-from ident.recordings.intervals import intervals_of
+from ident.recordings.checks import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
 from ident.support.arrays import Array, Indices, Mask, readonly
 from ident.support.errors import OptionError, RecordingError
@@ -253,9 +253,9 @@ def reduced(
     band = D.band(piece)
     weight = moving.astype(np.float64)
     weighted = weight * v
-    felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
-    V = np.zeros((felt, n))
-    W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
+    reached = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
+    V = np.zeros((reached, n))
+    W = [np.zeros((reached, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
     size = piece * max(1, BLOCK // piece)
     for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
         for start in range(block.start, block.stop, piece):

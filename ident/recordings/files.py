@@ -75,20 +75,20 @@ def read_unchecked(path: str | Path, description: LogDescription | None = None) 
     path, description = Path(path), description or LogDescription()
     table = format_of(path).open(path, description)
     meaning = resolved(path, table.names, description)
-    said = meaning.description
-    columns = table.load(said.names, said.dated)
-    if said.only:
-        columns = _selected(path, columns, said)
-    t = columns[said.t.columns[0]] * TIME[said.t.unit[0]]
-    q = np.column_stack([_position(columns[name], said.q, joint) for joint, name in enumerate(said.q.columns)])
-    v = np.column_stack([_scale(said, joint) * columns[name] for joint, name in enumerate(said.v.columns)])
+    meant = meaning.description
+    columns = table.load(meant.names, meant.dated)
+    if meant.only:
+        columns = _selected(path, columns, meant)
+    t = columns[meant.t.columns[0]] * TIME[meant.t.unit[0]]
+    q = np.column_stack([_position(columns[name], meant.q, joint) for joint, name in enumerate(meant.q.columns)])
+    v = np.column_stack([_scale(meant, joint) * columns[name] for joint, name in enumerate(meant.v.columns)])
     return Log(Recording(t, q, v, one_line(path)), meaning)
 
 
-def _selected(path: Path, columns: Columns, said: LogDescription) -> Columns:
+def _selected(path: Path, columns: Columns, meant: LogDescription) -> Columns:
     """Return the rows in which columns have the values of `only`."""
-    place, kept = one_line(path), np.ones(len(columns[said.only[0][0]]), dtype=np.bool_)
-    for name, value in said.only:
+    place, kept = one_line(path), np.ones(len(columns[meant.only[0][0]]), dtype=np.bool_)
+    for name, value in meant.only:
         there = columns[name] == value
         if not there.any():
             low, high = np.min(columns[name]), np.max(columns[name])
@@ -106,10 +106,10 @@ def _position(x: Array, channels: Channels, joint: int) -> Array:
     return scale * (_of(channels.sign, joint, 1.0) * x + _of(channels.zero, joint, 0.0))
 
 
-def _scale(said: LogDescription, joint: int) -> float:
+def _scale(meant: LogDescription, joint: int) -> float:
     """Return the factor from the logged v to that of the recording."""
-    unit = 1.0 if said.signal is None else MEANINGS[said.signal].units[_of(said.v.unit, joint, "")]
-    return _of(said.v.sign, joint, 1.0) * unit / _of(said.v.constant or (), joint, 1.0)
+    unit = 1.0 if meant.signal is None else MEANINGS[meant.signal].units[_of(meant.v.unit, joint, "")]
+    return _of(meant.v.sign, joint, 1.0) * unit / _of(meant.v.constant or (), joint, 1.0)
 
 
 def _of(values: tuple[Value, ...], joint: int, default: Value) -> Value:

@@ -7,7 +7,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.numerics.signals import KERNEL_CUTOFFS, SETTLING
 from ident.observation.observation import ObserveOptions
-from ident.recordings.intervals import intervals_of
+from ident.recordings.checks import intervals_of
 from ident.recordings.recording import JITTER_TOL, LARGEST_GAP, Recording
 
 ROOM = 4.0

@@ -19,7 +19,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.noise import position_noise, position_quanta
 from ident.observation.observation import ObserveOptions
-from ident.recordings.intervals import intervals_of
+from ident.recordings.checks import intervals_of
 from ident.recordings.recording import LARGEST_GAP, Recording
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.once import once_per_object

@@ -138,12 +138,12 @@ def read_info(folder: Path) -> DatasetInfo:
         raise RecordingError(f"{one_line(folder)}: expected the folder of a LeRobot dataset, with {INFO}")
     place, content = one_line(path), read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     try:
-        said = json.loads(content)
+        stated = json.loads(content)
     except (ValueError, RecursionError) as error:
         raise RecordingError(f"{place}: not JSON ({one_line(error)[:120]}); copy the dataset again") from error
-    if not isinstance(said, dict):
-        raise RecordingError(f"{place}: {shown(said)}; expected an object as LeRobot writes it")
-    table = cast("dict[str, object]", said)
+    if not isinstance(stated, dict):
+        raise RecordingError(f"{place}: {shown(stated)}; expected an object as LeRobot writes it")
+    table = cast("dict[str, object]", stated)
     version, fps, episodes, features = map(table.get, ("codebase_version", "fps", "total_episodes", "features"))
     if version == "v2.1":  # the only older one that LeRobot converts
         raise RecordingError(
@@ -168,9 +168,9 @@ def read_info(folder: Path) -> DatasetInfo:
     )
 
 
-def _feature(name: str, said: object) -> Feature | None:
+def _feature(name: str, stated: object) -> Feature | None:
     """Return a feature of numbers or rows of numbers, None for any other."""
-    table = cast("dict[str, object]", said if isinstance(said, dict) else {})
+    table = cast("dict[str, object]", stated if isinstance(stated, dict) else {})
     kind, shape, signal = map(table.get, ("dtype", "shape", "signal"))
     if not isinstance(kind, str) or not kind.startswith(("float", "int", "uint")):
         return None
@@ -183,12 +183,12 @@ def _feature(name: str, said: object) -> Feature | None:
     )
 
 
-def _texts(said: object, width: int) -> tuple[str, ...]:
+def _texts(stated: object, width: int) -> tuple[str, ...]:
     """Return names of entries: a list, or a single list within a list or an object; otherwise empty."""
-    inner = list(cast("dict[str, object]", said).values()) if isinstance(said, dict) else said
+    inner = list(cast("dict[str, object]", stated).values()) if isinstance(stated, dict) else stated
     if isinstance(inner, list) and len(inner) == 1 and isinstance(inner[0], list):
         inner = cast("list[object]", inner[0])
-    elif isinstance(said, dict):
+    elif isinstance(stated, dict):
         return ()
     texts = [each for each in cast("list[object]", inner) if isinstance(each, str)] if isinstance(inner, list) else []
     return tuple(texts) if len(texts) == width else ()

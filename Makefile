@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow latest mutants lint bench scale real docs pictures schemas lock clean
+.PHONY: demo test test-slow latest mutants lint bench real docs pictures schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -47,15 +47,7 @@ lint: .venv/ready
 	$(BIN)/pyright
 
 bench: .venv/ready
-	$(BIN)/python bench/speed.py
-	$(BIN)/python bench/cold.py
-	$(BIN)/python bench/effects.py
-	$(BIN)/python bench/doors.py
-	$(BIN)/python bench/studies.py
-	$(BIN)/python bench/trials.py
-
-scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
-	$(BIN)/python -m bench.scale --write
+	for each in speed cold logs studies; do $(BIN)/python bench/$$each.py || exit 1; done
 
 DOWNLOADS ?= $(REAL_RECORDINGS)
 

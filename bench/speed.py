@@ -3,11 +3,7 @@
 Every figure is the median of several runs; ratios are taken run by run, the two sides in turn.
 """
 
-import resource
 import statistics
-import subprocess
-import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,16 +19,43 @@ from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
 from ident.recordings.motion import Motion
-from scenarios.experiments.run import simulate
-from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.run import run, simulate
+from scenarios.experiments.scenario import load_scenario, with_method
 from scenarios.experiments.setup import setup_of
-from sim.compile import lean_model
+from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.prediction.budget import predicted_budget
+from sim.compile import lean_model, resting
 from sim.controller import Law
+from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
+from sim.plant import Plant
 from sim.record import record
 from sim.sensors import noise_streams
+from sim.varying import varied
 
-RUNS = 5
+RUNS, PERIODS = 5, 400
+SCENARIOS = ("nominal", "field", "panda")
+BATCHES = {1: 3, 8: 3, 32: 1}
+"""Trials at once, and how often."""
+COMPLIANCE = (1e-5, 1e-5, 3e-5, 4e-5, 6e-5, 1.2e-4)
+EFFECTS = {
+    "no effect, again": ModelErrors(),
+    "tilted base": ModelErrors(base_tilt_x=0.01),
+    "moved frames": ModelErrors(d3_error=0.001),
+    "drift": ModelErrors(coulomb_drift=0.02),
+    "gravity spring": ModelErrors(gravity_spring=2e3),
+    "wrist coupling": ModelErrors(wrist_coupling=1.0),
+    "elastic joints": ModelErrors(joint_compliance=COMPLIANCE),
+    "elastic joints with backlash": ModelErrors(joint_compliance=COMPLIANCE, backlash=3e-4),
+    "Stribeck friction": ModelErrors(stribeck=0.2),
+    "friction by direction": ModelErrors(viscous_by_direction=0.1),
+    "load friction, motor torque": ModelErrors(load_friction=0.05),
+    "load friction, transmitted torque": ModelErrors(transmitted_friction=0.05),
+    "temperature": ModelErrors(motor_warming=200.0, viscous_by_temperature=-0.01),
+    "curve of viscous friction": ModelErrors(viscous_curve=0.5),
+    "cogging and ripple": ModelErrors(cogging=0.003, torque_ripple=0.02),
+    "presliding": ModelErrors(presliding=3e-4),
+}
 
 
 def seconds(action: Callable[[], object]) -> float:
@@ -152,23 +175,75 @@ def closed_loop_ratio(simulations: int, law: Law) -> None:
     )
 
 
-def whole_command(*arguments: str) -> None:
-    """A command as a user starts it: wall time and peak memory of the largest one so far, imports included."""
-    command = [sys.executable, "-m", "scenarios", *arguments]
-    times = [seconds(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)) for _ in range(5)]
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-    label = " ".join(("rx90", *(word for word in arguments[:2])))
-    print(f"`{label}`: {statistics.median(times):.2f} s (best {min(times):.2f}), peak memory {peak:.0f} MB")
+def processor_s(action: Callable[[], object], times: int = RUNS) -> float:
+    spent = []
+    for _ in range(times):
+        started = time.process_time()
+        action()
+        spent.append(time.process_time() - started)
+    return statistics.median(spent)
+
+
+def runs_and_trials(name: str) -> None:
+    """Of one scenario, recording and identification together, and identification alone."""
+    scenario = load_scenario(name)
+    setup, schema = setup_of(scenario), trial_schema(scenario, (), ())
+    first = run(setup, 0)  # imports, tables
+    one = processor_s(lambda: run(setup, 1))
+    print(f"{name}, {len(first.estimate.joints)} joints: a run takes {one:.2f} s; a trial", end="")
+    for size, times in BATCHES.items():
+        batch = [Trial(number=k, seed=k) for k in range(size)]
+        whole = processor_s(lambda batch=batch: run_trials(scenario, batch, schema, threads=1), times)
+        print(f"{' ' if size == 1 else ', '}{whole / size:.2f} s in a batch of {size}", end="")
+    print()
+
+
+def predictions(method: str) -> None:
+    scenario = with_method(load_scenario("nominal"), method, [])
+    first = processor_s(lambda: predicted_budget(scenario), 1)
+    again = processor_s(lambda: predicted_budget(scenario))
+    print(f"prediction for nominal, {method}: {first:.2f} s, again {again:.2f} s")
+
+
+def engine_with(errors: ModelErrors, simulations: int) -> Engine:
+    """Simulations of one plant at rest, each with a model of its own."""
+    first = setup_of(load_scenario("nominal")).experiments[0]
+    plant = Plant(robot=first.plant.robot, drives=first.plant.drives, payload=first.plant.payload, errors=errors)
+    entries: list[Simulation] = []
+    for _ in range(simulations):
+        model = lean_model(plant, loaded=True, step=1e-3)
+        acting = varied(plant, model, step=1e-3, earlier=0)
+        entries.append(Simulation(model=model, start=resting(plant, model, first.trajectory.center), varied=acting))
+    return Engine(entries, substeps=1, threads=1)
+
+
+def effects(simulations: int) -> None:
+    """A physics step with each model error over one without any, taken in turn."""
+
+    def time_of(errors: ModelErrors) -> float:
+        engine = engine_with(errors, simulations)
+        engine.current[:] = 2.0
+        return seconds(lambda: [engine.advance() for _ in range(PERIODS)])
+
+    for name, errors in EFFECTS.items():
+        ratios = [time_of(errors) / time_of(ModelErrors()) for _ in range(RUNS)]
+        print(
+            f"{name}, {simulations} simulations: {statistics.median(ratios):.2f} of plain "
+            f"({min(ratios):.2f} to {max(ratios):.2f})"
+        )
 
 
 if __name__ == "__main__":
-    whole_command("run", "nominal")
-    with tempfile.TemporaryDirectory() as folder:
-        whole_command("paper", "--out", folder)
     with threadpool_limits(1):
         regressor_speed()
         identification_speed()
         growth()
+        for method in ("ls-2011", "nls"):
+            predictions(method)
+        for name in SCENARIOS:
+            runs_and_trials(name)
         for law in get_args(Law):
             for count in (1, 2, 32, 128):
                 closed_loop_ratio(count, law)
+        for count in (1, 32):
+            effects(count)

@@ -15,8 +15,6 @@ from ident.model.regressor import regressor
 from ident.model.structure import structure_of
 from ident.parameters.arm import Parameter
 from ident.parameters.links import nearest_links
-from ident.parameters.payload import body_values
-from ident.payload.payload import standard_parameters
 from scenarios.cli import main
 from scenarios.experiments.robot_models import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model
@@ -234,9 +232,3 @@ def test_a_link_of_an_included_file_is_refused(cell):
     (cell / "scene.xml").write_text('<mujoco><include file="arm.xml"/><worldbody/></mujoco>')
     with pytest.raises(ScenarioError, match="joint shoulder_pan_joint: the file has no joint of this name"):
         patched_model(cell / "scene.xml", [], links.links)
-
-
-def test_body_values_and_standard_parameters_are_each_others_inverse():
-    chi = standard_parameters(2.3, (0.1, -0.2, 0.05), (0.31, 0.27, 0.19, 0.04, -0.03, 0.02))
-    values = body_values(chi)
-    np.testing.assert_allclose(standard_parameters(values[0], values[1:4], values[4:]), chi, rtol=1e-12)  # rounding

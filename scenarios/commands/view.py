@@ -37,7 +37,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.scenario import load_scenario
     from scenarios.experiments.setup import setup_of
-    from scenarios.reports.film import WRITERS, captioned, frames
+    from scenarios.rendering.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted
     from sim.viewer import pictures, scene, watch

@@ -8,7 +8,7 @@ from PIL import Image
 from places import ROOT
 
 from scenarios.cli import main
-from scenarios.reports.film import WRITERS, captioned, frames
+from scenarios.rendering.film import WRITERS, captioned, frames
 from scenarios.support.errors import ScenarioError
 from sim.errors import NoPicture
 
@@ -95,7 +95,7 @@ def test_a_film_has_every_picture_at_its_rate(tmp_path):
 
 
 def test_a_film_in_mp4_without_its_library_names_the_extra(tmp_path, monkeypatch):
-    monkeypatch.setattr("scenarios.reports.film.find_spec", lambda name: None if name == "imageio_ffmpeg" else name)
+    monkeypatch.setattr("scenarios.rendering.film.find_spec", lambda name: None if name == "imageio_ffmpeg" else name)
     with pytest.raises(ScenarioError, match=r"film\.mp4: imageio_ffmpeg is not installed, .*\[film\]'; PNG"):
         WRITERS[".mp4"](tmp_path / "film.mp4", plain(3), 8.0)
     assert not (tmp_path / "film.mp4").exists()

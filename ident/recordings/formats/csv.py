@@ -163,7 +163,7 @@ def _plain(line: str) -> str:
 
 
 def _split(line: str, separator: str) -> list[str]:
-    if '"' in line and separator != " ":
+    if '"' in line and separator != " " and len(line) < csv.field_size_limit():
         return [
             cell.strip().strip("'") for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))
         ]

@@ -24,8 +24,7 @@ def main(options: argparse.Namespace) -> Status:
     """Read the folder, render the page."""
     from scenarios.command_line.writing import right_to_write
     from scenarios.rendering import Page, renderer
-    from scenarios.reports.pages import page_of
-    from scenarios.reports.pages.still import with_picture
+    from scenarios.results.pages import page_of, with_picture
 
     path: Path = options.out or options.folder / PAGE
     held = right_to_write(options, path.parent, [path.name], command="rx90 report")

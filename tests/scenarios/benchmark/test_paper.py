@@ -13,7 +13,7 @@ from scenarios.benchmark.paper_result import CASES, ROWS_LESS_UNKNOWNS
 from scenarios.cli import main
 from scenarios.rendering.content import Paragraph
 from scenarios.rendering.plot import Plot
-from scenarios.reports.pages import page_of
+from scenarios.results.pages import page_of
 from scenarios.support.errors import ScenarioError
 
 

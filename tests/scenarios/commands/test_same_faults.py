@@ -16,8 +16,8 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.rendering.content import Table
-from scenarios.reports.pages import page_of
 from scenarios.results.fit_rows import read_fit
+from scenarios.results.pages import page_of
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 BARE, FAULTY, PAYLOAD, GAINS = "{}/bare.parquet", "{}/faulty.parquet", "{}/payload-light.toml", "{}/gains.toml"

@@ -15,7 +15,7 @@ from scenarios.experiments.run import Run, identified, run, simulate
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
 from scenarios.rendering.content import Table
-from scenarios.reports.pages import page_of
+from scenarios.results.pages import page_of
 
 WEIGHT = 4.275
 BELIEVED = 1.0 / np.array([1.2, 0.8, 1.2, 0.8, 1.2])

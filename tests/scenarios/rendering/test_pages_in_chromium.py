@@ -12,7 +12,7 @@ import pytest
 from scenarios.cli import main
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import rounded
-from scenarios.reports.pages import kind_of, page_of
+from scenarios.results.pages import kind_of, page_of
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 MISSING = [name for name in ("playwright", "axe_playwright_python") if importlib.util.find_spec(name) is None]

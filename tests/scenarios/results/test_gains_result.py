@@ -15,11 +15,11 @@ from ident.identification import Identification
 from scenarios.rendering.content import Mood, Paragraph, Table
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import to_json
-from scenarios.reports.pages.logs import how_to_identify
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
 from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
 from scenarios.results.gains import Result, ResultGain, common_unit, gain_units, meaning, quantity_row
 from scenarios.results.motion import CheckLog, motion_table, range_plot
+from scenarios.results.pages import how_to_identify
 from scenarios.results.record import RESULT, read_result
 
 DOUBT = Diagnosis(

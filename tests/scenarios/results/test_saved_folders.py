@@ -19,11 +19,10 @@ from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Picture, Report, Table, joints_named
 from scenarios.rendering.plot import Plot
-from scenarios.reports.pages import kind_of, page_of
-from scenarios.reports.pages.still import with_picture
 from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
 from scenarios.results.gains import Result
+from scenarios.results.pages import kind_of, page_of, with_picture
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
@@ -335,7 +334,7 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
     report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
     record = json.loads((copied / "record.json").read_text())
     picture = Picture("the arm", b"\x89PNG", 4, 3)
-    monkeypatch.setattr("scenarios.reports.pages.still.still", lambda named: picture)
+    monkeypatch.setattr("scenarios.results.pages.still", lambda named: picture)
     assert with_picture(report, copied).parts == (report.parts[0], picture, report.parts[1])
     scenario = load_scenario(record["scenario"])
     heavier = scenario.table.plant.model_copy(update={"gain": tuple(1.5 + 0.25 * k for k in range(6))})

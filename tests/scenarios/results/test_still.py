@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from scenarios.rendering.content import Paragraph, Report
-from scenarios.reports.pages.still import still, why_another, with_picture
+from scenarios.results.pages import still, why_another, with_picture
 from scenarios.support.errors import UnknownName
 from sim.errors import RobotError
 
@@ -52,5 +52,5 @@ def test_a_scenario_or_robot_that_cannot_be_read_any_more_is_no_picture_but_a_re
     def gone(named: str) -> None:
         raise error("moved away")
 
-    monkeypatch.setattr("scenarios.reports.pages.still.load_scenario", gone)
+    monkeypatch.setattr("scenarios.results.pages.load_scenario", gone)
     assert why_another("mine", "0123456789abcdef") == "scenario mine can no longer be read: moved away"

@@ -63,6 +63,8 @@ def cell(tmp_path_factory) -> Path:
     )  # fmt: skip
     (folder / "arm.xml").write_text(mjcf())
     write_recording(Recording(T, Q, V), folder / "own.csv")
+    q, v = (np.column_stack((x, x[:, 0] + 0.1 * T)) for x in (Q, V))
+    write_recording(Recording(T, q, v), folder / "seven.csv")
     return folder
 
 
@@ -142,54 +144,27 @@ def test_a_recording_is_not_written_over_a_file_of_others(cell, tmp_path, capsys
 
 LOGS = {
     "no such file": (["absent.csv"], r"absent\.csv: no such file"),
-    "a folder": (["."], r"is a folder; expected a regular file"),
-    "of nothing said": (["log.csv"], r"log\.csv: the file names no column t, q1\.\. or v1\.\.; found time"),
     "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "is not declared"),
-    "no joints": (["bag", "--signal", "current"], r"order of the joints is not declared.*shoulder_pan_joint"),
-    "no topic": (["bag", "--signal", "current", "--joints", "a", "--topic", "/x"], r"no topic '/x' of sensor_msgs"),
-    "a strange joint": (["bag", "--signal", "current", "--joints", "elbow"], r"no joint 'elbow'; did you mean"),
     "a bag without signal": (["bag", "--model", "arm.xml"], r"declared.* --signal .*: current, torque-from"),
-    "compensated": (["bag", "--model", "arm.xml", "--signal", "gravity-compensated"], "the weight of the payload"),
     "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "state the constants"),
-    "constants of current": (["bag", "--model", "arm.xml", "--signal", "current", "--constant", "2"], "not a torque"),
-    "three constants": (
-        ["bag", "--model", "arm.xml", "--signal", "torque-from-current", "--constant", "2,3,4"],
-        "constant of v has 3 entries for 6 joints",
-    ),
     "wrong order": (["bag", "--model", "arm.xml", "--joints", ",".join(JOINTS[::-1])], "expected the model's order"),
     "five joints": (["bag", "--model", "arm.xml", "--joints", ",".join(JOINTS[1:])], "5 joints are given"),
     "a joint twice": (["bag", "--joints", "a,a"], "expected names, each once, separated by commas"),
-    "no name": (["bag", "--joints", "a,,b"], "expected names, each once, separated by commas"),
-    "zero constant": (["bag", "--constant", "1,0"], "expected numbers that are not 0"),
     "no constant at all": (["bag", "--constant", "x"], "'x' is not a number"),
-    "strange signal": (["bag", "--signal", "amps"], "invalid choice: 'amps'"),
-    "strange layout": (["log.csv", "--layout", "kuka"], "invalid choice: 'kuka'"),
-    "another layout": (["log.csv", "--layout", "ur-rtde"], "not of the layout ur-rtde; found time"),
     "no word": (["log.csv", "--columns", "time"], r"--columns: 'time'; expected t=NAME\[unit\], q=NAME"),
-    "a strange word": (["log.csv", "--columns", "a=b"], r"--columns: 'a=b'; expected t="),
-    "nothing": (["log.csv", "--columns", "t="], r"--columns: 't='; expected t="),
     "a word twice": (["log.csv", "--columns", "t=a", "t=b"], "--columns: t= is given twice"),
-    "a strange unit": (["log.csv", "--columns", "t=time[min]"], "unit 'min' of t is unknown; known: s, ms"),
     "no names": (["log.csv", "--columns", "q=a,,b[rad]"], r"--columns: q='a,,b' lacks a name"),
-    "an empty range": (["log.csv", "--columns", "q=a{3..1}[rad]"], r"'a\{3\.\.1\}'; expected a range of 1 to 64"),
-    "a long range": (["log.csv", "--columns", "q=a{0..64}[rad]"], r"expected a range of 1 to 64 numbers"),
-    "no description": (["log.csv", "--log-description", "absent.toml"], r"absent\.toml: no such file"),
     "said twice": (
         ["log.csv", "--log-description", "log.toml", "--signal", "percent"],
         r"log\.toml says signal, and so does the command line; state it once",
-    ),
-    "columns said twice": (
-        ["log.csv", "--log-description", "log.toml", "--columns", "t=time[s]"],
-        r"log\.toml says t, and so does the command line",
     ),
     "episode of a CSV": (["own.csv", "--episode", "1"], r"own\.csv: no column 'episode_index'; found t"),
     "episode said twice": (
         ["log.csv", "--log-description", "only.toml", "--episode", "1"],
         r"only\.toml says only, and so does the command line; state it once",
     ),
-    "a strange episode": (["own.csv", "--episode", "first"], "'first' is not a whole number"),
+    "seven joints": (["seven.csv", "--model", "arm.xml"], "7 joints, but robot .* to leave out a gripper"),
     "no dataset": (["absent.lerobot"], r"absent\.lerobot: expected the folder of a LeRobot dataset, with meta"),
-    "out of the way": (["own.csv", "--out", "/proc/nowhere/x.csv"], "nowhere|No such file|Permission|proc"),
 }  # fmt: skip
 
 
@@ -212,46 +187,30 @@ def test_what_cannot_be_meant_is_one_line(cell, tmp_path, monkeypatch, capsys, n
 
 
 DESCRIPTIONS = {
-    "no TOML": ("signal : 1", "not TOML"),
     "empty": ("", "the file is empty"),
     "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
-    "a strange table": ("signal = 'current'\n[p]\nx = 1", r"unknown key 'p'; known: signal, layout"),
     "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent'; expected .*'current'"),
-    "a number for a signal": (DESCRIPTION.replace('"current"', "7"), r"signal = 7"),
     "a strange layout": ("layout = 'ur'", r"layout = 'ur'"),
-    "t no table": ("t = 3", r"\[t\] = 3; expected a table with column, unit"),
     "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),
     "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, constant"),
-    "constant of q": ("[q]\nconstant = 1", r"\[q\]: unknown key 'constant'"),
     "no columns": ("[q]\ncolumns = []", r"\[q\]: columns = \[\]"),
     "blank": ("[q]\ncolumns = ['a', ' ']", r"columns = \['a', ' '\]"),
-    "columns of numbers": ("[q]\ncolumns = [1, 2]", r"columns = \[1, 2\]"),
     "a range": ("[q]\ncolumns = 'a{4..2}'", r"\[q\]: 'a\{4\.\.2\}'; expected a range"),
     "sign 2": ("[q]\nsign = [1, -2]", r"sign = \[1, -2\]"),
-    "sign 0": ("[v]\nsign = 0", r"sign = 0"),
-    "sign true": ("[v]\nsign = true", r"sign = True"),
-    "sign text": ("[v]\nsign = '-1'", r"sign = '-1'"),
     "zero nan": ("[q]\nzero = nan", r"zero = nan"),
     "zero huge": ("[q]\nzero = [0.0, 1e13]", r"zero = \[0\.0, 10000000000000\.0\]"),
     "no counts": ("[q]\ncounts_per_turn = [4096, 0]", r"counts_per_turn = \[4096, 0\]"),
     "no constant": ("[v]\nconstant = 0.0", r"constant = 0.0"),
-    "constant text": ("[v]\nconstant = 'none'", r"constant = 'none'"),
     "joints": ("joints = 3", r"joints = 3"),
     "topic": ("topic = ['/a']", r"topic = \['/a'\]"),
     "only": ("only = 3", r"only = 3"),
-    "only text": ("only = { a = 'x' }", r"only = \{'a': 'x'\}"),
-    "only true": ("only = { a = true }", r"expected a table of columns and the number"),
     "file": ("[file]\nseperator = ';'", r"\[file\]: unknown key 'seperator'; did you mean 'separator'"),
     "separator": ("[file]\nseparator = ';;'", r"separator = ';;'"),
-    "quote": ("[file]\nseparator = '\"'", r"expected one character"),
     "decimal": ("[file]\ndecimal = ';'", r"decimal = ';'; expected '\.' or ','"),
     "decimal as separator": ("[file]\ndecimal = ','\nseparator = ','", r"expected a character other than"),
     "header": ("[file]\nheader = 0", r"header = 0"),
-    "header text": ("[file]\nheader = 'no'", r"header = 'no'"),
     "rows": ("[file]\nheader = 4\nrows = 4", r"rows = 4; expected a line after that of the header, 4"),
-    "rows true": ("[file]\nrows = true", r"rows = True"),
     "encoding": ("[file]\nencoding = 'utf8000'", r"encoding = 'utf8000'"),
-    "no text encoding": ("[file]\nencoding = 'hex'", r"encoding = 'hex'"),
 }  # fmt: skip
 
 
@@ -337,13 +296,3 @@ def test_a_dataset_of_others_is_not_written_over(cell, tmp_path, capsys):
     assert main(["convert", str(out), "--out", str(out), "--force"]) == 2
     assert "reads this dataset and would overwrite it" in capsys.readouterr().err
     assert main(["convert", str(cell / "own.csv"), "--out", str(out), "--force"]) == 0
-
-
-def test_a_log_of_more_joints_than_the_model_is_not_converted(tmp_path, capsys):
-    log = tmp_path / "seven.parquet"
-    write_recording(Recording(T, np.column_stack((Q, Q[:, 0] + 0.1 * T)), np.column_stack((V, V[:, 0] + T))), log)
-    (tmp_path / "arm.xml").write_text(mjcf())
-    assert main(["convert", str(log), "--out", str(tmp_path / "out.csv"), "--model", str(tmp_path / "arm.xml")]) == 2
-    assert "7 joints, but robot " in (said := capsys.readouterr().err)
-    assert "to leave out a gripper" in said
-    assert not (tmp_path / "out.csv").exists()

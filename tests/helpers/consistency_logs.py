@@ -53,3 +53,22 @@ def with_current(log: Recording, joint: int, change: Callable[..., np.ndarray]) 
     speed = np.convolve(np.gradient(log.q[:, joint], log.t), np.ones(9) / 9.0, "same")
     v[:, joint] = change(v[:, joint], time, log.q[:, joint], speed)
     return Recording(log.t, log.q, v, log.name)
+
+
+def changed(log: Recording, *, t=None, q=None, v=None) -> Recording:
+    return Recording(log.t if t is None else t, log.q if q is None else q, log.v if v is None else v, log.name)
+
+
+def late(log: Recording, rows: int) -> Recording:
+    """Currents some rows later."""
+    return changed(log, v=np.vstack((log.v[[0] * rows], log.v[:-rows])))
+
+
+def exchanged(x: np.ndarray, i: int, j: int) -> np.ndarray:
+    order = np.arange(x.shape[1])
+    order[[i, j]] = j, i
+    return x[:, order]
+
+
+def at(joint: int, value: float, otherwise: float, n: int = 6) -> np.ndarray:
+    return np.where(np.arange(n) == joint, value, otherwise)

@@ -7,9 +7,3 @@ def as_in_the_foreground() -> None:
     """Ignore none, in a child about to start: what runs under nohup or behind `&` passes on that it ignores them."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
-
-
-def as_under_a_supervisor_that_ignores() -> None:
-    """Ignore a request to end, in a child about to start."""
-    as_in_the_foreground()
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)

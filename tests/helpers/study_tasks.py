@@ -37,9 +37,5 @@ def fail(x: int) -> int:
     raise ValueError(f"cannot double {x}")
 
 
-def fail_above_4(x: int) -> int:
-    return double(x) if x <= 4 else fail(x)
-
-
 def refuse(x: int) -> int:
     raise StudyError("this worker is of another version")

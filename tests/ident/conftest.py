@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from consistency_logs import all_joints, doubted, logs_of
-from exact import GAIN, exact_pair, lopsided
+from exact import lopsided
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
 from weighings import weighed
@@ -13,7 +13,6 @@ from ident.diagnosis.logs import Logs
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.model.structure import Structure, structure_of
-from ident.observation.observation import Observation
 from ident.payload.payload import Payload
 from ident.recordings.recording import Recording
 
@@ -21,12 +20,6 @@ from ident.recordings.recording import Recording
 @pytest.fixture(scope="session")
 def heavy(payload) -> Payload:
     return lopsided(payload)
-
-
-@pytest.fixture(scope="session")
-def clean_pair(structure, heavy) -> tuple[Observation, Observation]:
-    """Rows without noise of a bare motion and of one with `heavy` on the flange."""
-    return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
 
 
 @pytest.fixture(scope="session")

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import LOOSE, logs_of
-from corruptions import CHANGES, corrupted
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, mounted, ur_like
 from real_friction import Truth
 
@@ -23,12 +22,6 @@ from ident.preparation import KNOWN, SIMULATED
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import Contradiction, NotConverged, NotIdentifiable, OptionError
-
-CORRUPTED = (
-    "joint 2 negated",
-    *(pytest.param(name, marks=pytest.mark.slow) for name in ("joint 3 at +pi/2", "joints 4 and 5 swapped")),
-)
-"""One of each kind and place; `tests/ident/diagnosis` puts in the others."""
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +52,10 @@ def test_logs_that_all_carry_one_payload_are_named_with_what_is_missing(ur, logs
         identify(ur, [Motion(one, BRICK)])
 
 
-@pytest.mark.parametrize("change", CORRUPTED)
-def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, change):
+def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs):
+    turned = [replace(log, q=log.q * [1, -1, 1, 1, 1, 1]) for log in logs]
     try:
-        found = identify(ur, mounted(*corrupted(logs, CHANGES[change]), BRICK), method="ls-2011").estimate.joints
+        found = identify(ur, mounted(*turned, BRICK), method="ls-2011").estimate.joints
     except (Contradiction, NotIdentifiable):
         return
     for joint, true in zip(found, UR_GAIN, strict=True):
@@ -119,27 +112,15 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
     assert "; gains are off" not in reason
 
 
-def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
-    logs = [Recording(log.t, log.q, -log.v, log.name) for log in logs_of(Truth())]
-    found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=LOOSE)
-    values = [joint.value for joint in found.estimate.joints]
-    np.testing.assert_allclose(values, [-13.2, 12.1, -9.7], rtol=0.1)  # known to some per cent
-    assert {each.name for each in found.found.findings} == {"negative gain"}
-
-
-def test_swapped_files_are_named(axes):
-    bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
-        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
-
-
-def test_swapped_files_are_named_where_the_method_does_not_converge(axes, monkeypatch):
+def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monkeypatch):
     def lost(problem, options):
         raise NotConverged("the gains do not converge")
 
-    monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
     bare, loaded = logs_of(Truth())
-    with pytest.raises(NotIdentifiable, match="bare and loaded recordings are probably swapped"):
+    with pytest.raises(NotIdentifiable, match="swapped"):
+        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
+    monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
+    with pytest.raises(NotIdentifiable, match="swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
     with pytest.raises(NotConverged, match="the gains do not converge"):
         identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)
@@ -208,11 +189,7 @@ def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints
 
 
 # nls finds 1/g 9.7 and 10.2 deviations from zero.
-@pytest.mark.parametrize("seed", [1, pytest.param(5, marks=pytest.mark.slow)])
-def test_all_joints_find_no_gain_where_nothing_is_mounted_and_the_payload_is_asked_for(ur, seed):
-    logs = [
-        known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(each), middle=UR_MIDDLE)[0]
-        for each in (seed, seed + 7)
-    ]
+def test_all_joints_find_no_gain_where_nothing_is_mounted_and_the_payload_is_asked_for(ur):
+    logs = [known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(each), middle=UR_MIDDLE)[0] for each in (1, 8)]
     with pytest.raises(NotIdentifiable, match=r"was the payload mounted\?$"):
         identify(ur, mounted(*logs, BRICK), policy=SIMULATED, gains=GainOptions(max_rel_std=0.5))

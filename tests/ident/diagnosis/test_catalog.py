@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import doubted, logs_of, problem_of
-from log_faults import at, changed, exchanged
+from consistency_logs import at, changed, doubted, exchanged, logs_of, problem_of
 from real_friction import Truth
 
 from ident.diagnosis import engine
@@ -20,7 +19,6 @@ from ident.diagnosis.catalog import (
     delays,
     lengths,
     orders,
-    payload,
     terms,
     units,
     zeros,
@@ -35,17 +33,12 @@ def by_words(found, words: str):
 
 
 CASES = {
-    "q2 is negated": (lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3)), zeros.alternatives),
     "q3 is negated and its zero off by 90 degrees in loaded alone": (
         lambda x: changed(x, q=at(2, np.pi / 2, 0.0, 3) - x.q * at(2, 1.0, -1.0, 3)), zeros.alternatives,
-    ),
-    "the zero of q2 is off by 90 degrees": (
-        lambda x: changed(x, q=x.q - at(1, np.pi / 2, 0.0, 3)), zeros.alternatives,
     ),
     "q2 and v2 are negated in loaded alone": (
         lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3), v=x.v * at(1, -1.0, 1.0, 3)), zeros.alternatives,
     ),
-    "columns q1 and q3 are exchanged": (lambda x: changed(x, q=exchanged(x.q, 0, 2)), orders.alternatives),
     "columns v1 and v3 are exchanged in loaded alone": (
         lambda x: changed(x, v=exchanged(x.v, 0, 2)), orders.alternatives,
     ),
@@ -164,14 +157,6 @@ def test_one_log_has_no_other_scale_and_no_log_of_its_own():
     assert in_logs("x", (0, 2), ("a", "b", "c")) == "x in a and c alone"
     assert in_logs("x", (1,), ("far/a", "far/b")) == "x in b alone"
     assert in_logs("x", (1,), ("far/a", "near/a")) == "x in near/a alone"
-
-
-def test_rates_of_logs_that_differ_are_tried_as_clocks(axes):
-    bare, loaded = logs_of(Truth())
-    logs = doubted(axes, [bare, changed(loaded, t=1.3 * loaded.t)])
-    told = {(each.logs, round(each.hypothesis.logs[each.logs[0]].clock, 4)) for each in clocks.alternatives(logs)}
-    assert ((1,), round(1.0 / 1.3, 4)) in told
-    assert ((0,), 1.3) in told
 
 
 @pytest.fixture(scope="module")
@@ -357,8 +342,3 @@ def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_firs
     (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
     assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
     np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])
-
-
-def test_a_centre_that_is_far_off_is_told_in_plain_digits():
-    words = payload.CENTRE.words(np.array([0.2123, -0.0037, 0.0552]))
-    assert words.endswith("by (+212, -3.7, +55) mm")

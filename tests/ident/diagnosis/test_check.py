@@ -7,23 +7,17 @@ import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from pinocchio_arms import standard_parameters_of
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.temperature import Warmth
 from ident.estimation.gain_options import GainOptions
-from ident.identification import check, worst_first
+from ident.identification import check
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 OPTIONS, LIMITS = ObserveOptions(), GainOptions()
-
-
-def test_diagnoses_stand_the_worst_first_each_once_else_in_their_order():
-    severities = [Severity.GOOD, Severity.WEAK, Severity.WRONG, Severity.WEAK]
-    found = [Diagnosis(name=f"{k}", severity=each, sentence="s") for k, each in enumerate(severities)]
-    assert [each.name for each in worst_first([*found, found[1]])] == ["2", "1", "3", "0"]
 
 
 def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):

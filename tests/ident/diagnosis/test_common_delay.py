@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-from consistency_logs import LOOSE, PLAIN, doubted, logs_of
+from consistency_logs import LOOSE, PLAIN, at, changed, doubted, logs_of
 from known_logs import BRICK, mounted
-from log_faults import at, changed
 from real_friction import Truth
 
 import ident.diagnosis.common_delay as measuring

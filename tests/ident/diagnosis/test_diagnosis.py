@@ -5,11 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import all_joints, doubted, logs_of
+from consistency_logs import all_joints, changed, doubted, exchanged, late, logs_of
 from diagnoses import named
 from estimates import gain_estimate
 from known_logs import BRICK
-from log_faults import changed, exchanged, late
 from once import computed_once
 from real_friction import Truth
 

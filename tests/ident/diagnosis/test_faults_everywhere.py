@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, logs_of
+from consistency_logs import LOOSE, at, changed, exchanged, late, logs_of
 from known_logs import BRICK, mounted
-from log_faults import at, changed, exchanged, late
 from real_friction import Truth
 
 from ident.diagnosis.catalog import current_scales
@@ -35,11 +34,8 @@ def times(joint: int, factor: float) -> np.ndarray:
 
 
 FAULTS = {
-    "q2 negated": (both(lambda x: changed(x, q=x.q * times(1, -1.0))), "sign", "q2 is negated"),
     "q2 negated in one log": (loaded(lambda x: changed(x, q=x.q * times(1, -1.0))), "sign", "q2 is negated"),
     "q2 a quarter off": (both(lambda x: changed(x, q=x.q - at(1, np.pi / 2, 0.0, 3))), "zero", "q2 is off by 90"),
-    "q2 off by 12 degrees in one log": (loaded(lambda x: changed(x, q=x.q - at(1, 0.21, 0.0, 3))), "zero", "q2 is"),
-    "columns q2 and q3 exchanged": (both(lambda x: changed(x, q=exchanged(x.q, 1, 2))), "order", "columns q2 and q3"),
     "columns v2 and v3 exchanged in one log": (
         loaded(lambda x: changed(x, v=exchanged(x.v, 1, 2))), "order", "columns v2 and v3",
     ),
@@ -49,23 +45,10 @@ FAULTS = {
         loaded(lambda x: changed(x, v=1000.0 * x.v)), "current scale", "all currents are scaled by 1000",
     ),
     "currents 16 ms late": (both(lambda x: late(x, 2)), "delay", "ms later than the positions"),
-    "currents 24 ms late in one log": (loaded(lambda x: late(x, 3)), "delay", "ms later than the positions"),
-    "a clock that runs slow": (both(lambda x: changed(x, t=0.5 * x.t)), "clock", "t must be multiplied by "),
     "a clock that runs fast in one log": (loaded(lambda x: changed(x, t=1.25 * x.t)), "clock", "multiplied by 0."),
 }  # fmt: skip
-AGAIN = (
-    "q2 negated",
-    "q2 negated in one log",
-    "q2 off by 12 degrees in one log",
-    "columns q2 and q3 exchanged",
-    "all currents times 1000 in one log",
-    "currents 24 ms late in one log",
-    "a clock that runs slow",
-)
-"""Of a name that another one has too, or told by commands in `test_same_faults`; that each is among the candidates is
-tested with the catalogue and screening.
-"""
-SIZES = {"a clock that runs slow": 100.0, "a clock that runs fast in one log": -20.0, "currents 16 ms late": 16.0}
+"""One of each family, of all logs or of one."""
+SIZES = {"a clock that runs fast in one log": -20.0, "currents 16 ms late": 16.0}
 """Of some faults, in the unit in which they are said; the others' words have their sizes."""
 
 
@@ -74,11 +57,9 @@ def named(found: Diagnosed, name: str) -> Diagnosis:
 
 
 @pytest.mark.usefixtures("_computed_once")
-@pytest.mark.parametrize("fault", [pytest.param(each, marks=[pytest.mark.slow] * (each in AGAIN)) for each in FAULTS])
+@pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_has_one_name_everywhere(axes, fault, monkeypatch):
-    monkeypatch.setattr(
-        "ident.identification.DEFAULT", "ls-2011"
-    )  # as identification below: what is estimated once is quick
+    monkeypatch.setattr("ident.identification.DEFAULT", "ls-2011")  # as below: what is estimated once is quick
     put, name, words = FAULTS[fault]
     bare, heavy = put(*logs_of(Truth(), seed=7))
     one = "in one log" in fault
@@ -143,29 +124,18 @@ def test_sound_logs_raise_nothing_anywhere(axes):
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()
 
 
-def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes):
-    bare, heavy = logs_of(Truth())
-    given = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": (False, True), "payload": BRICK}
-    found = check((heavy, bare), axes, **given).found.diagnoses
-    wrong = [each.sentence for each in found if each.severity is Severity.WRONG]
-    assert wrong == ["every joint gives a negative payload mass; bare and loaded recordings are probably swapped"]
-
-
-def test_a_check_names_swapped_logs_where_the_method_does_not_converge(axes, monkeypatch):
+@pytest.mark.parametrize("converges", [True, False])
+def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes, monkeypatch, converges):
     def lost(problem):
         raise NotConverged("the gains do not converge")
 
-    monkeypatch.setattr("ident.identification.default_estimate", lost)
-    bare, heavy = logs_of(Truth())
-    said = [
-        [
-            each.sentence
-            for each in check(
-                logs, axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK
-            ).found.diagnoses
-            if each.name == "load"
-        ]
-        for logs in ((bare, heavy), (heavy, bare))
-    ]
-    assert said[0] == ["the gains do not converge"]
-    assert "bare and loaded recordings are probably swapped" in said[1][0]
+    if not converges:
+        monkeypatch.setattr("ident.identification.default_estimate", lost)
+    logs = logs_of(Truth())
+    given = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": (False, True), "payload": BRICK}
+    of_load = [each.sentence for each in check(logs, axes, **given).found.diagnoses if each.name == "load"]
+    assert of_load == [] if converges else ["the gains do not converge"]
+    found = check(logs[::-1], axes, **given).found.diagnoses
+    (wrong,) = [each for each in found if each.severity is Severity.WRONG]
+    assert wrong.name == "load"
+    assert "swapped" in wrong.sentence

@@ -7,7 +7,7 @@ import pytest
 from diagnoses import named
 from scipy.interpolate import make_interp_spline
 
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.clock import clock, least_seconds
 from ident.diagnosis.samples.lost_samples import APART, _beside, lost_samples, timestamp_anomalies
@@ -35,18 +35,6 @@ def test_a_clean_log_has_nothing_but_good_lines(ur_log):
     assert {each.logs for each in lines} == {("a/log.csv",)}
     assert all(each.advice is None for each in lines)
     assert not any(spoilt(ur_log).any() for spoilt in SPOILING.values())
-
-
-WORST_IN_THE_MIDDLE = (Severity.WEAK, Severity.WRONG, Severity.GOOD)
-
-
-def test_the_severity_of_several_is_the_worst():
-    lines = [
-        Diagnosis(name="x", sentence="y", severity=severity)
-        for severity in (Severity.WEAK, Severity.WRONG, Severity.GOOD)
-    ]
-    assert Diagnosed(diagnoses=tuple(lines)).severity is Severity.WRONG
-    assert Diagnosed(diagnoses=tuple(lines[::2])).severity is Severity.WEAK
 
 
 def test_missing_samples_are_counted_where_the_clock_shows_them(ur_log):
@@ -149,11 +137,6 @@ def test_the_longest_gap_is_one_that_misses_samples_though_a_late_stamp_makes_a_
     assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
 
 
-def test_one_gap_is_one(ur_log):
-    found = named(clocked(without(ur_log, [300, 301])), "missing samples").sentence
-    assert found.startswith("2 samples are missing in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
-
-
 def test_a_slow_log_is_weak(ur_log):
     for step, grade in ((2, Severity.GOOD), (3, Severity.WEAK)):  # 62.5 and 41.7 Hz
         slow = Recording(ur_log.t[::step], ur_log.q[::step], ur_log.v[::step])
@@ -184,16 +167,6 @@ def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, hone
     odd = timestamp_anomalies(unseen)
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])
     np.testing.assert_array_equal(odd.lost, [1, 2, 1])
-
-
-def test_samples_taken_at_the_uneven_times_of_their_stamps_are_not_lost(ur_log, rng):
-    t = ur_log.t + 0.008 * np.clip(rng.normal(0.0, 0.25, len(ur_log.t)), -0.37, 0.37)
-    odd = timestamp_anomalies(replace(ur_log, t=t, q=make_interp_spline(ur_log.t, ur_log.q, k=3)(t)))
-    assert len(odd.long) == len(odd.still) == 0
-
-
-def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(ur_log):
-    assert len(timestamp_anomalies(without(ur_log, [411, 902, 903, 1700])).long) == 0
 
 
 def test_a_long_loss_hides_no_short_one_beside_it(ur_log):

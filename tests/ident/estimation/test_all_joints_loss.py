@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, values
+from exact import GAIN, exact_pair, values
 from scipy import stats
 
 from ident.estimation.all_joints.loss import student
@@ -44,11 +44,6 @@ def test_what_least_squares_sees_is_the_score_of_student_s_distribution():
 def test_residuals_of_rounding_stay_as_they_are():
     e = np.array([3e-17, -2e-17, 1e-16])
     np.testing.assert_allclose(student(e, np.full(3, 2.7)), e, rtol=1e-12)  # far below 1e-9 of the currents
-
-
-def test_exact_data_give_exact_gains(structure, heavy, rng):
-    estimate = found(exact_pair(structure, heavy, GAIN, rng), heavy, "student", TRUSTING)
-    np.testing.assert_allclose(values(estimate), GAIN, rtol=100 * EXACT)
 
 
 def test_currents_times_k_are_gains_over_k(structure, heavy, rng):

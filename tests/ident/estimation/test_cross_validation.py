@@ -9,7 +9,6 @@ from exact import GAIN, TRUSTING, exact_problem, lopsided, values
 from ident.estimation.cross_validation import cross_validated
 from ident.estimation.estimators import ls_2011
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.uncertainty import left_out
 
 
 @pytest.fixture
@@ -62,18 +61,6 @@ def test_the_error_is_that_of_a_prediction_from_the_other_parts(problem):
         # Noise of 3 % of rms; 50 of 400 rows left out of some 40 unknowns' fit make it some 10 % worse, never better.
         assert each.fitted < each.share < 1.5 * each.fitted
         np.testing.assert_allclose(each.share, 0.03, rtol=0.35)
-
-
-def test_each_stretch_is_solved_for_once(problem, monkeypatch):
-    asked = list[int]()
-
-    def counted(rows, blocks):
-        asked.append(blocks)
-        return left_out(rows, blocks)
-
-    monkeypatch.setattr("ident.estimation.cross_validation.left_out", counted)
-    cross_validated(gains(problem), 3)
-    assert asked == [3]
 
 
 def test_a_refused_joint_has_no_change_of_gain(structure, payload, rng):

@@ -1,4 +1,4 @@
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_observation, exact_p
 
 import ident
 from ident.estimation.estimate import IdentifiedGain
-from ident.estimation.estimators import ESTIMATORS, plug_in
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.estimation.estimators.sequential_2011 import SequentialOptions, sequential_gains
 from ident.estimation.gain_signs import joint_signs
@@ -14,7 +13,6 @@ from ident.estimation.joint_by_joint.gain_system import gain_system
 from ident.estimation.joint_by_joint.joint_fit import joint_fit
 from ident.estimation.problem import ObservedMotion, Problem, pair
 from ident.support.errors import NotIdentifiable
-from ident.support.options import options_from_table
 
 
 @pytest.fixture
@@ -102,25 +100,6 @@ def test_friction_that_no_real_residual_would_show_tells_no_sign(structure, payl
     )
     assert (np.sign(least) == np.sign(sure)).all()
     assert (np.abs(least) < 0.1 * np.abs(sure)).all()
-
-
-def test_an_estimator_with_options_of_its_own_is_a_function_a_class_and_an_entry(monkeypatch, structure, payloads, rng):
-    @dataclass(frozen=True, slots=True, kw_only=True)
-    class Scaling:
-        """Options of the new method."""
-
-        factor: float = 1.0
-
-    def scaled(problem: Problem, options: Scaling) -> ident.GainEstimate:
-        estimate = joint_by_joint_gains(problem, JointByJointOptions())
-        joints = (replace(joint, value=options.factor * joint.value) for joint in estimate.joints)
-        return replace(estimate, method="scaled", joints=tuple(joints))
-
-    monkeypatch.setitem(ESTIMATORS, "scaled", plug_in(scaled, Scaling))
-    problem = pair(*exact_pair(structure, payloads[0], GAIN, rng), payloads[0], TRUSTING)
-    entry = ESTIMATORS["scaled"]
-    estimate = entry.estimate(problem, options_from_table(entry.options, {"factor": 3}))
-    np.testing.assert_allclose(values(estimate), 3.0 * GAIN, rtol=EXACT)
 
 
 def test_everything_that_ident_exports_exists():

@@ -2,7 +2,6 @@
 
 import json
 import re
-import textwrap
 from pathlib import Path
 
 import jsonschema
@@ -13,10 +12,7 @@ from robot_folders import robot_folder
 
 import rx90_mjcf
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
-from ident.diagnosis.samples import SAMPLE_CHECKS
-from ident.diagnosis.samples.clock import missing_samples
 from ident.identification import Checked
-from ident.observation.observation import ObserveOptions
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
@@ -24,7 +20,6 @@ from scenarios.cli import main
 from scenarios.experiments.robots import ROBOTS, named_robot
 from scenarios.rendering.content import Paragraph
 from scenarios.results.check import Check
-from scenarios.results.diagnoses import words_of
 from scenarios.results.json_schemas import schema
 from scenarios.support.errors import ScenarioError, UnknownName
 
@@ -72,19 +67,6 @@ def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
     # the filters smooth an extreme, and cut the ends off
     np.testing.assert_allclose([each["high"] for each in joints], bare.q.max(axis=0), atol=0.1)
     np.testing.assert_allclose(joints[0]["covered"], (joints[0]["high"] - joints[0]["low"]) / 12.6, rtol=1e-9)
-
-
-def narrow(lines: list[str]) -> list[str]:
-    """Lines as a terminal of 80 columns breaks them."""
-    return [part for line in lines for part in textwrap.wrap(line, 80)]
-
-
-def test_a_sound_pair_is_told_in_a_few_lines_the_verdict_first(cell, capsys):
-    assert main(["check", *(str(cell / name) for name in ("arm.urdf", "bare.parquet", "loaded.parquet"))]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert re.match(r"(GOOD, no fault|USABLE, \d+ warning)", lines[0])
-    assert len(narrow(lines)) < 30
-    assert not any("Motion of" in line for line in lines)
 
 
 def test_all_lists_every_check_and_how_joints_moved(cell, capsys):
@@ -164,40 +146,6 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
 @pytest.fixture(scope="module")
 def ur_arm():
     return arm_of(ur_like())
-
-
-def test_what_samples_show_is_told_in_two_lines_of_80_columns():
-    bare = known_logs(ur_like(), BRICK, np.abs(UR_GAIN), np.random.default_rng(61), middle=UR_MIDDLE)[0]
-    q, v, t, name = bare.q, bare.v, bare.t, "unloaded.parquet"
-    limit = np.where(np.arange(6) == 3, 0.7 * v.max(axis=0), np.inf)
-    stuck = np.where(
-        (np.arange(2500)[:, None] > 1400) & (np.arange(2500)[:, None] < 1533) & (np.arange(6) == 2), q[1400], q
-    )
-    lost, hole = np.setdiff1d(np.arange(2500), [411, 902]), np.setdiff1d(np.arange(2500), range(1100, 1145))
-    gap = missing_samples(Recording(t[hole], q[hole], v[hole], name), ObserveOptions())
-    rows = np.clip(np.arange(2500) - (np.arange(2500) % 40 == 3), 0, None)
-    bad = [
-        Recording(t, q, np.minimum(v, limit), name),
-        Recording(t, stuck, v, name),
-        Recording(t[: len(lost)], q[lost], v[lost], name),
-        Recording(t, q[rows], v[rows], name),
-        Recording(t, q, np.repeat(v[::2], 2, axis=0), name),
-        Recording(t, (q * 5.0 + np.pi) % (2.0 * np.pi) - np.pi, v, name),
-        Recording(t[::3], q[::3], v[::3], name),
-        Recording(t, q, np.column_stack((v[:, :5], q[:, 5])), name),
-        Recording(t, q, v + 0.9 * v.std(axis=0) * np.random.default_rng(2).normal(size=v.shape), name),
-        Recording(t, q * 0.1 + 2e-4 * np.random.default_rng(2).normal(size=q.shape), v, name),
-    ]
-    told = [
-        words_of(each, several=True)
-        for log in bad
-        for check in SAMPLE_CHECKS.values()
-        for each in check(log, ObserveOptions())
-        if each.severity is not Severity.GOOD
-    ]
-    told.append(words_of(gap, several=True))
-    assert len(told) >= 10
-    assert [each for each in told if len(textwrap.wrap(each, 80)) > 2] == []
 
 
 @pytest.mark.parametrize(

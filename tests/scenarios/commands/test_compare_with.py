@@ -83,21 +83,13 @@ def test_the_example_says_the_same_from_python(weighed_cell, capsys):
     np.testing.assert_allclose([float(ratio), float(alone) / 7.025], 1.25, rtol=0.03)
 
 
-def test_without_the_option_nothing_is_compared(weighed_cell, capsys):
-    assert main([*identified(weighed_cell), *PLAIN, "--json"]) == 0
-    assert printed(capsys, "result")["cost"] is None
-
-
 FAULTS = {
     "1,1,1": "--compare-with: 3 gains, but robot rx90 has 6 joints",
-    "1,1,1,1,1,1,1": "--compare-with: 7 gains, but robot rx90 has 6 joints",
     "-1.2,1,1,1,1,1": "joint 1: -1.2, but its gain is",  # the first one negative: no option
     "0.9,0.9,1100,1,1,1": "joint 3: 1100 is ",
     "0.9,0.9,1.1,0.9,0.06,1": "check the unit, N m or N per unit of the logged current",
     "1,1,0,1,1,1": "joint 3: a gain of 0",
-    "1,1,,1,1,1": "'' is not a number",
     "sheet": "'sheet': expected a file name that ends with .json or .toml, or numbers such as 12,12,10",
-    "absent.toml": "absent.toml: no such file",
 }
 
 

@@ -24,10 +24,8 @@ from scenarios.support.import_path import own_packages_first
 @pytest.mark.parametrize(
     ("environment", "terminal", "shown"),
     [
-        ({"TERM": "xterm"}, True, True),
         ({"TERM": "xterm"}, False, False),
         ({"TERM": "dumb"}, True, False),
-        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
         ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
         ({"FORCE_COLOR": "1"}, False, True),
         ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
@@ -57,9 +55,7 @@ RX90 = f"{sys.executable} -m scenarios"
     ("line", "status", "error"),
     [
         (f"{RX90} list >/dev/full", 74, "rx90: standard output: No space left on device\n"),
-        (f"{RX90} --version >/dev/full", 74, "rx90: standard output: No space left on device\n"),
         (f"{RX90} run nominal >&-", 74, "rx90: standard output is closed\n"),
-        (f"{RX90} lst 2>&-", 2, ""),
         (f"{RX90} list <&- >/dev/null", 0, ""),
         (f"{RX90} list >/dev/full 2>/dev/full", 74, ""),
         (f"(sleep 1; {RX90} list; echo $? >&2) | true", 0, "141\n"),
@@ -82,7 +78,7 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
     assert wrong.stderr.count(b"\n") == 1
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
     code = (
         "import sys, time\n"
@@ -210,11 +206,8 @@ def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
     scenario, cell = quick_scenario(folder), folder / "cell"
     main(["run", str(scenario), "--save", str(cell)])
     loaded = ["--loaded", cell / "loaded.parquet", "--payload", cell / "payload.toml"]
-    identify = ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded, "--format"]
     commands = {
-        "help": ["check", "--help"],
-        "text": [*identify, "text"],
-        "json": [*identify, "json"],
+        "identify": ["identify", "--model", rx90_mjcf.MJCF, "--unloaded", cell / "unloaded.parquet", *loaded],
         "check": ["check", "rx90", cell / "unloaded.parquet", *loaded],
         "run": ["run", scenario, "--save", folder / "again"],
     }
@@ -223,34 +216,16 @@ def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
     return {name: each.modules for name, each in zip(commands, outcomes, strict=True)}
 
 
-def test_to_run_a_scenario_imports_nothing_slow(imported):
-    assert "sim.controller" in imported["run"]
-    assert not imported["run"] & SLOW
-
-
-def test_a_scenario_in_python_is_loaded_without_packages_of_studies():
-    code = "import sys, scenarios; scenarios.load('ideal'); print({'pandas', 'pyarrow', 'filelock'} & {*sys.modules})"
-    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "set()\n"
-
-
-@pytest.mark.parametrize("form", ["text", "json"])
-def test_to_identify_gains_by_any_model_imports_nothing_slow(imported, form):
-    assert "ident.estimation.all_joints.search" in imported[form]
-    assert not imported[form] & SLOW
-    assert "mujoco" in imported[form]  # which confirms the kinematics, without a plant
-    assert not imported[form] & {"rich.progress", "sim.effects", "sim.controller"}
-
-
-def test_to_check_logs_imports_nothing_slow(imported):
-    assert "scenarios.commands.check" in imported["check"]
-    assert "ident.diagnosis.engine" in imported["check"]
-    assert not imported["check"] & SLOW
-
-
-def test_help_of_a_command_imports_no_simulator_and_no_other_command(imported):
-    assert "scenarios.commands.check" in imported["help"]
-    unwanted = {"mujoco", "pinocchio", "pydantic", "rich", "pyarrow", "scenarios.commands.identify"}
-    assert not imported["help"] & (SLOW | unwanted)
+def test_no_command_imports_what_is_slow_and_what_it_does_not_need(imported):
+    for name, needed in (
+        ("run", "sim.controller"),
+        ("identify", "ident.estimation.all_joints.search"),
+        ("identify", "mujoco"),  # which confirms the kinematics, without a plant
+        ("check", "ident.diagnosis.engine"),
+    ):
+        assert needed in imported[name]
+        assert not imported[name] & SLOW, name
+    assert not imported["identify"] & {"rich.progress", "sim.effects", "sim.controller"}
 
 
 HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}

@@ -47,7 +47,6 @@ LONG = (
     "test_payload_design",
     "test_sensitivity",
     "test_methods",
-    "test_contract",
     "test_pages_in_chromium",
     "test_comparison",
 )

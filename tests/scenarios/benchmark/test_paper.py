@@ -84,6 +84,10 @@ def test_cases_use_the_gains_they_say(repeated, found):
     for name, case in zip(("case 1", "case 2", "case 3"), found.cases, strict=True):
         assert case["M"].estimate == repeated.estimates[name]["M"].value
     assert (found.cases[0]["M"].true, found.second_payload["M"].true) == (7.025, 4.275)
+    mass = repeated.estimates["second payload"]["M"]
+    assert mass.gain_std > 0.1 * mass.residual_std  # that of the identified gains counts, that of a-priori ones is 0
+    np.testing.assert_allclose(found.second_payload["M"].std, np.hypot(mass.residual_std, mass.gain_std), rtol=1e-12)
+    assert found.cases[1]["M"].std == repeated.estimates["case 2"]["M"].residual_std
 
 
 def test_published_numbers_agree_with_each_other():
@@ -112,7 +116,7 @@ def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
     }
     text = (tmp_path / "out" / "paper.md").read_text()
     assert "| case 2 M | 7.025 |" in text
-    assert "| 7.170 |" in text
+    assert "| 7.170 | 0.1620 | 1.1 |" in text  # half of 0.162 over 7.17
     parameters = pd.read_parquet(tmp_path / "out" / "parameters.parquet")
     mass = parameters.query("case == 'case 2' and name == 'M'").iloc[0]
     stated = next(p for p in document["cases"][1]["payload"] if p["parameter"] == "M")

@@ -27,10 +27,11 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
+    from ident.support.naming import one_line
     from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.known_gains_problem import check_currents
-    from scenarios.gains_in_use.results import torques
-    from scenarios.reports.torque import torque_report
+    from scenarios.gains_in_use.torques import Torques
+    from scenarios.rendering.content import joints_named
     from scenarios.results.torque_file import write_torque
 
     file = read_gains(options.gains)
@@ -41,5 +42,7 @@ def main(options: argparse.Namespace) -> Status:
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)
-    show(torque_report(torques(found, file, options.out), found, file), options)
+    result = Torques.of(found, file, options.out)
+    title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
+    show(result.report(title), options)
     return Status.PASSED

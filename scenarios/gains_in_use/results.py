@@ -1,44 +1,9 @@
-"""Results of commands that use gains: torques, comparisons of gains."""
-
-from pathlib import Path
+"""Result of a comparison of two sets of gains."""
 
 from pydantic import Field
 
 import ident.estimation.gain_comparison as gain_comparison
-from ident.estimation.joint_torque import JointTorque
-from ident.support.naming import one_line
-from scenarios.experiments.gains_file import GainsFile
 from scenarios.rendering.result import ResultModel
-
-
-class Torques(ResultModel):
-    """What `rx90 torque --json` prints.
-
-    Attributes:
-        out: The written file.
-        samples: Number of samples, and of rows of the file.
-    """
-
-    out: str
-    samples: int
-    joints: list[int] = Field(description="Joints that have columns")
-    missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
-    notes: list[str] = Field(description="Remarks on implausible gains")
-
-
-def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
-    """Return the result of written torques."""
-    return Torques(
-        out=str(out),
-        samples=len(found.t),
-        joints=[joint + 1 for joint in found.joints.tolist()],
-        missing=[
-            {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
-            for entry in file.gains
-            if not entry.identifiable
-        ],
-        notes=list(file.notes),
-    )
 
 
 class Moved(ResultModel):

@@ -44,7 +44,7 @@ RESULTS = {
     "verify-motions": "scenarios.gains_in_use.weighing:CrossValidation",
     "verify-gains": "scenarios.gains_in_use.results:GainComparison",
     "payload-of": "scenarios.gains_in_use.weighing:FoundPayload",
-    "torque": "scenarios.gains_in_use.results:Torques",
+    "torque": "scenarios.gains_in_use.torques:Torques",
     "patch": "scenarios.gains_in_use.patched:Patched",
     "predict": "scenarios.prediction.budget:PredictedBudget",
     "monte-carlo": "scenarios.results.monte_carlo:StudyResult",

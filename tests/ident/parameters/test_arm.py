@@ -194,6 +194,19 @@ def test_known_gains_make_friction_as_uncertain_as_it_changes_with_them(structur
     np.testing.assert_allclose(np.sqrt(added), np.sqrt(expected), rtol=1e-3)  # first order, of residuals of 1e-3
 
 
+def test_what_a_rival_changes_of_inertial_parameters_counts_by_its_share(structure, chi, rng, monkeypatch):
+    problem, options = bare(structure, chi, rng, 1e-3), AllJointsOptions(friction_per_motion=False)
+    gains = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=np.zeros((6, 6)))
+    plain = arm_in_SI(problem, options, gains)
+    final, change = plain.selected.final, 0.1 * np.arange(1.0, 1.0 + len(plain.inertial))
+    theta = final.fit.found.theta + change
+    other = replace(final, fit=replace(final.fit, found=replace(final.fit.found, theta=theta)))
+    selected = replace(plain.selected, rivals=(AlternativeModel(share=0.3, other=other, final=final),))
+    monkeypatch.setattr("ident.parameters.arm.chosen_model", lambda *_: selected)
+    added = arm_in_SI(problem, options, gains).inertial_covariance - plain.inertial_covariance
+    np.testing.assert_allclose(added, 0.09 * np.outer(change, change), rtol=1e-9)
+
+
 def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):
     final = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
     own, phi = final.own[2], final.fit.phi[2]

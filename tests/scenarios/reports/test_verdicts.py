@@ -8,10 +8,9 @@ import pytest
 
 from ident.estimation.joint_torque import JointTorque
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
-from scenarios.gains_in_use.results import torques
+from scenarios.gains_in_use.torques import Torques
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
-from scenarios.reports.torque import torque_report
 from scenarios.results.gains import budget_verdict
 from scenarios.results.unseen import ResultUnseen, UnseenJoint, unseen_verdict
 
@@ -71,7 +70,7 @@ def test_torques_are_told_with_rms_peak_and_interval_of_each_joint():
         GainEntry(joint=3, unit=SLIDING, estimate=9.0, std=0.09),
     )
     file = GainsFile(gains=gains)
-    verdict, table, *rest = torque_report(torques(found, file, Path("tau.parquet")), found, file).parts
+    verdict, table, *rest = Torques.of(found, file, Path("tau.parquet")).parts()
     assert verdict.text == "Peak 5.00 ± 0.10 N m on joint 1 and 40.0 ± 0.8 N on joint 3 (2 sigma)."
     assert isinstance(table, Table)
     assert [[cell.text for cell in row] for row in table.rows] == [
@@ -91,7 +90,7 @@ def test_a_small_torque_keeps_the_digits_of_its_own_interval_and_a_torque_withou
     file = GainsFile(gains=tuple(GainEntry(joint=j, estimate=1.0, std=0.01) for j in (1, 2)))
 
     def said(found: JointTorque) -> tuple[str, list[list[str]]]:
-        verdict, table, *_ = torque_report(torques(found, file, Path("tau.parquet")), found, file).parts
+        verdict, table, *_ = Torques.of(found, file, Path("tau.parquet")).parts()
         return verdict.text, [[cell.text for cell in row[2:5]] for row in table.rows]
 
     assert said(found)[1] == [["400.0", "400.0", "4.0"], ["0.04123", "0.05000", "0.00020"]]  # root of 34e-4 / 2

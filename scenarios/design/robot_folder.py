@@ -22,7 +22,7 @@ from scenarios.design.new_robot import CLEAR, DEFAULTS, Given, NewRobot, Stated,
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series, about_a_pose, first_fitted, quickened
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.robot_models import check_same_payload
+from scenarios.experiments.robots import check_same_payload
 from scenarios.prediction.deviations import Carried, prediction_of
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel

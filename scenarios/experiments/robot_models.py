@@ -14,8 +14,6 @@ import numpy as np
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
 from ident.model.inverse_dynamics import joint_pose
-from ident.model.parameters import INERTIAL, STANDARD
-from ident.model.regressor import regressor
 from ident.model.structure import BaseParameters
 from ident.parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
@@ -23,23 +21,14 @@ from ident.support.arrays import Array
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 from ident.support.naming import one_line
-from sim.compile import bare_arm
-from sim.controller import inverse_dynamics
 from sim.errors import ModelFileError
 from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
-from sim.plant import PayloadBody
-from sim.robot import Robot
 
 STATES = 4
 """Number of random positions of all joints for a comparison; a single one could miss a difference by coincidence."""
 TOLERANCE = 1e-6
 """Largest difference of an axis, of gravity or of a torque, relative to its size, and of an anchor, relative to the
 arm's reach."""
-ROUNDING = 1e-12
-"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
-millionth."""
-PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
-"""A payload without any symmetry."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
@@ -132,26 +121,6 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
         R = R @ E[..., 0].T
         anchor[j], axis[j] = p, R @ arm.axis[j]
     return anchor, axis
-
-
-def check_same_payload(arm: Arm, robot: Robot) -> None:
-    """Compare the torques of a payload at random states, by the identification model and by MuJoCo.
-
-    Its frame, that of the last link, must be the same for both.
-
-    Raises:
-        RobotModelError: If they differ.
-    """
-    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
-    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
-    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
-    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
-    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
-    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
-        raise RobotModelError(
-            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
-            f"different places; {ADVICE}"
-        )
 
 
 @silenced()

@@ -1,27 +1,37 @@
-"""Access to robots by a built-in name, a `robot.toml` or, on a command line, a model file."""
+"""Access to simulated robots by a built-in name or a `robot.toml`."""
 
 import hashlib
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 import rx90_mjcf
+from ident.model.arm import Arm
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.regressor import regressor
 from ident.model.structure import Structure, structure_of
-from ident.support.arrays import Array
+from ident.payload.payload import standard_parameters
+from ident.support.errors import RobotModelError
 from ident.support.file_access import check_file
-from ident.support.naming import nearest, shown
+from ident.support.naming import nearest, one_line, shown
 from ident.support.toml_files import LARGEST
-from scenarios.experiments.robot_models import check_same_payload, read_arm
+from scenarios.experiments.robot_models import ADVICE, STATES, TOLERANCE, read_arm
 from scenarios.experiments.scenario_files import CATALOG, ROBOT
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.errors import UnknownName, UnreadableFile
 from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
+from sim.plant import PayloadBody
 from sim.robot import Robot
 from sim.robot_files import read_robot
 
 ROBOTS = {ROBOT: rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(CATALOG.glob("robots/*/robot.toml"))}}
 """Robot files of the built-in robots."""
+ROUNDING = 1e-12
+"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
+millionth."""
+PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
+"""A payload without any symmetry."""
 DRAWN = (
     "body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat", "jnt_type", "jnt_pos", "jnt_axis",
 )  # fmt: skip
@@ -88,6 +98,26 @@ def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -
     return structure_of(found)
 
 
+def check_same_payload(arm: Arm, robot: Robot) -> None:
+    """Compare the torques of a payload at random states, by the identification model and by MuJoCo.
+
+    Its frame, that of the last link, must be the same for both.
+
+    Raises:
+        RobotModelError: If they differ.
+    """
+    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
+    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
+    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
+    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
+    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
+    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
+        raise RobotModelError(
+            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
+            f"different places; {ADVICE}"
+        )
+
+
 def robot_digests(name: str, folder: Path) -> dict[str, str]:
     """Return the digests of a robot file and of its model, 16 hexadecimal digits each.
 
@@ -101,45 +131,3 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
         drawn.update(getattr(model, field).tobytes())
     own = hashlib.sha256(robot_file(name, folder).read_bytes())
     return {"robot": own.hexdigest()[:16], "model": drawn.hexdigest()[:16]}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedRobot:
-    """A robot of a command line and its known properties.
-
-    Attributes:
-        structure: Identifiable structure of the arm.
-        gain: A-priori drive gains [N m / drive unit], None if unknown.
-        model: Path of the model file.
-        flange: Last body of the arm, None if all joints belong to the arm.
-    """
-
-    structure: Structure
-    gain: Array | None
-    model: Path
-    flange: str | None
-
-
-def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
-    """Return the robot of a command-line argument.
-
-    Args:
-        word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
-        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
-        flange: Last body of the arm in a model file; None if all joints belong to the arm.
-
-    Raises:
-        UnknownName: If it is none of these.
-        ScenarioError: If a flange is given for a robot whose file states it.
-        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
-        RobotError: If the robot's file cannot be read.
-    """
-    if not word:
-        raise UnknownName("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
-    if Path(word).suffix.lower() not in ("", ".toml"):
-        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
-    named = robot(word)
-    if flange is not None:
-        raise ScenarioError(f"--flange: for model files only; {shown(word)} states its own last body, so remove it")
-    own = tuple((each.turns_with, each.motor) for each in named.couplings)
-    return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

@@ -13,8 +13,7 @@ from robot_folders import arm_xml, robot_folder
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.robot_models import check_same_payload
-from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
+from scenarios.experiments.robots import ROBOTS, check_same_payload, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity

@@ -45,7 +45,7 @@ from scenarios.results.diagnoses import (
     diagnosis_parts,
     doubt_paragraphs,
 )
-from scenarios.results.unseen import ResultUnseen
+from scenarios.results.unseen import ResultUnseen, unseen_parts, unseen_verdict
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.judge import GainVerdict
@@ -215,7 +215,7 @@ class Result(DiagnosedResult):
         found, unit = self.found, common_unit([gain.unit for gain in self.gains])
         yield conclusion(self.gains) if self.judged else _summary(self)
         if self.unseen is not None:
-            yield from self.unseen.verdict_parts()
+            yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
         yield _judged_table(self.gains, unit) if self.judged else _identified_table(self.gains, unit)
         yield from _tolerances(self.gains) if self.judged else ()
@@ -238,7 +238,7 @@ class Result(DiagnosedResult):
         yield from _payload_table(self.payload)
         if self.unseen is not None:
             yield Heading("A motion that was not used in any fit", file_only=True)
-            yield from self.unseen.table_parts()
+            yield from unseen_parts(self.unseen)
         if self.cost is not None:
             yield Heading("Effect of a-priori gains", file_only=True)
             yield from self.cost.parts(unit)

@@ -201,11 +201,6 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
     )
 
 
-def is_problem(folder: Path) -> bool:
-    """Return whether a folder is a problem folder."""
-    return (folder / PROBLEM).is_file()
-
-
 def read_stated(path: Path, kind: type[Stated]) -> Stated:
     """Return the content of a file, validated.
 

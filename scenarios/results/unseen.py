@@ -142,14 +142,6 @@ class ResultUnseen(DiagnosedResult):
             **diagnosed_values(found.found),
         )
 
-    def verdict_parts(self) -> list[Part]:
-        """Return a sentence on the prediction error, and gains that the payload contradicts."""
-        return unseen_verdict(self)
-
-    def table_parts(self) -> list[Part]:
-        """Return the table of prediction errors by joint, and its meaning."""
-        return unseen_parts(self)
-
 
 def unseen_verdict(
     found: ResultUnseen | None,

@@ -121,17 +121,6 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
     return held
 
 
-def check_own_folder(folder: Path, command: str) -> None:
-    """Check that no other command has written into a folder.
-
-    Raises:
-        ScenarioError: If one has.
-    """
-    other = next((each for each in _records(folder) if each != command), None)
-    if other is not None:
-        raise ScenarioError(f"{one_line(folder)}: {other} wrote into this folder; give another one")
-
-
 def _check_file(path: Path) -> None:
     if not path.is_file():
         raise ScenarioError(f"{path}: not a regular file")

@@ -1,131 +1,90 @@
 """Groups of `rx90 identify`: each `--loaded` with its payload is a mounting of its own."""
 
-import json
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from bad_files import only_line
 
-import rx90_mjcf
 import scenarios.commands.identify as command
-from ident.estimation.gain_options import GainOptions
-from ident.identification import identify
-from ident.model.arm import load_arm
-from ident.payload.payload import read_payload
-from ident.preparation import KNOWN
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
+from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.robot_models import model_links
-from scenarios.experiments.robots import robot
-from scenarios.results.run_folder import save_run
 
-pytestmark = pytest.mark.usefixtures("_computed_once")
-
-
-@pytest.fixture(scope="module")
-def saved(repeated, tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("saved")
-    save_run(repeated, folder)
-    return folder
+Asked = Callable[..., list[tuple[str, float, int | None]]]
 
 
 def words(folder: Path, *names: str) -> list[str]:
     """`rx90 identify` of files in a folder; what begins with a hyphen stays."""
     files = [name if name.startswith("--") else str(folder / name) for name in names]
-    return ["identify", "--model", str(rx90_mjcf.MJCF), *files]
+    return ["identify", "--model", str(folder / "arm.xml"), *files]
 
 
 UNPAIRED = {
-    (
-        "--unloaded",
-        "unloaded.parquet",
-        "--payload",
-        "payload.toml",
-    ): "payload.toml: no --loaded without a payload precedes it",
+    ("--unloaded", "a.csv", "--payload", "payload.toml"): "payload.toml: no --loaded without a payload precedes it",
     ("--payload", "p.toml", "--loaded", "a", "--loaded", "b", "--payload", "q.toml"): "p.toml: no --loaded",
     ("--loaded", "a", "--payload", "p.toml", "--loaded", "b"): "b: no payload follows it",
     (): "no recording is given",
-    ("--unloaded", "unloaded.parquet"): "bare motions determine no ratio of gains",
-    (
-        "--loaded",
-        "loaded.parquet",
-        "loaded-2.parquet",
-        "--payload",
-        "payload.toml",
-    ): "loaded-2.parquet carry the same payload of 7.025 kg, and no log is bare: a gain needs motions with and without "
-    "it; give the log of the bare flange with --unloaded, or record one",
-    ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "contain the same motion",
+    ("--unloaded", "a.csv", "a.csv"): "contain the same motion",
 }
 
 
 @pytest.mark.parametrize("names", UNPAIRED)
-def test_files_that_do_not_go_together_are_one_line_and_exit_status_2(saved, names, capsys):
-    assert main(words(saved, *names)) == 2
-    output = capsys.readouterr()
-    assert output.out == ""
-    assert UNPAIRED[names] in output.err
-    assert output.err.count("\n") == 1
+def test_files_that_do_not_go_together_are_one_line_and_exit_status_2(good, names, capsys):
+    assert main(words(good, *names)) == 2
+    assert UNPAIRED[names] in only_line(capsys)
 
 
-def estimates(arguments: list[str], capsys) -> list[float | None]:
-    capsys.readouterr()
-    assert main([*arguments, "--json"]) == 0
-    return [gain["estimate"] for gain in json.loads(capsys.readouterr().out)["gains"]]
+@pytest.fixture
+def asked(good, tmp_path, monkeypatch) -> Asked:
+    """The log, the start and the payload, by the order in which it appears, of the motions that words give."""
+    for name, source, start in (("a", "a", 40.0), ("b", "b", 90.0), ("a-2", "a", 0.0), ("b-2", "b", -1.7e9 + 50.0)):
+        log = read_recording(good / f"{source}.csv")
+        write_recording(Recording(log.t + 1.7e9 + start, log.q, log.v), tmp_path / f"{name}.csv")
+    for name in ("arm.xml", "payload.toml"):
+        (tmp_path / name).write_bytes((good / name).read_bytes())
+    seen = list[tuple[str, float, int | None]]()
 
+    def watched(arm: object, motions: list[Motion], **named: object) -> None:
+        payloads = list(dict.fromkeys(id(each.payload) for each in motions if each.payload))
+        seen[:] = [
+            (
+                Path(each.recording.name).stem,
+                each.recording.t[0],
+                payloads.index(id(each.payload)) if each.payload else None,
+            )
+            for each in motions
+        ]
+        raise NotIdentifiable("seen")
 
-def test_an_only_payload_may_stand_before_the_only_loaded_group(saved, capsys):
-    loaded, payload = ("--loaded", "loaded.parquet"), ("--payload", "payload.toml")
-    method = ["--method", "ls-2011"]
-    usual = estimates(words(saved, "--unloaded", "unloaded.parquet", *loaded, *payload) + method, capsys)
-    other = estimates(words(saved, *payload, "--unloaded", "unloaded.parquet", *loaded) + method, capsys)
-    assert usual == other
-
-
-def test_every_group_is_a_mounting_of_its_own(saved, capsys):
-    # As `identify` is told by payloads that are one object or two.
-    bare, loaded, again = (read_recording(saved / f"{n}.parquet") for n in ("unloaded", "loaded", "loaded-2"))
-    (saved / "mass.toml").write_text('mass = 7.025\nknown = "mass"\n')
-    one, two = read_payload(saved / "mass.toml"), read_payload(saved / "mass.toml")
-    arm, wide = load_arm(robot().model), GainOptions(max_rel_std=3.0)  # 6 s show little of a mass alone
-    quickly = {"method": "ls-2011", "gains": wide, "policy": KNOWN}
-    joint_by_joint = ("--method", "ls-2011", "--max-rel-std", "3")
-    shared, apart = (
-        [j.value if hasattr(j, "value") else None for j in identify(arm, motions, **quickly).estimate.joints]
-        for motions in (
-            (Motion(bare), Motion(loaded, one), Motion(again, one)),
-            (Motion(bare), Motion(loaded, one), Motion(again, two)),
-        )
-    )
-    assert shared != apart
-    start = ("--unloaded", "unloaded.parquet", "--loaded", "loaded.parquet")
-    one_group = words(saved, *start, "loaded-2.parquet", "--payload", "mass.toml")
-    two = words(saved, *start, "--payload", "mass.toml", "--loaded", "loaded-2.parquet", "--payload", "mass.toml")
-    assert estimates([*one_group, *joint_by_joint], capsys) == shared
-    assert estimates([*two, *joint_by_joint], capsys) == apart
-
-
-def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(saved, tmp_path, monkeypatch):
-    seen: list[list[float]] = []
-    original = command.identify
-
-    def watched(arm, motions, **named):
-        seen.append([round(float(motion.recording.t[0])) for motion in motions])
-        return original(arm, motions, **named)
+    def run(*names: str) -> list[tuple[str, float, int | None]]:
+        assert main(words(tmp_path, *names)) == 2
+        return list(seen)
 
     monkeypatch.setattr(command, "identify", watched)
-    for name, start in (("unloaded", 1.7e9 + 40), ("loaded", 1.7e9 + 90), ("unloaded-2", 1.7e9), ("loaded-2", 50.0)):
-        log = read_recording(saved / f"{name}.parquet")
-        write_recording(Recording(log.t + start, log.q, log.v), tmp_path / f"{name}.parquet")
-    (tmp_path / "payload.toml").write_text((saved / "payload.toml").read_text())
-    bare = ("--unloaded", "unloaded.parquet", "unloaded-2.parquet", "--loaded", "loaded.parquet")
-    method = ["--method", "ls-2011"]
-    assert main(words(tmp_path, *bare, "--payload", "payload.toml") + method) == 0
-    assert main(words(tmp_path, *bare, "loaded-2.parquet", "--payload", "payload.toml") + method) == 0
-    assert seen == [
-        [1_700_000_000, 1_700_000_040, 1_700_000_090],
-        [1_700_000_040, 1_700_000_000, 1_700_000_090, 50],
-    ]
+    return run
+
+
+LOADED, PAYLOAD = ("--loaded", "b.csv"), ("--payload", "payload.toml")
+
+
+def test_every_group_is_a_mounting_of_its_own_and_an_only_payload_may_stand_first(asked):
+    usual = asked("--unloaded", "a.csv", *LOADED, *PAYLOAD)
+    assert [each[2] for each in usual] == [None, 0]
+    assert asked(*PAYLOAD, "--unloaded", "a.csv", *LOADED) == usual
+    start = ("--unloaded", "a.csv", *LOADED)
+    one, two = asked(*start, "b-2.csv", *PAYLOAD), asked(*start, *PAYLOAD, "--loaded", "b-2.csv", *PAYLOAD)
+    assert [each[2] for each in one] == [None, 0, 0]
+    assert [each[2] for each in two] == [None, 0, 1]
+
+
+def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(asked):
+    bare = ("--unloaded", "a.csv", "a-2.csv", *LOADED)
+    assert [each[0] for each in asked(*bare, *PAYLOAD)] == ["a-2", "a", "b"]
+    assert [each[0] for each in asked(*bare, "b-2.csv", *PAYLOAD)] == ["a", "a-2", "b", "b-2"]
 
 
 def test_a_model_without_masses_is_no_witness_and_no_fault(tmp_path):

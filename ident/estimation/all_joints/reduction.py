@@ -93,11 +93,6 @@ def base_of(joint: JointColumns, own: OwnColumns) -> Base:
     return Base(Q=Q, own={name: R[:, j] for j, name in names}, A=A, k=R[:, last], payload=R[:, last + 1 :])
 
 
-def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
-    """Standard deviation of the residual of a joint alone, with a free payload [drive units]."""
-    return left_alone(joint, _triangular(joint, own))
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Triangular:
     """`basis @ turn @ R` are the columns [F A k V payload] of a joint, without zero columns of A.

@@ -27,28 +27,12 @@ from ident.support.ranges import refuse_outside
 
 NAME = "nls"
 AUTO = "auto"
-FRICTIONS: dict[str, tuple[str, ...]] = {
-    AUTO: (),
-    "viscous-coulomb": (),
-    "cbrt": ("cbrt",),
-    "load": ("load",),
-    "load-motor": ("load-motor",),
-    "load-through": ("load-through",),
-    "load+cbrt": ("load", "cbrt"),
-    "load-motor+cbrt": ("load-motor", "cbrt"),
-    "load-through+cbrt": ("load-through", "cbrt"),
-    "by-direction": ("by-direction",),
-    "load+by-direction": ("load", "by-direction"),
-    "load-motor+by-direction": ("load-motor", "by-direction"),
-    "load-through+by-direction": ("load-through", "by-direction"),
-}
-"""Further friction terms of every joint by name.
-
-`auto`: terms selected by the data, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute
-value, so that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq);
-`load-motor`: |motor torque| sign(dq); `load-through`: |torque of links, payload and other friction| sign(dq).
-Coefficients of named terms have no prior; `auto` has one for load-dependent friction.
-"""
+PLAIN = "viscous-coulomb"
+FRICTION_TERMS = (*LOAD_FORMS, *SPEED_TERMS)
+"""Terms besides viscous and Coulomb friction, the same on every joint and without a prior: `cbrt`, the cube root of the
+velocity; `by-direction`, its absolute value, so that viscous friction differs between directions; `load`, |torque of
+links and payload| sign(dq); `load-motor`, |motor torque| sign(dq); `load-through`, |torque of links, payload and other
+friction| sign(dq)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +40,8 @@ class AllJointsOptions:
     """Options of `nls`.
 
     Attributes:
-        friction: Friction of every joint besides viscous and Coulomb.
+        friction: `auto`: terms selected by the data, joint by joint, with a prior of load-dependent friction;
+            `viscous-coulomb`: no further terms; otherwise some of `FRICTION_TERMS`, joined by `+`.
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints are elastic, one compliance each; if not, `friction = "auto"` selects it from data.
         zero_std: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints], which are estimated; 0
@@ -71,7 +56,7 @@ class AllJointsOptions:
         gain_value: That gain [N m / drive unit].
     """
 
-    friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
+    friction: str = AUTO
     friction_per_motion: bool = True
     compliance: bool = False
     zero_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
@@ -83,14 +68,26 @@ class AllJointsOptions:
 
     def __post_init__(self) -> None:
         """Check the values; raises `OptionError`."""
-        for name, known in (("friction", FRICTIONS), ("loss", LOSSES)):
-            if getattr(self, name) not in known:
-                raise unknown_name(name, getattr(self, name), known)
+        terms = self.friction_terms
+        wrong = next((each for each in terms if each not in FRICTION_TERMS), None)
+        if wrong is not None:
+            raise unknown_name("friction", wrong, (AUTO, PLAIN, *FRICTION_TERMS))
+        if len({*terms}) < len(terms) or len({*terms} & {*LOAD_FORMS}) > 1:
+            raise OptionError(
+                f"friction = {self.friction!r}: expected each term once, and at most one of {', '.join(LOAD_FORMS)}"
+            )
+        if self.loss not in LOSSES:
+            raise unknown_name("loss", self.loss, LOSSES)
         refuse_outside(self, OptionError)
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value must be given together: the number of a joint and its gain")
         if self.gain_value == 0.0:
             raise OptionError("gain_value = 0: expected a gain that is not zero")
+
+    @property
+    def friction_terms(self) -> tuple[str, ...]:
+        """Terms that `friction` names."""
+        return () if self.friction in (AUTO, PLAIN) else tuple(self.friction.split("+"))
 
 
 def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:
@@ -135,7 +132,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
-    final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
+    final = fit_as_named(ready, options.friction_terms, compliance=options.compliance)
     return Selected(final=final, remarks=())
 
 

@@ -8,7 +8,7 @@ from three_joints import case
 
 from ident.estimation.all_joints.columns import joint_columns, shared_parameters
 from ident.estimation.all_joints.friction import Term, own_columns
-from ident.estimation.all_joints.reduction import base_of, own_sigma, reduced_joint
+from ident.estimation.all_joints.reduction import base_of, reduced_joint
 from ident.estimation.all_joints.torques import fitted_parameters
 
 
@@ -41,14 +41,14 @@ def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave(small, u
         unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
         x, _, rank, _ = np.linalg.lstsq(unit, each.V, rcond=1e-8)
         expected = np.linalg.norm(each.V - unit @ x) / np.sqrt(len(each.V) - rank)
-        np.testing.assert_allclose(own_sigma(each, own), expected, rtol=1e-9)
+        np.testing.assert_allclose(reduced_joint(each, own).sigma, expected, rtol=1e-9)
 
 
 def test_a_residual_of_rounding_is_no_weight(small, unsure):
     given = case(small, unsure, 0.0)
     free = tuple(own_columns(each, {}, per_motion=True) for each in given.columns)
     for each, own in zip(given.columns, free, strict=True):
-        np.testing.assert_allclose(own_sigma(each, own), 1e-9 * np.sqrt(np.mean(each.V**2)), rtol=1e-12)
+        np.testing.assert_allclose(reduced_joint(each, own).sigma, 1e-9 * np.sqrt(np.mean(each.V**2)), rtol=1e-12)
 
 
 def test_shared_parameters_hold_what_is_known_and_what_was_found(small, unsure):

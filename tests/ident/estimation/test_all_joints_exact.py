@@ -8,7 +8,7 @@ from exact import EXACT, GAIN, exact_problem, values
 from pinocchio_arms import random_arm
 
 from ident.estimation.all_joints.friction import own_columns
-from ident.estimation.all_joints.reduction import own_sigma, reduced_joint
+from ident.estimation.all_joints.reduction import reduced_joint
 from ident.estimation.all_joints.solution import fit_with, setting
 from ident.estimation.all_joints.start import friction_z, start_of
 from ident.estimation.estimate import IdentifiedGain, RefusedGain
@@ -157,8 +157,10 @@ def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refuse
 
 def test_options_that_make_no_sense_are_refused():
     assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, compliance=False)
-    with pytest.raises(OptionError, match="friction = 'stribeck': expected one of auto, viscous-coulomb, cbrt, load,"):
-        AllJointsOptions(friction="stribeck")
+    assert AllJointsOptions(friction="load+cbrt+by-direction").friction_terms == ("load", "cbrt", "by-direction")
+    for wrong in ("stribeck", "cbrt+stribeck", "cbrt+cbrt", "load+load-motor", "load+auto", ""):
+        with pytest.raises(OptionError, match="friction = "):
+            AllJointsOptions(friction=wrong)
     for wrong in (0.0, 101.0):
         with pytest.raises(OptionError, match="prior_std"):
             AllJointsOptions(prior_std=wrong)
@@ -233,7 +235,7 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
         W = np.column_stack([*each.own.values(), each.shared, each.known])
         unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
         pseudo = np.linalg.pinv(unit, rcond=1e-9)
-        x, deviation = pseudo @ each.V, own_sigma(each, own[j]) * np.linalg.norm(pseudo, axis=1)
+        x, deviation = pseudo @ each.V, reduced_joint(each, own[j]).sigma * np.linalg.norm(pseudo, axis=1)
         z = x[:2] / deviation[:2]
         assert list(each.own)[:2] == ["Fv", "Fc"]
         np.testing.assert_allclose(brakes[j], z[np.argmax(np.abs(z))], rtol=1e-4)

@@ -9,7 +9,7 @@ from scipy import optimize
 from three_joints import BELIEVED_STD, TRUE, Case, N, case
 
 from ident.estimation.all_joints.friction import own_columns
-from ident.estimation.all_joints.reduction import ReducedJoint, own_sigma, reduced_joint
+from ident.estimation.all_joints.reduction import ReducedJoint, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
 from ident.estimation.all_joints.solution import fit_with, setting, solution
 from ident.payload.payload import Payload
@@ -79,7 +79,7 @@ def data_rows(given: Case) -> tuple[np.ndarray, np.ndarray]:
 def test_the_search_ends_where_the_whole_problem_does(small, unsure, seed):
     given = case(small, unsure, 0.02)
     fit = given.fit()
-    sigma = [own_sigma(each, own) for each, own in zip(given.columns, given.own, strict=True)]
+    sigma = [reduced_joint(each, own).sigma for each, own in zip(given.columns, given.own, strict=True)]
     best = whole(given, sigma, seed)
     p, at = given.columns[0].shared.shape[1], n_and(fit.found.theta.size, [each.F.shape[1] for each in given.own])
     # scipy stops at relative changes of 1e-14 of the cost, whose root is 1e-7 of the unknowns.
@@ -96,7 +96,7 @@ def test_the_search_ends_where_the_whole_problem_does(small, unsure, seed):
 def test_influence_and_what_unknowns_explain_are_those_of_the_whole_jacobian(small, unsure):
     given = case(small, unsure, 0.02)
     fit = given.fit()
-    sigma = [own_sigma(each, own) for each, own in zip(given.columns, given.own, strict=True)]
+    sigma = [reduced_joint(each, own).sigma for each, own in zip(given.columns, given.own, strict=True)]
     best = whole(given, sigma, 0)
     current, belief = data_rows(given)
     unit = best.J / (norms := np.linalg.norm(best.J, axis=0))

@@ -16,8 +16,7 @@ ALLOWED = {
 }
 FOLDERS = {
     "ident": "support numerics model payload recordings observation estimation parameters diagnosis",
-    "scenarios": "support rendering experiments results prediction design gains_in_use benchmark reports "
-    "command_line commands",
+    "scenarios": "support rendering experiments results prediction design gains_in_use benchmark command_line commands",
 }
 """From the ground up: a folder imports from itself and from those before it."""
 DATA = {"catalog", "schemas"}

@@ -56,11 +56,6 @@ class Moved:
         """Whether the change is significant or the sign differs."""
         return self.turned or abs(self.log) > self.limit * self.std
 
-    @property
-    def beyond_two(self) -> bool:
-        """Whether the change exceeds two of its standard deviations."""
-        return abs(self.rel) > 2.0 * self.rel_std
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Together:

@@ -72,7 +72,7 @@ def main(options: argparse.Namespace) -> Status:
 def _compared(options: argparse.Namespace) -> Status:
     from ident.estimation.gain_comparison import compared
     from scenarios.experiments.gains_file import check_units, read_gains
-    from scenarios.reports.compare_gains import comparison_report
+    from scenarios.gains_in_use.changed_gains import GainComparison
 
     if len(options.files) != 2 or options.model is not None or options.gains is not None or options.given:
         raise ScenarioError(
@@ -81,7 +81,7 @@ def _compared(options: argparse.Namespace) -> Status:
     A, B = map(read_gains, options.files)
     found = compared(A.known, B.known)
     check_units(A, B)
-    show(comparison_report(found, A, B), options)
+    show(GainComparison.of(found, A, B).report("Gains A against B"), options)
     return Status.MISSED if found.moved else Status.PASSED
 
 

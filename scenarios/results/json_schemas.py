@@ -42,7 +42,7 @@ RESULTS = {
     "identify-bare": "scenarios.results.bare:BareResult",
     "verify": "scenarios.gains_in_use.weighing:Verification",
     "verify-motions": "scenarios.gains_in_use.weighing:CrossValidation",
-    "verify-gains": "scenarios.gains_in_use.results:GainComparison",
+    "verify-gains": "scenarios.gains_in_use.changed_gains:GainComparison",
     "payload-of": "scenarios.gains_in_use.weighing:FoundPayload",
     "torque": "scenarios.gains_in_use.torques:Torques",
     "patch": "scenarios.gains_in_use.patched:Patched",

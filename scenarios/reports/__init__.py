@@ -1,1 +1,0 @@
-"""Reports of results: their content (`content`, one module per result) is separate from its rendering (`renderers`)."""

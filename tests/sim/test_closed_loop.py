@@ -6,7 +6,6 @@ import pinocchio as pin
 import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
-import rx90_mjcf
 from sim.closed_loop import ControlPeriods
 from sim.compile import lean_model
 from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
@@ -15,7 +14,7 @@ from sim.errors import PlantError
 from sim.experiment import Experiment
 from sim.record import record
 from sim.sensors import SENSORS, SensorOptions
-from sim.trajectory import FourierTrajectory, at_rest
+from sim.trajectory import at_rest
 
 TUNING = ControllerOptions(
     rate_hz=400.0, bandwidth_hz=5.3, damping=0.37, integral_hz=0.7, velocity_cutoff_hz=61.0, feedforward=0.83
@@ -120,39 +119,23 @@ def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
         assert (np.abs(v) == limit).any() == (limit < largest).all()
 
 
-def test_what_the_controller_divides_by_is_its_belief_and_not_the_truth():
-    true = nominal_plant(gain=np.array([0.7, 1.6, 0.8, 1.5, 0.6, 1.9]))
+def test_the_controller_knows_neither_the_true_gains_nor_the_true_rotors():
+    # The first current depends on the controller alone: the arm has not moved yet.
+    gain = np.array([0.7, 1.6, 0.8, 1.5, 0.6, 1.9])
+    true = nominal_plant(gain=gain, rotor_inertia=1.5 * RX90.drives.rotor_inertia)
     sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
-    v = [record([experiment(plant=p, sensors=sensors)], streams(0), threads=1)[0].v[0] for p in (nominal_plant(), true)]
-    np.testing.assert_array_equal(*v)
-
-
-def test_gains_wired_backwards_are_driven_by_a_controller_that_knows_it():
-    gain = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
-    plant, belief = nominal_plant(gain=gain), replace(BELIEF, gain=tuple(gain.tolist()))
-    sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
-    offset = np.zeros(6)
-    turned, plain = (
-        record([experiment(plant=p, belief=b, sensors=sensors)], streams(0), threads=1)[0]
-        for p, b in (
-            (replace(plant, drives=replace(plant.drives, amplifier_offset=offset)), belief),
-            (
-                replace(plant, drives=replace(plant.drives, gain=np.abs(gain), amplifier_offset=offset)),
-                replace(belief, gain=tuple(np.abs(gain).tolist())),
-            ),
-        )
+    first, second = (
+        record([experiment(plant=p, sensors=sensors)], streams(0), threads=1)[0] for p in (nominal_plant(), true)
     )
-    np.testing.assert_array_equal(turned.q, plain.q)
-    np.testing.assert_array_equal(turned.v, np.sign(gain) * plain.v)
+    np.testing.assert_array_equal(first.v[0], second.v[0])
+    assert np.abs(first.q[500] - second.q[500]).max() > 1e-6
 
 
 @pytest.mark.parametrize(
     ("values", "message"),
     [
         ({"rate_hz": 0.0}, r"controller: rate_hz = 0: expected 1 to 100000 Hz"),
-        ({"rate_hz": 1e9}, r"controller: rate_hz = 1e\+09: expected 1 to 100000 Hz"),
         ({"bandwidth_hz": 0.0}, r"bandwidth_hz = 0: expected more than 0 to 10000 Hz"),
-        ({"damping": -0.1}, r"damping = -0\.1: expected 0 to 100$"),
         ({"feedforward": np.nan}, r"feedforward = nan: expected a finite number"),
     ],
 )
@@ -161,35 +144,11 @@ def test_impossible_tunings_are_refused(values, message):
         ControllerOptions(**values)
 
 
-def test_the_feedforward_is_the_believed_arm_s_inverse_dynamics_over_the_believed_gain():
-    gain = np.array([1.1, 0.9, -1.0, 1.2, 0.8, 1.0])
-    motion, options = short_motion(), ControllerOptions()
-    controller = tuned(replace(BELIEF, gain=tuple(gain.tolist())), motion, options)
-    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
-    arm.armature = np.array(BELIEF.rotor_inertia)
-    data = arm.createData()
-    for k in (0, 400, 1300):
-        q, dq, ddq = (x[0] for x in motion(np.array([1e-3 * k])))
-        torque = gain * (controller.reference[k] - controller.kp * q - controller.kd * dq)
-        # Subtracting the position term, 1e4 N m, costs four digits of 16.
-        np.testing.assert_allclose(torque, pin.rnea(arm, data, q, dq, ddq), rtol=0, atol=1e-9)
-
-
 def test_one_motion_is_tabulated_once():
     motion, options = short_motion(), ControllerOptions()
     equal = ControllerBelief(mjcf=BELIEF.mjcf, gain=BELIEF.gain, rotor_inertia=BELIEF.rotor_inertia)
     assert tuned(BELIEF, motion, options) is tuned(equal, motion, ControllerOptions())
     assert tuned(BELIEF, short_motion(), options) is not tuned(BELIEF, motion, options)
-
-
-def test_the_controller_does_not_know_the_true_rotors():
-    # The first current depends on the controller alone: the arm has not moved yet.
-    true, heavier = (nominal_plant(rotor_inertia=k * RX90.drives.rotor_inertia) for k in (1.0, 1.5))
-    first, second = (record([experiment(plant=p)], streams(0), threads=1)[0] for p in (true, heavier))
-    assert np.abs(first.q[500] - second.q[500]).max() > 1e-6
-    exact = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
-    v = [record([experiment(plant=p, sensors=exact)], streams(0), threads=1)[0].v[0] for p in (true, heavier)]
-    np.testing.assert_array_equal(*v)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +178,6 @@ def test_a_motion_of_another_arm_is_refused():
 WIRED = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
 NATIVE = ControllerOptions(law="native", bandwidth_hz=7.0, damping=0.6, velocity_cutoff_hz=90.0, feedforward=0.9)
 NOISE = 3e-5
-LAWS = ("filtered", "native")
 
 
 def native(**changes) -> Experiment:
@@ -285,13 +243,6 @@ def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
         (alone,) = record([run], streams(i + 1), threads=1)
         np.testing.assert_array_equal(together[i].q, alone.q)
         np.testing.assert_array_equal(together[i].v, alone.v)
-
-
-def test_either_law_keeps_the_arm_on_the_same_motion():
-    filtered, fast = (record([native(controller=replace(NATIVE, law=law))], streams(0), threads=1)[0] for law in LAWS)
-    motion: FourierTrajectory = native().trajectory
-    off = np.abs(filtered.q - motion(filtered.t)[0]).max()
-    assert 0.0 < np.abs(filtered.q - fast.q).max() < 0.1 * off
 
 
 @pytest.mark.parametrize(

@@ -29,47 +29,22 @@ def acceleration(model: mujoco.MjModel, v: np.ndarray) -> np.ndarray:
     return data.qacc.copy()
 
 
-def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng):
+@pytest.mark.parametrize("loaded", [False, True])
+def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
     # M ddq + C dq + Q + Ia ddq = g (v - v0) - Fv dq - Fc sign(dq) - Fcoff, with Pinocchio for the left side.
-    plant = nominal_plant()
-    d, v = plant.drives, rng.uniform(-50, 50, 6)
-    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
-    arm.armature = d.rotor_inertia
-    q, dq = STATE
-    for loaded in (False, True):
-        if loaded:
-            body = pin.Inertia.FromDynamicParameters(_pinocchio_order(standard_parameters(*_body(plant.payload))))
-            arm.appendBodyToJoint(6, body, pin.SE3.Identity())
-        ddq = acceleration(plant_model(plant, loaded=loaded, step=STEP), v)
-        left = pin.rnea(arm, arm.createData(), q, dq, ddq)
-        right = d.gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
-        right -= d.coulomb_friction * np.sign(dq)
-        # At these speeds the friction constraint is saturated; what is left is the solver's tolerance.
-        np.testing.assert_allclose(left, right, rtol=0, atol=1e-6)
-
-
-def _body(payload: PayloadBody):
-    return payload.mass, payload.com, payload.inertia
-
-
-def _pinocchio_order(chi: np.ndarray) -> np.ndarray:
-    return chi[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
-
-
-def test_a_lopsided_payload_on_drives_wired_backwards_obeys_the_equation_of_motion_too(rng):
     # Products of inertia, centre of mass beside every axis, gains of either sign.
     body = PayloadBody(mass=3.7, com=(0.04, -0.07, 0.11), inertia=(0.031, 0.027, 0.019, 0.004, -0.006, 0.0025))
-    gain = np.array([-0.9, 1.3, 0.7, -1.6, 1.1, -0.4])
-    plant = nominal_plant(body, gain=gain)
+    plant = nominal_plant(body, gain=np.array([-0.9, 1.3, 0.7, -1.6, 1.1, -0.4]))
     arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
     arm.armature = plant.drives.rotor_inertia
-    J = np.array([[0.031, 0.004, -0.006], [0.004, 0.027, 0.0025], [-0.006, 0.0025, 0.019]])
-    arm.appendBodyToJoint(6, pin.Inertia(3.7, np.array([0.04, -0.07, 0.11]), J), pin.SE3.Identity())
+    if loaded:
+        J = np.array([[0.031, 0.004, -0.006], [0.004, 0.027, 0.0025], [-0.006, 0.0025, 0.019]])
+        arm.appendBodyToJoint(6, pin.Inertia(3.7, np.array([0.04, -0.07, 0.11]), J), pin.SE3.Identity())
     (q, dq), d, v = STATE, plant.drives, rng.uniform(-50, 50, 6)
-    ddq = acceleration(plant_model(plant, loaded=True, step=STEP), v)
-    right = gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
+    ddq = acceleration(plant_model(plant, loaded=loaded, step=STEP), v)
+    right = d.gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
     right -= d.coulomb_friction * np.sign(dq)
-    # The friction solver's tolerance, as above.
+    # At these speeds the friction constraint is saturated; what is left is the solver's tolerance.
     np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 

@@ -51,18 +51,6 @@ def changed(done: ControlStep) -> set[str]:
     }
 
 
-def test_load_friction_is_a_share_of_either_torque_on_the_drive_s_own_joint():
-    motor = after("load_friction", ModelErrors(load_friction=0.06))
-    link = after("load_friction", ModelErrors(transmitted_friction=0.09))
-    both = after("load_friction", ModelErrors(load_friction=0.06, transmitted_friction=0.09))
-    by_motor = 0.06 * np.abs(DRIVES.gain * (V - DRIVES.amplifier_offset))
-    by_link = 0.09 * np.array([5.0, 130.0, 41.0, 7.0, 3.0, 0.6])
-    for done, expected in ((motor, by_motor), (link, by_link), (both, by_motor + by_link)):
-        assert changed(done) == {"friction"}
-        # Sums of two numbers below 50.
-        np.testing.assert_allclose((done.friction - step().friction)[0], [*expected, 0.0], rtol=0, atol=1e-13)
-
-
 def test_gears_carry_the_torque_of_the_links_and_the_other_friction():
     done = after("load_friction", ModelErrors(gear_friction=0.09))
     plain, own = step(), slice(len(DRIVES.gain))

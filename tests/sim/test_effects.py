@@ -94,18 +94,15 @@ def test_plants_of_one_layout_have_models_of_one_size():
     ("values", "message"),
     [
         ({"wrist_coupling": 1.2}, r"errors: wrist_coupling = 1\.2: expected 0 to 1$"),
-        ({"gravity_spring": -1.0}, r"errors: gravity_spring = -1: expected 0 to 1e\+06 N/m$"),
-        ({"stribeck": -0.1}, r"errors: stribeck = -0\.1: expected 0 to 100$"),
         ({"stribeck_speed": 0.0}, r"errors: stribeck_speed = 0: expected 1e-06 to 100 rad/s$"),
-        ({"coulomb_drift": -1.5}, r"errors: coulomb_drift = -1\.5: expected -1 to 100$"),
         ({"base_tilt_x": np.inf}, r"errors: base_tilt_x = inf: expected a finite number"),
-        ({"r4_error": -0.5}, r"errors: r4_error = -0\.5: expected -0\.1 to 0\.1 m$"),
         ({"zero_error": (0.1, 0.6)}, r"errors: zero_error = \[0\.1, 0\.6\] rad: expected numbers between"),
         ({"base_tilt_x": 3.0}, r"errors: base_tilt_x = 3: expected -0\.5 to 0\.5 rad$"),
         (
             {"joint_compliance": (1e-4, 0.0)},
             r"errors: joint_compliance = \[0\.0001, 0\.0\] rad/\(N m\): expected posit",
         ),
+        ({"joint_compliance": (1e-4, 0.1001)}, r"expected positive numbers up to 0\.1, one per joint"),
     ],
 )
 def test_impossible_errors_are_refused(values, message):
@@ -210,17 +207,6 @@ def test_compliances_of_another_arm_are_refused():
         nominal_plant(errors=ModelErrors(joint_compliance=(1e-5, 1e-5)))
 
 
-def test_zero_compliance_is_a_rigid_joint():
-    assert ModelErrors(joint_compliance=(0.0,) * 6) == ModelErrors()
-
-
-def test_a_transmission_turns_by_a_radian_under_ten_newton_metres_at_most():
-    softest = (1e-4, 0.1, 1e-4, 1e-4, 1e-4, 1e-4)
-    assert ModelErrors(joint_compliance=softest).joint_compliance == softest
-    with pytest.raises(PlantError, match=r"expected positive numbers up to 0\.1, one per joint"):
-        ModelErrors(joint_compliance=(*softest[:5], 0.1001))
-
-
 BY_DIRECTION = {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
 VARYING = ModelErrors(
     stribeck=0.4,
@@ -233,10 +219,9 @@ VARYING = ModelErrors(
 )
 
 
-@pytest.mark.parametrize("elastic", [False, True])
-def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic):
+def test_varying_friction_of_an_elastic_arm_is_the_stated_law_at_the_start_of_every_period():
     # Against a loop over mj_step that evaluates the law as it is written, beside a simulation of constant friction.
-    errors = replace(VARYING, joint_compliance=COMPLIANCE if elastic else None)
+    errors = replace(VARYING, joint_compliance=COMPLIANCE)
     plant, n, substeps = nominal_plant(errors=errors), 6, 2
     constant = nominal_plant(
         errors=replace(errors, stribeck=0.0, load_friction=0.0, **dict.fromkeys(BY_DIRECTION, 0.0))

@@ -59,21 +59,6 @@ def test_the_arm_follows_its_reference_and_the_payload_costs_current():
     assert np.mean(loaded.v[:, 1] ** 2) > np.mean(bare.v[:, 1] ** 2)
 
 
-def test_encoder_noise_travels_round_the_loop_into_the_commanded_current():
-    noise = replace(SILENT, encoder_noise=1e-4)
-    quiet, noisy = (record([experiment(sensors=s)], streams(0), threads=1)[0] for s in (SILENT, noise))
-    ripple = [np.std(np.diff(recording.v, axis=0)) for recording in (quiet, noisy)]
-    assert ripple[1] > 10 * ripple[0]
-
-
-def test_too_heavy_a_payload_is_an_error_with_joint_and_time():
-    heavy = nominal_plant(payload=replace(CYLINDER, mass=90.0))
-    with pytest.raises(
-        Saturated, match=r"^motion: drive of joint[23] at its limit of .* from t = 0\.\d+ s; use a lighter"
-    ):
-        record([experiment(plant=heavy, loaded=True)], streams(0), threads=1)
-
-
 @pytest.mark.parametrize(("shift", "found"), [(1.7, r"2\.\d+"), (-2.2, r"-1\.\d+")])
 def test_leaving_the_range_of_a_joint_is_an_error_with_joint_and_time(shift, found):
     motion = short_motion()
@@ -88,7 +73,8 @@ def test_one_failure_in_a_batch_leaves_the_others_their_recordings():
     heavy = nominal_plant(payload=replace(CYLINDER, mass=90.0))
     outcomes = try_record([experiment(), experiment(plant=heavy, loaded=True)], streams(3, 4), threads=1)
     assert same(outcomes[0], record([experiment()], streams(3), threads=1)[0])
-    assert isinstance(outcomes[1], Saturated)
+    with pytest.raises(Saturated, match=r"^motion: drive of joint[23] at its limit of .* from t = 0\.\d+ s; "):
+        raise outcomes[1]
 
 
 def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_they_run_alone():
@@ -309,10 +295,7 @@ def test_a_joint_without_a_range_leaves_none(model):
     [
         ({"step": 1e-12}, PlantError, r"2 s in steps of 1e-12 s are 2e\+12 steps; 5e\+07 at most"),
         ({"step": 0.0}, PlantError, r"step = 0 s: expected a positive number"),
-        ({"step": -1e-3}, PlantError, r"step = -0\.001 s: expected a positive"),
-        ({"step": np.nan}, PlantError, r"step = nan s: expected a positive"),
         ({"step": 1.0}, PlantError, r"step 1 s does not divide the control period 0\.001 s"),
-        ({"trajectory": short_motion(duration=1e9)}, PlantError, r"1e\+09 s in steps of 0\.001 s"),
         (
             {"trajectory": short_motion(duration=400.0), "controller": ControllerOptions(rate_hz=1e5), "step": 1e-5},
             PlantError,
@@ -334,19 +317,11 @@ def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once(changes, kind
     "make",
     [
         lambda: nominal_plant(gain=np.full(6, 1e308)),
-        lambda: nominal_plant(rotor_inertia=np.full(6, 1e10)),
-        lambda: nominal_plant(amplifier_offset=np.full(6, -1e10)),
         lambda: nominal_plant(replace(CYLINDER, mass=1e9)),
-        lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
-        lambda: nominal_plant(replace(CYLINDER, mass=np.nan)),
         lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
-        lambda: nominal_plant(replace(CYLINDER, com=(0.0, 0.0, -1e3))),
         lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
         lambda: nominal_plant(errors=ModelErrors(joint_compliance=(1e3,) * 6)),
-        lambda: nominal_plant(errors=ModelErrors(gravity_spring=1e300)),
-        lambda: nominal_plant(errors=ModelErrors(stribeck_speed=1e-300)),
         lambda: replace(BELIEF, gain=(1e308,) * 6),
-        lambda: replace(BELIEF, rotor_inertia=(np.inf,) * 6),
         lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
     ],
 )

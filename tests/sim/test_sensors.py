@@ -69,9 +69,7 @@ def test_a_delay_is_in_seconds_at_any_rate(rate):
     ("values", "message"),
     [
         ({"encoder_noise": -1e-9}, r"sensors: encoder_noise = -1e-09: expected 0 to 1 rad$"),
-        ({"encoder_quantum": 1.5}, r"encoder_quantum = 1\.5: expected 0 to 1 rad$"),
         ({"current_white": np.inf}, r"current_white = inf: expected a finite number"),
-        ({"current_delay": 1e9}, r"current_delay = 1e\+09: expected -10 to 10 s$"),
         ({"clock_jitter": -0.1}, r"clock_jitter = -0\.1: expected 0 to 10 s$"),
     ],
 )

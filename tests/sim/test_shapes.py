@@ -1,5 +1,3 @@
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
@@ -8,9 +6,8 @@ from robot_folders import arm_xml, robot_folder
 
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
-from sim.appearance import JOINT, LINKS, drawn_arm
+from sim.appearance import drawn_arm
 from sim.clearance import Clearance
-from sim.errors import ModelFileError
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
 from sim.shapes import Solid, flange_of
@@ -74,20 +71,7 @@ def test_without_one_the_last_joint_s_axis_stands_for_it_and_a_flange_elsewhere_
     np.testing.assert_allclose(np.linalg.det(flange.rotation), 1.0, rtol=1e-14)
 
 
-def test_a_model_that_cannot_be_compiled_is_refused_by_name(tmp_path):
-    broken = robot(tmp_path, lambda text: text.replace("<worldbody>", "<worldbody><nonsense/>"))
-    with pytest.raises(ModelFileError, match=r"robot model .*arm\.xml: "):
-        flange_of(replace(broken))
-
-
 MARGIN = 0.2
-
-
-def test_an_arm_that_stands_up_is_clear_and_one_that_bows_touches_the_floor():
-    clearance = Clearance(nominal_plant(), MARGIN)
-    upright, bowed = clearance(np.array([[0, 0, 0, 0, 0, 0], [0, 2.2, 0, 0, 0, 0]], dtype=float))
-    assert upright > 0.04
-    assert bowed < 0.0
 
 
 def test_the_tip_of_the_payload_reaches_the_floor_where_its_length_says():
@@ -258,15 +242,6 @@ def test_an_arm_of_frames_alone_is_drawn_in_one_piece_with_its_payload(tmp_path,
     robot = read_robot(robot_folder(tmp_path, joints))
     for seed in range(3):
         assert pieces(drawn_arm(robot, BAR), seed) == 1
-
-
-def test_links_alternate_in_colour_and_joints_have_another(tmp_path):
-    robot = read_robot(robot_folder(tmp_path, 4))
-    spec = drawn_arm(robot, None)
-    for k, joint in enumerate(spec.joints):
-        colours = {tuple(np.float32(geom.rgba)) for geom in joint.parent.geoms}
-        assert colours <= {tuple(np.float32(LINKS[k % 2])), tuple(np.float32(JOINT))}
-        assert tuple(np.float32(JOINT)) in colours
 
 
 def test_an_arm_with_colours_of_its_own_is_left_as_it_is_drawn():

@@ -80,16 +80,13 @@ def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
     np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])
 
 
-@pytest.mark.parametrize("payloads", [(None, None), (BRICK, BRICK)])
-def test_a_payload_that_was_never_mounted_or_never_taken_off_is_wrong(ur, payloads):
-    logs = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(4), middle=UR_MIDDLE)
-    other = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(5), middle=UR_MIDDLE)
-    pair = [logs[payloads[0] is not None], other[payloads[1] is not None]]
-    found = check(pair, ur, observing=OPTIONS, gains=LIMITS, loaded=[False, True], payload=BRICK).found
-    assert found.diagnoses[0].name == "load"
-    assert found.diagnoses[0].severity is Severity.WRONG
-    sound = check(list(logs), ur, observing=OPTIONS, gains=LIMITS, loaded=[False, True], payload=BRICK).found
-    assert sound.severity is not Severity.WRONG
+def test_a_payload_that_was_never_mounted_or_never_taken_off_is_wrong(ur):
+    logs, other = (known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(k), middle=UR_MIDDLE) for k in (4, 5))
+    asked = {"observing": OPTIONS, "gains": LIMITS, "loaded": [False, True], "payload": BRICK}
+    for carried in (0, 1):
+        found = check([logs[carried], other[carried]], ur, **asked).found
+        assert (found.diagnoses[0].name, found.diagnoses[0].severity) == ("load", Severity.WRONG)
+    assert check(list(logs), ur, **asked).found.severity is not Severity.WRONG
 
 
 def test_masses_of_a_model_that_gains_contradict_are_said(ur):

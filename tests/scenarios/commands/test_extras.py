@@ -63,7 +63,7 @@ def cell(weighed_cell, tmp_path_factory) -> Path:
 
 
 MODEL = ["--model", rx90_mjcf.MJCF, "--unloaded", "unloaded.csv"]
-LOADED = [*MODEL, "--loaded", "heavy.csv", "--payload", "heavy.toml", "--option", "friction=viscous-coulomb"]
+LOADED = [*MODEL, "--loaded", "heavy.csv", "--payload", "heavy.toml", "--method", "ls-2011"]
 CORE = {
     "run": ["run", "quick.toml", "--gains-out", "run.toml"],
     "identify": ["identify", *LOADED, "--unseen", "light.csv", "--unseen-payload", "light.toml"],

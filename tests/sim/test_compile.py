@@ -8,7 +8,6 @@ from plants import CYLINDER, nominal_plant, short_motion
 from robot_folders import arm_xml, robot_folder
 
 import rx90_mjcf
-from ident.payload.payload import standard_parameters
 from sim.compile import lean_model, plant_model
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation

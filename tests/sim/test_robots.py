@@ -154,19 +154,6 @@ def test_drives_of_the_model_file_are_replaced_by_those_of_the_plant(tmp_path):
     assert not first.actuator_biasprm[:, 1:].any()
 
 
-def inertia_and_bias(robot: Robot) -> np.ndarray:
-    model = plant_model(plant_of(robot), loaded=False, step=1e-3)
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = [0.3, 1.9], [0.5, -0.7]
-    mujoco.mj_forward(model, data)
-    assert data.ncon == 0
-    return data.qacc.copy()
-
-
-def without(text: str, table: str) -> str:
-    return text.replace(f"[drives.{table}]", f"[drives.{table}_]")
-
-
 FAULTS = {
     "not TOML": (lambda text: text + "[", r"robot\.toml: .*(at line|end of document)"),
     "a string for a number": (lambda text: text.replace("value = [0.8,", 'value = ["0.8",'), "valid number, got '0.8'"),

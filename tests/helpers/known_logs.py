@@ -13,12 +13,7 @@ from ident.recordings.recording import Recording
 UR_GAIN = np.array([13.2, -12.1, 9.7, 8.3, 6.9, 7.7])
 """Of the UR-like arm [N m / A]; axis 2 is wired backwards."""
 UR_MIDDLE = np.array([0.3, -1.2, 1.1, -0.4, 0.7, 0.2])
-BRICK = Payload(
-    mass=4.3,
-    com=(0.07, -0.05, 0.11),
-    inertia=(0.021, 0.017, 0.012, 0.002, -0.001, 0.003),
-    mass_std=0.005,
-)
+BRICK = Payload(mass=4.3, com=(0.07, -0.05, 0.11), inertia=(0.021, 0.017, 0.012, 0.002, -0.001, 0.003), mass_std=0.005)
 
 
 def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: float = 1.0, count: int = 6) -> pin.Model:

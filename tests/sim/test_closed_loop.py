@@ -253,10 +253,7 @@ def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
             r'^motion: controller\.law = "native" does not integrate, but integral_hz = 0\.5; set it to 0, or use '
             r'controller\.law = "filtered"$',
         ),
-        (
-            {"step": 5e-4},
-            r"needs one physics step per control period, but there are 2; set step = 0\.001, or use",
-        ),
+        ({"step": 5e-4}, r"needs one physics step per control period, but there are 2; set step = 0\.001, or use"),
         (
             {"plant": nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))},
             "cannot simulate a model error that acts in every control period, as cogging does; use",

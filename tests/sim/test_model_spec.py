@@ -110,11 +110,7 @@ FAULTS = {
         "tendon 't' acts on joints",
     ),
     "no such flange": (menagerie(), "tool1", "flange 'tool1': no body has that name"),
-    "an inertia of a lost mesh": (
-        menagerie(inertial=""),
-        None,
-        r"link 'shoulder_link' has its inertia from the mesh",
-    ),
+    "an inertia of a lost mesh": (menagerie(inertial=""), None, r"link 'shoulder_link' has its inertia from the mesh"),
     "a link that no body is": (
         menagerie().replace('diaginertia="0.03 0.028 0.012"', 'diaginertia="0.03 0.028 0.112"', 1),
         None,

@@ -11,18 +11,7 @@ from ident.diagnosis import engine
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
 from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.catalog import (
-    FAMILIES,
-    base,
-    clocks,
-    current_scales,
-    delays,
-    lengths,
-    orders,
-    terms,
-    units,
-    zeros,
-)
+from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, terms, units, zeros
 from ident.diagnosis.engine import directions
 from ident.diagnosis.fitted_currents import across, reference
 from ident.diagnosis.screening import Screened

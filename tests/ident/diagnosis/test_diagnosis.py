@@ -24,7 +24,7 @@ from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.problem import Problem
 from ident.estimation.uncertainty import max_of_classical_and_jackknife
-from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
+from ident.identification import refused_for_faults, spoilt_joints, without_spoilt
 from ident.support.errors import Contradiction, NotIdentifiable
 
 
@@ -127,10 +127,7 @@ def test_a_fault_that_the_estimate_cannot_test_is_diagnosed_from_the_logs(axes):
 
 def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():
     found, rival = (Compared(None, np.ones(40), None) for _ in range(2))
-    told = {
-        found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)],
-        rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)],
-    }
+    told = {found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)], rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)]}
     known = SimpleNamespace(effects=told.get)
     fault = Fault(found=found, small=None, rivals=(rival,), before=None)
     assert _effects(fault, SimpleNamespace(), known) == (told[rival][0], told[found][1])
@@ -215,9 +212,7 @@ GAINS = gain_estimate(2.6, 1.7, 1.3, std=0.02, reason="no load")
 
 def test_gains_that_something_wrong_spoils_are_refused_and_the_others_are_kept():
     wrong = said(
-        Severity.WRONG,
-        effects=(effect(0, 9.0, 4.1), effect(1, 1.0, 2.9), effect(2, -8.0, -3.3)),
-        advice="use it",
+        Severity.WRONG, effects=(effect(0, 9.0, 4.1), effect(1, 1.0, 2.9), effect(2, -8.0, -3.3)), advice="use it"
     )
     kept = without_spoilt(GAINS, [said(Severity.WEAK, joints=(1,)), wrong])
     assert [isinstance(each, IdentifiedGain) for each in kept.joints] == [False, True, False]
@@ -257,14 +252,6 @@ def test_something_wrong_without_effects_spoils_the_joints_that_it_names():
 def test_where_no_gain_is_left_all_of_it_is_refused():
     with pytest.raises(Contradiction, match="the zero of q2 is off; rx90 check lists 1 more"):
         without_spoilt(GAINS, [said(Severity.WRONG, joints=(0, 1)), said(Severity.WRONG, joints=(2,), name="delay")])
-
-
-def test_a_refusal_names_two_rivals_at_most():
-    rivals = ("a delay", "another order", "a clock")
-    assert (
-        refusal_of([replace(said(Severity.WRONG), rivals=rivals)])
-        == "the zero of q2 is off (or a delay or another order)"
-    )
 
 
 @pytest.mark.parametrize(("factor", "told"), [(1.3, ["current scale"]), (1.0, [])])

@@ -238,8 +238,7 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
 
 
 @pytest.mark.parametrize(
-    ("known", "families"),
-    [("all", ["payload centre", "payload inertia"]), ("com", ["payload centre"]), ("mass", [])],
+    ("known", "families"), [("all", ["payload centre", "payload inertia"]), ("com", ["payload centre"]), ("mass", [])]
 )
 def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
     problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))

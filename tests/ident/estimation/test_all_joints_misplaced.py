@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-import pytest
 import real_friction
-from known_logs import BRICK, arm_of
+from consistency_logs import problem_of
+from known_logs import BRICK
 from pinocchio_arms import random_arm
 from real_friction import GAIN, Truth, real_logs, three_axes
 
@@ -17,7 +17,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import arm_from_pinocchio
 from ident.model.regressor import regressor
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
 
@@ -25,18 +25,6 @@ N = 3
 PAYLOADS = (None, BRICK)
 ZEROS = np.array([0.02, -0.011, 0.017])  # of joint 1, whose axis is vertical, no log tells
 TILT = (0.013, -0.008)
-
-
-@pytest.fixture(scope="module")
-def axes() -> Structure:
-    return structure_of(arm_of(three_axes()))
-
-
-def problem_of(axes: Structure, logs: list[Recording]) -> Problem:
-    motions = (
-        ObservedMotion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, PAYLOADS, strict=True)
-    )
-    return Problem(axes, tuple(motions), GainOptions(max_rel_std=10.0))
 
 
 def logs_of(zeros: np.ndarray, noise: float = 1e-3) -> list[Recording]:

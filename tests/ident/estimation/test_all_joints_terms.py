@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from known_logs import BRICK, arm_of
+from known_logs import BRICK
 from real_friction import GAIN, Truth, real_logs, three_axes, torque, with_payload
 from scipy.interpolate import make_interp_spline
 
@@ -15,17 +15,11 @@ from ident.estimation.all_joints.terms import SPEED_TERMS, speed_terms, torque_t
 from ident.estimation.all_joints.torques import rotor_inertia, torques
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.model.structure import Structure, structure_of
 from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions, observe
 
 N = 3
 LIGHT = replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
-
-
-@pytest.fixture(scope="module")
-def axes() -> Structure:
-    return structure_of(arm_of(three_axes()))
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, arm_of, fourier
+from known_logs import BRICK, fourier
 from real_friction import GAIN, MIDDLE, RATE, Truth, real_logs, three_axes, torque, with_payload
 from scipy.interpolate import make_interp_spline
 
@@ -16,7 +16,7 @@ from ident.estimation.all_joints.transmitted import by_currents, transmitted, wi
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
 
@@ -26,11 +26,6 @@ SWING = 2.0 * np.pi * np.array([3.1, 4.3, 6.5])
 """Of each link [rad/s]."""
 SOFT = np.array([1e-4, 1e-4, 1e-4])
 """Compliance of each transmission [rad/(N m)]."""
-
-
-@pytest.fixture(scope="module")
-def axes() -> Structure:
-    return structure_of(arm_of(three_axes()))
 
 
 def problem_of(axes: Structure, logs: list[Recording], **observing: float) -> Problem:

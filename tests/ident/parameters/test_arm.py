@@ -212,11 +212,7 @@ def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure,
     own, phi = final.own[2], final.fit.phi[2]
     assert list(zip(own.names, own.motion, strict=True))[:2] == [("Fv", 0), ("Fv", 1)]
     kept, change = [4, 1, 0, 3], np.array([0.7, -0.2, 0.5, 0.3])  # without one, in another order, and with one more
-    renamed = replace(
-        own,
-        names=(*(own.names[k] for k in kept), "load"),
-        motion=(*(own.motion[k] for k in kept), -1),
-    )
+    renamed = replace(own, names=(*(own.names[k] for k in kept), "load"), motion=(*(own.motion[k] for k in kept), -1))
     moved = np.append(phi[kept] + change, 0.06)
     other = replace(
         final,

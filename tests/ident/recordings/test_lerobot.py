@@ -108,11 +108,7 @@ def test_entries_without_names_are_said_by_their_numbers(tmp_path):
     with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; declare which"):
         read_recording(folder, of(CURRENT, 0))
     q, v = (tuple(f"observation.{name}[{k}]" for k in (1, 0)) for name in ("state", "effort"))
-    said = LogDescription(
-        signal="current",
-        q=Channels(columns=q, unit=("deg",)),
-        v=Channels(columns=v, unit=("A",)),
-    )
+    said = LogDescription(signal="current", q=Channels(columns=q, unit=("deg",)), v=Channels(columns=v, unit=("A",)))
     assert_episode(folder, said, 1, joints=(1, 0))
 
 

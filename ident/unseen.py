@@ -17,11 +17,12 @@ file give the ratio of each joint's bare torque, by its gain, to their own.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Final, Literal
 
 import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
-from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Severity
+from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.link_masses import LinkWeight, weight_of_links
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
@@ -42,14 +43,11 @@ from ident.recordings.motion import Motion
 from ident.support.arrays import Array, Mask
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
-BETTER, WORSE, NO_DIFFERENT = "better", "worse", "no different"
+BETTER: Final = "better"
+WORSE: Final = "worse"
+NO_DIFFERENT: Final = "no different"
 ROTOR = ("Ia", "Iam")
 """Inertia that an arm has beside its links."""
-
-
-def beyond_chance(error: float | None, std: float | None) -> bool:
-    """Whether there is an error, and its interval does not contain zero."""
-    return error is not None and std is not None and abs(error) > SPOILS * std
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,38 +56,50 @@ class UnseenJoint:
 
     Attributes:
         joint: The joint, from 0.
-        rel_error: Norm of the prediction error over that of the currents.
-        other_rel_error: As `rel_error`, with other gains; None if there are none.
-        fitted_rel_error: Relative residual of the motions to which the arm was fitted; None for a model file.
-        largest: Limit of `rel_error` for a predicted motion.
-        gain_error: Relative error of the gain according to the payload, positive if it is too large; None for a bare
-            motion, or an arm that was not identified with the gains.
-        gain_std: Its standard deviation.
-        unstated: Norm of the currents of parameters that the model file does not state, over that of the currents;
-            None without a file. The prediction includes them.
+        rel_error: Norm of the prediction error relative to that of the currents.
+        explained: Share of the squared currents that is predicted, one minus the square of `rel_error`.
+        other_rel_error: As `rel_error`, relative, with the other gains or the unchanged model; None if there are none.
+        fitted_rel_error: Norm of the residual relative to that of the currents, of the fitted motions; None for a model
+            file.
+        largest_rel_error: Largest `rel_error` of a predicted motion: three times the cross-validation error of the fit
+            with the standard deviations of arm, gain and payload, at most 15 %; relative.
+        gain_rel_error: Relative error of the gain according to the payload on this motion, positive if it is too large;
+            None for a bare motion and for the arm of a model file.
+        gain_rel_std: Standard deviation of `gain_rel_error`, relative.
+        unstated_rel: Norm of the currents of offset and missing rotor inertia, which the model file does not state,
+            relative to that of the currents; the prediction includes them, as --arm has them; None for an identified
+            arm.
     """
 
     joint: int
     rel_error: float | None = None
+    explained: float | None = None
     other_rel_error: float | None = None
     fitted_rel_error: float | None = None
-    largest: float | None = None
-    gain_error: float | None = None
-    gain_std: float | None = None
-    unstated: float | None = None
+    largest_rel_error: float | None = None
+    gain_rel_error: float | None = None
+    gain_rel_std: float | None = None
+    unstated_rel: float | None = None
 
     @property
     def exceeds(self) -> bool:
         """Whether the error exceeds its limit."""
-        return self.rel_error is not None and self.largest is not None and self.rel_error > self.largest
+        largest = self.largest_rel_error
+        return self.rel_error is not None and largest is not None and self.rel_error > largest
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the payload significantly contradicts the gain: the interval of its error does not contain zero."""
+        error, std = self.gain_rel_error, self.gain_rel_std
+        return error is not None and std is not None and abs(error) > SPOILS * std
 
     @property
     def misjudged(self) -> bool:
-        """Whether the payload contradicts the gain by more than load-dependent friction and elastic joints can explain.
+        """Whether it does so by more than load-dependent friction and elastic joints can explain.
 
         With correct gains, simulated robots of scenario `field-two-weights` reached 11 %.
         """
-        return beyond_chance(self.gain_error, self.gain_std) and abs(self.gain_error or 0.0) > LARGE_RESIDUAL
+        return self.doubted and abs(self.gain_rel_error or 0.0) > LARGE_RESIDUAL
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,33 +107,47 @@ class Unseen:
     """Prediction of a motion that was not used in any fit.
 
     Attributes:
-        name: Name of its recording.
-        loaded: Whether it carries a payload.
+        log: Recording of the motion.
+        loaded: Whether the motion carries a payload.
+        verdict: Whether the motion is predicted better than with the other gains or model, by Student's t-test of time
+            blocks at 5 %; None if there are no others.
+        rel_error: Root mean square of the joints' relative errors; in a comparison, of the joints that both predict.
+        other_rel_error: Relative error with the other gains or model; None if there are none.
         joints: One entry per joint, in order.
-        rel_error: Root mean square of the joints' relative errors; in a comparison, of the joints that both gains
-            predict.
-        other_rel_error: As `rel_error`, with other gains; None if there are none.
-        verdict: Whether the gains predict it `BETTER` than the others, `WORSE` or `NO_DIFFERENT`, None without others.
-        found: Diagnoses of the recording.
+        diagnoses: One entry per check, the worst first.
+        excluded: Faults that the logs exclude.
+        untold: Faults that the logs cannot reveal.
     """
 
-    name: str
+    log: str
     loaded: bool
-    joints: tuple[UnseenJoint, ...]
+    verdict: Literal["better", "worse", "no different"] | None
     rel_error: float
     other_rel_error: float | None
-    verdict: str | None
-    found: Diagnosed
+    joints: tuple[UnseenJoint, ...]
+    diagnoses: tuple[Diagnosis, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
+    untold: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> Diagnosed:
+        """Diagnoses of the recording."""
+        return Diagnosed(diagnoses=self.diagnoses, excluded=self.excluded, indistinguishable=self.untold)
 
     @property
     def passed(self) -> bool:
-        """Whether currents are predicted, better than with other gains if any, and no payload contradicts a gain."""
+        """Whether currents are predicted, better than by the others if any, and no payload contradicts a gain."""
         return self.verdict in (None, BETTER) and self.not_worse
 
     @property
     def not_worse(self) -> bool:
-        """Whether currents are predicted, not worse than with other gains if any, and no payload contradicts a gain."""
+        """Whether currents are predicted, not worse than by the others if any, and no payload contradicts a gain."""
         return self.verdict != WORSE and not any(each.exceeds or each.misjudged for each in self.joints)
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the arm was fitted to motions, not read from a file."""
+        return any(each.fitted_rel_error is not None for each in self.joints)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -158,7 +182,8 @@ def used_model(arm: BareArm) -> UsedModel:
     """Return the model of an arm that was identified with given gains."""
     assert arm.gains is not None, "of an arm with fixed gains"
     fits = {each.joint: each for each in cross_validation.predicted(arm.selected.final.fit.rows)}
-    return UsedModel(gains=arm.gains, base=arm.base, covariance=arm.base_covariance, fits=fits)
+    base, covariance = arm.in_si()
+    return UsedModel(gains=arm.gains, base=base, covariance=covariance, fits=fits)
 
 
 def predict_unseen(identified: Identification, log: Motion, *, other: KnownGains | None = None) -> Unseen:
@@ -273,26 +298,30 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     if found.unstated is not None:
         unstated = rel_errors(_currents(system.W @ found.unstated, system, found.gains), system.V, system.joint)
     overall, *other_overall = (float(np.sqrt(np.mean([x[j] ** 2 for j in both]))) for x in (share, *others))
+    verdict = _verdict(system, errors[0], errors[1], both) if others else None
     return Unseen(
-        name=unseen.log.recording.name,
+        log=unseen.log.recording.name,
         loaded=payload is not None,
+        verdict=verdict,
+        rel_error=overall,
+        other_rel_error=other_overall[0] if others else None,
         joints=tuple(
             UnseenJoint(
                 joint=j,
                 rel_error=share.get(j),
+                explained=1.0 - share[j] ** 2 if j in share else None,
                 other_rel_error=others[0].get(j) if others else None,
                 fitted_rel_error=fits[j].fitted if j in share and j in fits else None,
-                largest=largest.get(j),
-                gain_error=weighed[j][0] if j in weighed else None,
-                gain_std=weighed[j][1] if j in weighed else None,
-                unstated=unstated.get(j) if j in share else None,
+                largest_rel_error=largest.get(j),
+                gain_rel_error=weighed[j][0] if j in weighed else None,
+                gain_rel_std=weighed[j][1] if j in weighed else None,
+                unstated_rel=unstated.get(j) if j in share else None,
             )
             for j in range(unseen.parts[0].observation.structure.arm.n)
         ),
-        rel_error=overall,
-        other_rel_error=other_overall[0] if others else None,
-        verdict=_verdict(system, errors[0], errors[1], both) if others else None,
-        found=unseen.found,
+        diagnoses=unseen.found.diagnoses,
+        excluded=unseen.found.excluded,
+        untold=(*unseen.found.indistinguishable, *unseen.found.indistinguishable_together),
     )
 
 
@@ -322,7 +351,9 @@ def _largest(system: PooledSystem, payload: Payload, model: UsedModel) -> dict[i
     return found
 
 
-def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[int]) -> str:
+def _verdict(
+    system: PooledSystem, found: Array, other: Array, joints: Sequence[int]
+) -> Literal["better", "worse", "no different"]:
     """Return Student's t-test of the difference of relative squared errors per time block, of all joints together."""
     from scipy.special import stdtrit  # slow import, rarely needed
 

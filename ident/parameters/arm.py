@@ -134,9 +134,10 @@ class BareArm:
     selected: Selected
 
     def in_si(self) -> tuple[Array, Array]:
-        """Return base parameters with friction of the first motion, and the influence of each row on them.
+        """Return base parameters with friction of the first motion, and their covariance from the residuals.
 
-        Zero where not identifiable, and for friction of joints without a gain. Shapes (b,) and (b, r).
+        Gains are taken as exact; zero where not identifiable, and for friction of joints without a gain. Shapes (b,)
+        and (b, b).
         """
         assert self.gains is not None, "of an arm with fixed gains"
         final, structure = self.selected.final, self.problem.structure
@@ -149,18 +150,7 @@ class BareArm:
             for name, value, row in reversed(list(own)):  # values of the first motion are kept
                 at = names.index(f"{name}{j + 1}")
                 base[at], influence[at] = gain * value, gain * row
-        return base, influence
-
-    @property
-    def base(self) -> Array:
-        """Base parameters in SI, including friction of the first motion, shape (b,)."""
-        return self.in_si()[0]
-
-    @property
-    def base_covariance(self) -> Array:
-        """Covariance of `base` from the residuals, with exact gains, shape (b, b)."""
-        options, rows = self.problem.options, self.selected.final.fit.rows
-        return UNCERTAINTIES[options.uncertainty](rows, self.in_si()[1])
+        return base, UNCERTAINTIES[self.problem.options.uncertainty](fit.rows, influence)
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:

@@ -59,7 +59,6 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.model_values import joint_values, link_values, read_bare
     from scenarios.gains_in_use.patched import Patched, predicted_by_models
     from scenarios.results.ros_parameters import ros_parameters
-    from scenarios.results.unseen import ResultUnseen
 
     model, flange, most = options.model, options.flange, options.max_rel_std
     structure, gains = structure_of(read_arm(model, (), flange=flange)), read_gains(options.gains)
@@ -77,10 +76,8 @@ def main(options: argparse.Namespace) -> Status:
             if nominal is not None:
                 rival, _ = patched_model(model, joint_values(structure, nominal, None, bare, most=most), links)
             contents = (copy, gains), (rival, nominal)
-            unseen = ResultUnseen.of(
-                predicted_by_models(
-                    log, structure, contents, gains=gains, bare=bare, links=options.links, model=model, flange=flange
-                )
+            unseen = predicted_by_models(
+                log, structure, contents, gains=gains, bare=bare, links=options.links, model=model, flange=flange
             )
     contents = [copy]
     if options.ros_params is not None:

@@ -247,7 +247,7 @@ def judge_cost(
             return {}
         assert other.payload is not None, "of a loaded motion"
         system = pooled_system([other])
-        predicted = predicted_torque(system, outcome.arm.base, other.payload)
+        predicted = predicted_torque(system, outcome.arm.in_si()[0], other.payload)
         true = truth.gain[system.joint] * system.V
         errors = rel_errors(predicted - true, true, system.joint)
         return {j: errors[j] for j in outcome.gains.joints.tolist()}

@@ -61,8 +61,8 @@ class MovedJoint(Moved, _Numbered):
     Attributes:
         apart: Its change relative to the common factor.
         name: Name of the joint, or its number.
-        A: Gain in the first file [`unit`].
-        B: Gain in the second file [`unit`].
+        A: Gain in the first file, in `unit`.
+        B: Gain in the second file, in `unit`.
         unit: Unit of the gain: N m/unit, or N/unit where the joint slides.
     """
 

@@ -25,8 +25,8 @@ from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_opt
 from scenarios.gains_in_use.model_patch import Change
 from scenarios.gains_in_use.model_values import BareFile, unstated_parameters
 from scenarios.rendering.content import Mood, Paragraph, Part, column, sentence, table, two_sigma
-from scenarios.rendering.result import ResultModel
-from scenarios.results.unseen import TOLD, ResultUnseen, unseen_parts, unseen_verdict
+from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.results.unseen import TOLD, unseen_parts, unseen_verdict
 
 NOTES = (
     "Efforts are scaled like the gains. Damping and friction are the joint's viscous and Coulomb friction [N m s/rad, "
@@ -65,7 +65,7 @@ class Patched(ResultModel):
     against_nominal: bool = Field(
         default=False, description="Whether the copy is compared with one of data-sheet gains, not with the model as is"
     )
-    unseen: ResultUnseen | None = Field(
+    unseen: FromOne[Unseen] | None = Field(
         default=None,
         description=(
             "Prediction of a motion that was not used in any fit by copy and other model, null if none is given"
@@ -79,7 +79,7 @@ class Patched(ResultModel):
         unseen, passed = self.unseen, None if self.unseen is None else self.unseen.not_worse
         other = "the gains of --nominal in it" if self.against_nominal else "the model as it is"
         parts = unseen_verdict(unseen, this="the copy", other=other, passed=passed)
-        unstated = {each.joint: each.unstated_rel or 0.0 for each in (() if unseen is None else unseen.joints)}
+        unstated = {each.joint + 1: each.unstated_rel or 0.0 for each in (() if unseen is None else unseen.joints)}
         if lacks := [f"{two_digits(100.0 * x)} % (joint {j})" for j, x in unstated.items() if x > LARGE_RESIDUAL]:
             parts.append(Paragraph(LACKS.format(", ".join(lacks)), Mood.DOUBTFUL, strong=True))
         done = "" if self.written else " NOT WRITTEN: it does not pass; --force writes it."
@@ -176,5 +176,5 @@ def predicted_by_models(
     said = judged(link_weights(unseen.parts, gains.known, model_base(model, flange, structure.base)))
     if said is None or said.severity is Severity.GOOD:
         return found
-    doubt = replace(said, logs=(found.name,), advice="check the gains, and the masses of the model")
-    return replace(found, found=joined(found.found, more=[doubt]))
+    doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")
+    return replace(found, diagnoses=joined(found.found, more=[doubt]).diagnoses)

@@ -31,10 +31,10 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.result import ResultModel
+from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values, doubt_paragraphs
 from scenarios.results.gains import quantity_row
-from scenarios.results.unseen import ResultUnseen, unseen_parts, unseen_verdict
+from scenarios.results.unseen import unseen_parts, unseen_verdict
 
 VERDICTS = {
     AGREES: Cell(AGREES, Mood.GOOD),
@@ -199,7 +199,7 @@ class Verification(DiagnosedResult):
     payload: list[Quantity]
     common: CommonError | None
     notes: list[str]
-    unseen: ResultUnseen | None = None
+    unseen: FromOne[Unseen] | None = None
 
     @classmethod
     def of(cls, found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> "Verification":
@@ -215,7 +215,7 @@ class Verification(DiagnosedResult):
             payload=list(map(Quantity.of, found.body.quantities)),
             common=None if common is None else CommonError.of(common),
             notes=list(found.remarks),
-            unseen=None if unseen is None else ResultUnseen.of(unseen),
+            unseen=unseen,
             **diagnosed_values(diagnosed),
         )
 
@@ -343,7 +343,7 @@ class CrossValidation(DiagnosedResult):
 
     method: str
     joints: list[PredictedJoint]
-    unseen: ResultUnseen | None = None
+    unseen: FromOne[Unseen] | None = None
 
     @classmethod
     def of(
@@ -362,7 +362,7 @@ class CrossValidation(DiagnosedResult):
                 )
                 for each in found
             ],
-            unseen=None if unseen is None else ResultUnseen.of(unseen),
+            unseen=unseen,
             **diagnosed_values(identified.found),
         )
 

@@ -35,7 +35,7 @@ from scenarios.rendering.content import (
     two_sigma,
 )
 from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Series, Tone, about, intervals, values
-from scenarios.rendering.result import ResultModel
+from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
     MOODS,
@@ -45,7 +45,7 @@ from scenarios.results.diagnoses import (
     diagnosis_parts,
     doubt_paragraphs,
 )
-from scenarios.results.unseen import ResultUnseen, unseen_parts, unseen_verdict
+from scenarios.results.unseen import unseen_parts, unseen_verdict
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from scenarios.experiments.judge import GainVerdict
@@ -151,7 +151,7 @@ class Result(DiagnosedResult):
     cost: ResultCost | None = Field(
         None, description="Results with a-priori and with identified gains, null if not requested"
     )
-    unseen: ResultUnseen | None = Field(
+    unseen: FromOne[Unseen] | None = Field(
         None, description="Prediction of a motion that was not used in any fit, null if none is given"
     )
 
@@ -201,7 +201,7 @@ class Result(DiagnosedResult):
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             notes=list(found.notes),
             cost=None if a_priori is None else ResultCost.of_outcome(a_priori, estimate.joints),
-            unseen=None if unseen is None else ResultUnseen.of(unseen),
+            unseen=unseen,
             **diagnosed_values(found.found),
         )
 

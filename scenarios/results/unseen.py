@@ -2,17 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import PurePath
-from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.plausibility import LARGE_RESIDUAL
-from ident.unseen import Unseen, beyond_chance
+from ident.unseen import Unseen, UnseenJoint
 from scenarios.rendering.content import NONE, Column, Mood, Paragraph, Part, Table, cells, percent
-from scenarios.rendering.result import ResultModel
-from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values, doubt_paragraphs
+from scenarios.results.diagnoses import doubt_paragraphs
 
 BARE = (
     "The motion is assumed to be bare. A factor common to all gains cancels, because the arm is identified with the "
@@ -35,116 +31,8 @@ DOUBTED = (
 )
 
 
-class UnseenJoint(ResultModel):
-    """A joint's currents on a motion that was not used in any fit; null if the joint has no gain.
-
-    Attributes:
-        joint: Number of the joint, from 1.
-        rel_error: Norm of the prediction's error relative to that of the currents.
-        explained: Share of the squared currents that is predicted, one minus the square of `rel_error`.
-        other_rel_error: As `rel_error`, relative, with the other gains or the unchanged model.
-        fitted_rel_error: Norm of the residual relative to that of the currents, of the fitted motions; null for a model
-            file.
-        largest_rel_error: Largest `rel_error` of a predicted motion: three times the cross-validation error of the fit
-            with the standard deviations of arm, gain and payload, at most 15 %; relative.
-        gain_rel_error: Relative error of the gain according to the payload on this motion, positive if it is too large;
-            null for a bare motion and for the arm of a model file.
-        gain_rel_std: Standard deviation of `gain_rel_error`, relative.
-        unstated_rel: Norm of the currents of offset and missing rotor inertia, which the model file does not state,
-            relative to that of the currents; the prediction includes them, as --arm has them; null for an identified
-            arm.
-    """
-
-    joint: int = Field(ge=1)
-    rel_error: float | None
-    explained: float | None
-    other_rel_error: float | None
-    fitted_rel_error: float | None
-    largest_rel_error: float | None = None
-    gain_rel_error: float | None = None
-    gain_rel_std: float | None = None
-    unstated_rel: float | None = None
-
-    @property
-    def exceeds(self) -> bool:
-        """Whether the error exceeds its limit."""
-        largest = self.largest_rel_error
-        return self.rel_error is not None and largest is not None and self.rel_error > largest
-
-    @property
-    def doubted(self) -> bool:
-        """Whether the payload significantly contradicts the gain."""
-        return beyond_chance(self.gain_rel_error, self.gain_rel_std)
-
-    @property
-    def misjudged(self) -> bool:
-        """Whether it does so by more than a model of plain friction and stiff joints explains."""
-        return self.doubted and abs(self.gain_rel_error or 0.0) > LARGE_RESIDUAL
-
-
-class ResultUnseen(DiagnosedResult):
-    """Prediction of a motion that was not used in any fit."""
-
-    log: str = Field(description="Recording of the motion")
-    loaded: bool = Field(description="Whether the motion carries a payload")
-    verdict: Literal["better", "worse", "no different"] | None = Field(
-        description=(
-            "Whether the motion is predicted better than with the other gains or model, by Student's t-test of time "
-            "blocks at 5 %; null if there are no others"
-        )
-    )
-    rel_error: float = Field(
-        description=(
-            "Root mean square of the joints' relative errors; in a comparison, of the joints that both predict"
-        )
-    )
-    other_rel_error: float | None = Field(description="Relative error with the other gains or model")
-    joints: list[UnseenJoint] = Field(description="One entry per joint, in order")
-
-    @property
-    def passed(self) -> bool:
-        """Whether currents are predicted, better than by the others if any, and no payload contradicts a gain."""
-        return self.verdict in (None, "better") and self.not_worse
-
-    @property
-    def not_worse(self) -> bool:
-        """Whether currents are predicted, not worse than by the others if any, and no payload contradicts a gain."""
-        return self.verdict != "worse" and not any(each.exceeds or each.misjudged for each in self.joints)
-
-    @property
-    def fitted(self) -> bool:
-        """Whether the arm was fitted to motions, not read from a file."""
-        return any(each.fitted_rel_error is not None for each in self.joints)
-
-    @classmethod
-    def of(cls, found: Unseen) -> "ResultUnseen":
-        """Return the result of a prediction."""
-        return cls(
-            log=found.name,
-            loaded=found.loaded,
-            verdict=found.verdict,  # pyright: ignore[reportArgumentType]
-            rel_error=found.rel_error,
-            other_rel_error=found.other_rel_error,
-            joints=[
-                UnseenJoint(
-                    joint=each.joint + 1,
-                    rel_error=each.rel_error,
-                    explained=None if each.rel_error is None else 1.0 - each.rel_error**2,
-                    other_rel_error=each.other_rel_error,
-                    fitted_rel_error=each.fitted_rel_error,
-                    largest_rel_error=each.largest,
-                    gain_rel_error=each.gain_error,
-                    gain_rel_std=each.gain_std,
-                    unstated_rel=each.unstated,
-                )
-                for each in found.joints
-            ],
-            **diagnosed_values(found.found),
-        )
-
-
 def unseen_verdict(
-    found: ResultUnseen | None,
+    found: Unseen | None,
     *,
     this: str = "the identified gains",
     other: str = "the others",
@@ -174,7 +62,7 @@ def unseen_verdict(
         why += "; a motion with a weighed payload distinguishes gains better than a bare one"
     beyond = [each for each in found.joints if each.exceeds]
     if beyond:
-        listed = ", ".join(f"joint {each.joint} ({_digits(each.rel_error)} %)" for each in beyond)
+        listed = ", ".join(f"joint {each.joint + 1} ({_digits(each.rel_error)} %)" for each in beyond)
         most = [each.largest_rel_error or 0.0 for each in beyond]
         less = " to ".join(dict.fromkeys(map(_digits, (min(most), max(most)))))
         why += (
@@ -194,7 +82,7 @@ def unseen_verdict(
 
 def _gain_errors(joints: Sequence[UnseenJoint]) -> str:
     """`+12 % (joint 1), -3.1 % (joint 3)`, how much each gain is too large."""
-    return ", ".join(f"{_digits(each.gain_rel_error, sign='+')} % (joint {each.joint})" for each in joints)
+    return ", ".join(f"{_digits(each.gain_rel_error, sign='+')} % (joint {each.joint + 1})" for each in joints)
 
 
 def _digits(share: float | None, *, sign: str = "") -> str:
@@ -202,7 +90,7 @@ def _digits(share: float | None, *, sign: str = "") -> str:
 
 
 def unseen_parts(
-    found: ResultUnseen | None, *, other: str = "others", told: Sequence[str] = (IDENTIFIED, TOLD)
+    found: Unseen | None, *, other: str = "others", told: Sequence[str] = (IDENTIFIED, TOLD)
 ) -> list[Part]:
     """Return the table of prediction errors by joint; nothing without such a motion."""
     if found is None:
@@ -217,7 +105,7 @@ def unseen_parts(
     columns += [Column(title="Gain error\nby payload", unit="%")] if weighed else []
     rows = list[list[str]]()
     for each in found.joints:
-        row = [str(each.joint), percent(each.rel_error, ".1f"), percent(each.explained, ".2f")]
+        row = [str(each.joint + 1), percent(each.rel_error, ".1f"), percent(each.explained, ".2f")]
         row += [percent(each.other_rel_error, ".1f")] if found.verdict is not None else []
         row += [percent(each.fitted_rel_error, ".1f")] if found.fitted else []
         row += [percent(each.largest_rel_error, ".1f")]

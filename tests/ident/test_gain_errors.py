@@ -22,8 +22,11 @@ def weighed(structure, unseen: UnseenMotion, base: np.ndarray, factor: float) ->
     """Gain errors, and their deviations, of gains a factor too large and the arm that bare motions show with them."""
     fits = {j: replace(FIT[2], joint=j, share=0.05) for j in (0, 1, 2, 3, 4)}
     found = predicted(unseen, replace(model(structure, factor * base, factor * GAIN), fits=fits))
-    assert (found.joints[5].gain_error, found.joints[5].gain_std) == (None, None)  # nobody fitted an arm to joint 6
-    return [(each.gain_error, each.gain_std) for each in found.joints[:5]]
+    assert (found.joints[5].gain_rel_error, found.joints[5].gain_rel_std) == (
+        None,
+        None,
+    )  # nobody fitted an arm to joint 6
+    return [(each.gain_rel_error, each.gain_rel_std) for each in found.joints[:5]]
 
 
 def test_the_payload_says_by_how_much_gains_are_too_large_whatever_arm_they_gave(structure, motion, heavy):
@@ -69,7 +72,7 @@ def test_deviations_of_arm_payload_and_gain_are_those_of_what_the_payload_says(s
     surest = replace(heavy, mass_std=0.0, com_std=(0.0,) * 3, inertia_std=(0.0,) * 6)
 
     def std(used: UsedModel, payload=surest) -> float:
-        return predicted(replace(unseen, log=replace(unseen.log, payload=payload)), used).joints[2].gain_std
+        return predicted(replace(unseen, log=replace(unseen.log, payload=payload)), used).joints[2].gain_rel_std
 
     least = std(used)
     part = unseen.parts[0].observation.joints[2]
@@ -86,7 +89,7 @@ def test_deviations_of_arm_payload_and_gain_are_those_of_what_the_payload_says(s
     covariance = np.zeros((len(base),) * 2)
     covariance[column, column] = 0.4**2
     moved = replace(used, base=base + 0.4 * (np.arange(len(base)) == column))
-    before, after = (predicted(unseen, each).joints[2].gain_error for each in (used, moved))
+    before, after = (predicted(unseen, each).joints[2].gain_rel_error for each in (used, moved))
     of_arm = np.hypot(least, after - before)
     assert std(replace(used, covariance=covariance)) == pytest.approx(of_arm, rel=1e-6)
     assert of_arm > 1.2 * least
@@ -98,7 +101,7 @@ def test_a_bare_motion_says_nothing_of_gains_by_a_payload_and_holds_them_against
     unseen = UnseenMotion(log=LOG, parts=problem.motions, found=Diagnosed())
     base = structure.base.regrouping @ chi
     fitted = replace(model(structure, base, GAIN), fits={j: replace(FIT[2], joint=j) for j in range(6)})
-    assert [each.gain_error for each in predicted(unseen, fitted).joints] == [None] * 6
+    assert [each.gain_rel_error for each in predicted(unseen, fitted).joints] == [None] * 6
     weights = link_weights(unseen.parts, stated_gains(structure.arm, 1.7 * GAIN), base)
     assert [each.joint for each in weights] == list(range(6))
     # Joint 6 turns a single link of little torque; the others' links outweigh the noise by far.

@@ -38,7 +38,7 @@ def test_a_motion_is_predicted_within_three_times_what_the_fit_is_off_by_where_i
     exact = model(structure, base, GAIN)
     # Joint 3 was fitted to within 2 %; of the others nobody knows, and 15 % is the largest error of a model that holds.
     # What is stated of this payload adds a third of a percent to that.
-    largest = [each.largest for each in predicted(unseen, exact).joints]
+    largest = [each.largest_rel_error for each in predicted(unseen, exact).joints]
     np.testing.assert_allclose(largest, [0.15, 0.15, 0.06, 0.15, 0.15, 0.15], rtol=5e-3)
     for joint, factor, passes in (
         (2, 1.05, True),
@@ -65,7 +65,7 @@ def test_deviations_of_arm_payload_and_gain_are_expected_of_an_unseen_motion(str
     torque = np.linalg.norm(part.V) * abs(GAIN[2])
 
     def largest(used: UsedModel, payload=surest) -> float:
-        return predicted(replace(unseen, log=replace(unseen.log, payload=payload)), used).joints[2].largest
+        return predicted(replace(unseen, log=replace(unseen.log, payload=payload)), used).joints[2].largest_rel_error
 
     assert largest(plain) == pytest.approx(0.06, rel=1e-12)
     covariance = np.zeros((len(base), len(base)))
@@ -86,7 +86,7 @@ def test_the_covariance_of_an_arm_in_use_is_that_of_its_parameters(structure, rn
     chi = rng.uniform(0.5, 2.0, 84)
     problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-2)
     found = arm_in_use(problem, stated_gains(structure.arm, GAIN))  # exact gains add nothing to deviations
-    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.base_covariance)), strict=True))
+    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.in_si()[1])), strict=True))
     assert {each.name: each.std for each in found.inertial} == pytest.approx(
         {each.name: std[each.name] for each in found.inertial}, rel=1e-6
     )
@@ -172,10 +172,10 @@ def test_the_part_of_a_model_that_its_file_does_not_state_is_told_and_its_deviat
     found = predicted(unseen, used)
     share = np.linalg.norm(part.W @ (base * own)[part.columns]) / size
     assert share > 0.05
-    assert found.joints[j].unstated == pytest.approx(share, rel=1e-9)
+    assert found.joints[j].unstated_rel == pytest.approx(share, rel=1e-9)
     np.testing.assert_allclose(found.joints[j].rel_error, 1e-3, rtol=0.2)  # noise of 0.1 % of the current
     moved = np.sqrt(np.sum((part.W * 0.7 * (base * own)[part.columns]) ** 2)) / size
-    assert found.joints[j].largest == pytest.approx(np.hypot(0.15, 3.0 * moved), rel=1e-9)
-    assert found.joints[1].unstated == 0.0
-    assert found.joints[1].largest == 0.15
-    assert predicted(unseen, model(structure, base, GAIN)).joints[j].unstated is None
+    assert found.joints[j].largest_rel_error == pytest.approx(np.hypot(0.15, 3.0 * moved), rel=1e-9)
+    assert found.joints[1].unstated_rel == 0.0
+    assert found.joints[1].largest_rel_error == 0.15
+    assert predicted(unseen, model(structure, base, GAIN)).joints[j].unstated_rel is None

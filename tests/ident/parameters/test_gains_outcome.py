@@ -41,7 +41,7 @@ def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
             np.testing.assert_allclose(each.mass.value, factor * heavy.mass, rtol=CLOSE)
         centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
         np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
-    np.testing.assert_allclose(off.arm.base, K * right.arm.base, rtol=CLOSE, atol=CLOSE)
+    np.testing.assert_allclose(off.arm.in_si()[0], K * right.arm.in_si()[0], rtol=CLOSE, atol=CLOSE)
 
 
 def test_one_gain_off_shows_in_the_mass_of_its_joint_alone(structure, heavy, rng):
@@ -56,7 +56,7 @@ def test_one_gain_off_shows_in_the_mass_of_its_joint_alone(structure, heavy, rng
 def test_the_base_parameters_are_those_put_in_friction_included(two_weights, structure, heavy):
     problem, base = two_weights
     outcome = outcome_of_other_gains(problem, known(GAIN), PLAIN)
-    np.testing.assert_allclose(outcome.arm.base, base, atol=CLOSE * np.abs(base).max())
+    np.testing.assert_allclose(outcome.arm.in_si()[0], base, atol=CLOSE * np.abs(base).max())
 
 
 def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviation(structure, rng):
@@ -66,7 +66,7 @@ def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviatio
     motions = [(chi, None, None), (rubbed, None, None)]
     problem = exact_problem(structure, motions, GAIN, rng, noise=1e-3, options=TRUSTING)
     found = arm_in_use(problem, known(GAIN))
-    base, C = found.base, found.base_covariance
+    base, C = found.in_si()
     for j, own in enumerate(found.friction):
         for each in own:
             name, _, motion = each.name.partition(" in motion ")

@@ -78,7 +78,7 @@ def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
 
 def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
     found, structure = judged.cost.found, judged.setup.structure
-    true, other = found.arm.base, judged.prepared.problem.motions[1]
+    true, other = found.arm.in_si()[0], judged.prepared.problem.motions[1]
     moments = np.array([name[0] == "M" for name in structure.base.names])
     inertial = np.isin(structure.base.names, [each.name for each in found.arm.inertial])
     for doubled, expected in ((moments, (0.5, 0.0)), (~moments & inertial, (0.0, 0.5))):

@@ -28,7 +28,7 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     assert third["explained"] == 1.0 - third["rel_error"] ** 2
     # Noise of the same size on both motions: what was not fitted to is predicted about as well.
     np.testing.assert_allclose(third["rel_error"], third["fitted_rel_error"], rtol=0.5)
-    assert read_result(tmp_path / "saved", Result).unseen.model_dump(mode="json") == unseen
+    assert read_result(tmp_path / "saved", Result).model_dump(mode="json")["unseen"] == unseen
     page = tmp_path / "page.html"
     assert main(["report", str(tmp_path / "saved"), "--out", str(page)]) == 0
     assert "A motion that was not used in any fit" in page.read_text(encoding="utf-8")

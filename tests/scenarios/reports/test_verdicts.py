@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from ident.estimation.joint_torque import JointTorque
+from ident.unseen import Unseen, UnseenJoint
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.torques import Torques
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity
 from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
 from scenarios.results.gains import budget_verdict
-from scenarios.results.unseen import ResultUnseen, UnseenJoint, unseen_verdict
+from scenarios.results.unseen import unseen_verdict
 
 
 @pytest.mark.parametrize(
@@ -116,9 +117,9 @@ def test_a_payload_begins_with_its_mass_and_where_it_is():
 
 
 def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
-    def result(error: float, std: float) -> ResultUnseen:
+    def result(error: float, std: float) -> Unseen:
         joint = UnseenJoint(
-            joint=3,
+            joint=2,
             rel_error=0.06,
             explained=0.9964,
             other_rel_error=None,
@@ -127,10 +128,7 @@ def test_a_result_fails_by_what_the_payload_says_of_a_gain_alone():
             gain_rel_error=error,
             gain_rel_std=std,
         )
-        return ResultUnseen(
-            log="new.csv", loaded=True, verdict=None, rel_error=0.06, other_rel_error=None, joints=[joint],
-            diagnoses=[], excluded=[], untold=[],
-        )  # fmt: skip
+        return Unseen(log="new.csv", loaded=True, verdict=None, rel_error=0.06, other_rel_error=None, joints=(joint,))
 
     for error, std, passed, said in (
         (-0.21, 0.03, False, "FAILED: prediction error 6 % of the currents of new.csv"),

@@ -69,8 +69,7 @@ def test_a_joint_that_nothing_known_reaches_has_no_bound(rng):
 
 
 @pytest.mark.parametrize(
-    ("name", "percent"),
-    [("nominal", [0.28, 0.22, 0.18, 0.19, 0.23]), ("mass-only", [0.55, 0.34, 0.34, 0.89, 0.90])],
+    ("name", "percent"), [("nominal", [0.28, 0.22, 0.18, 0.19, 0.23]), ("mass-only", [0.55, 0.34, 0.34, 0.89, 0.90])]
 )
 def test_the_bound_of_a_scenario_is_what_a_second_implementation_found(name, percent):
     # From all samples and the exact spectrum; two digits are known of it.
@@ -82,8 +81,7 @@ def test_the_bound_is_in_proportion_to_the_noise_and_none_without(scenario):
 
     def noisy(**sensors: float):
         return replace(
-            nominal,
-            experiments=tuple(replace(e, sensors=replace(e.sensors, **sensors)) for e in nominal.experiments),
+            nominal, experiments=tuple(replace(e, sensors=replace(e.sensors, **sensors)) for e in nominal.experiments)
         )
 
     assert gain_bound(noisy(current_white=0.0, current_coloured=0.0)) is None

@@ -36,10 +36,7 @@ BUDGET = ["sensitivity", "nominal", "--out", "there"]
 EXCITE = ["excite", "nominal", "--out", "m.toml"]
 HUGE = "1" + 23 * "0"
 WRONG = [
-    (
-        ["fly"],
-        "no command 'fly'; known: list, run, view, paper, new-robot, ",
-    ),
+    (["fly"], "no command 'fly'; known: list, run, view, paper, new-robot, "),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
     (["--json"], "unrecognized arguments: --json"),

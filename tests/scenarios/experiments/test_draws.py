@@ -25,10 +25,6 @@ def values(drawn: Scenario, place: str, count: int) -> np.ndarray:
     return np.array([drawn_settings(drawn, seed)[place] for seed in range(count)])
 
 
-def test_nothing_is_drawn_where_nothing_is_random():
-    assert drawn_settings(load_scenario("nominal"), 3) == {}
-
-
 def test_numbers_have_the_distribution_that_is_named(tmp_path):
     text = draw('"plant.gain"', 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"')
     mine = scenario(tmp_path, text)

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from bad_files import WHOLE, only_line
+from bad_files import only_line
 from protocols import FOUR, scenario_of
 
 from ident.support.errors import IdentificationError
@@ -43,7 +43,6 @@ def assert_refused(path: Path, content: str | bytes, message: str) -> None:
 SCENARIOS = {
     "[plant]\ngian = [1]": "unknown key plant.gian; did you mean 'gain'?",
     "[experiment.sensors]\nencoder_noize = 1": "did you mean 'encoder_noise'?",
-    "[plan]\ngain = [1]": "unknown key plan; did you mean 'plant'?",
     'extends = "nominl"': "unknown scenario 'nominl'; did you mean 'nominal'?",
     'extends = "mine.toml"': "extends itself through mine.toml -> mine.toml",
     "extends = 3": "expected the name of one scenario",
@@ -55,23 +54,14 @@ SCENARIOS = {
     '[belief]\npayload = "7 kg"': "unknown payload '7 kg'; did you mean '7.025 kg'?",
     "[belief]\ncontroller_gain = [1, 1, 1, 1, 1, 0]": "a gain of zero commands nothing",
     "[belief.payload]\nmas = 3": "belief.payload: unknown key 'mas'",
-    "extends = = 3": "not TOML",
     "[belief]\ncouplings = [[5, 7]]": "belief.couplings: joints 5 and 7; .* from 1 to 6",
-    "[belief]\ncouplings = [[0, 6]]": "belief.couplings: joints 0 and 6; .* from 1 to 6",
     "[belief]\ncouplings = [[5, 5]]": "belief.couplings: joints 5 and 5; expected two",
-    "[belief]\ncouplings = [5, 6]": "belief.couplings.0: input should be a valid array, got 5",
-    '[plant]\ngain = ["1", 1, 1, 1, 1, 1]': "plant.gain.0: .*valid number.* got '1'",
     "[experiment.controller]\nrate_hz = true": "experiment.controller.rate_hz: .*valid number",
-    "[tolerance]\nidentifiable = [1, 1, 1, 1, 1, 0]": "tolerance.identifiable.0: .*valid boolean",
-    "[experiment]\nstep = 1979-05-27": "experiment.step: .*valid number",
     "[plant]\ngain = [nan, 1, 1, 1, 1, 1]": "plant.gain.0: .*finite number",
     "[experiment.controller]\nrate_hz = 0.0": "rate_hz: input .* equal to 1, got 0",
     "[plant.payload]\nmass = 0\ncom = [0, 0, 0]": "payload.(mass: .*greater|inertia: .*required)",
     "[plant.errors]\nstribek = 0.1": "unknown key plant.errors.stribek; did you mean 'stribeck'?",
-    "[plant.errors]\nwrist_coupling = 2.0": "wrist_coupling: input .* equal to 1, got 2",
     "[plant.errors]\njoint_compliance = [1e-5]": "joint_compliance: 1 values .* expected 6",
-    "[experiment.sensors]\nencoder_noise = -1.0": "encoder_noise: input .* equal to 0, got -1",
-    "[identification.observe]\ncutoff_hz = -1.0": r"observe\.cutoff_hz: input .* equal to 0\.001",
     "[identification.options]\nblocks = 7": "identification.options: unknown option 'blocks'",
     '[identification.gains]\nuncertainty = "x"': "expected one of classical, jackknife",
 }
@@ -86,14 +76,10 @@ DRAWS = {
     '[random.it]\ntarget = "plant.gain"\ndistribution = "levy_stable"\nparameters = { alpha = 1.7, beta = 0.2 }': (
         "levy_stable has no quantile function of its own; choose one that has"
     ),
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "zipf"\nparameters = { a = 1.0001 }': "zipf has no quantile",
-    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = 1e308 }': "no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "lognorm"': "lognorm needs the parameter s",
     '[random.it]\ntarget = "plant.gain"': "give either a distribution, or a choice, or for a source its stream",
     '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "a name, 'drive-gains'; draw it with choice",
     '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
-    '[random.it]\ntraget = "plant.gain"': "unknown key random.it.traget; did you mean 'target'?",
-    '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size applies to noise only",
     '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
@@ -107,7 +93,6 @@ DRAWS = {
     '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
     'distribution = "norm"': "random.b: plant.gain is already used by random.a; draw each value once",
     '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
-    '[random.it]\ntarget = "plant.payload.mass"\nchoice = [7.0, "heavy"]': "random.it: ",
     '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",
 }
 
@@ -123,38 +108,27 @@ COSTS = {
 
 PROTOCOLS = {
     'experiment.protocol = ["bare", "haevy"]': r"no payload 'haevy'; did you mean 'heavy'\?; known: bare, loaded",
-    'experiment.protocol = ["bear", "heavy"]': r"experiment\.protocol: no payload 'bear'; did you mean 'bare'\?",
     "experiment.protocol = []": r"experiment\.protocol: 0 motions; expected 1 to 64",
     f"experiment.protocol = {json.dumps(['bare'] * 65)}": "65 motions; expected 1 to 64",
-    "experiment.protocol = 3": r"experiment\.protocol: .*valid array",
     'plant.payloads."7 kg" = "7.025 kg"': r"plant\.payloads: '7 kg' is no name for a payload",
     'plant.payloads.bare = "7.025 kg"': r"'bare' is no name for a payload; expected small .*not bare or unloaded",
-    'belief.payloads.unloaded = "7.025 kg"': r"belief\.payloads: 'unloaded' is no name for a payload",
     'plant.payloads.loaded = "7.025 kg"': r"plant: payload and payloads\.loaded denote the same payload",
-    'belief.payloads.loaded = "7.025 kg"': r"belief: payload and payloads\.loaded denote the same payload",
     'plant.payloads.haevy = "7.025 kg"': r"plant has a payload 'haevy', belief has not; did you mean 'heavy'\?",
     'belief.payloads.lihgt = "7.025 kg"': r"belief has a payload 'lihgt', plant has not; did you mean 'light'\?",
     'plant.payloads.light = "4.257 kg"': r"unknown payload '4\.257 kg'; did you mean '4\.275 kg'\?",
-    'belief.payloads.light = "4.257 kg"': r"unknown payload '4\.257 kg'; did you mean '4\.275 kg'\?",
     "plant.payloads.heavy.mas = 3.0": r"unknown key plant\.payloads\.heavy\.mas; did you mean 'mass'\?",
-    "plant.payloads.heavy.mass = -3.0": r"plant\.payloads\.heavy\.mass: .*greater than 0, got -3",
     "belief.payloads.heavy.mas = 3.0": r"belief\.payloads\.heavy: payload: unknown key 'mas'; did you mean 'mass'\?",
     'belief.known = { haevy = "mass" }': r"belief\.known: no payload 'haevy'; did you mean 'heavy'\?",
     'belief.known = { heavy = "com" }': r"belief\.known\.heavy: .*'all' or 'mass', got 'com'",
-    'belief.known = "com"': r"belief\.known: .*'all' or 'mass', got 'com'",
 }
 
 FILES = {
     "nested": ("a = " + "[" * 50_000, "nested deeper than 16"),
-    "dotted": ("a." * 50_000 + "a = 1", "nested deeper than 16"),
     "not UTF-8": (b"description = '\xe9'", "byte 15 is not UTF-8"),
     "a novel": (b"# " + b"x" * 4_000_001, "4 MB are too much"),
     "empty": ("", "the file is empty"),
-    "decimal comma": (WHOLE.replace("2.8", "2,8"), r"\(at line \d+, column \d+\); numbers have a decimal point"),
     "no TOML": ("description : 1", "not TOML"),
     "extends a list": ("extends = ['nominal']", r"extends = \['nominal'\]; expected the name of one scenario"),
-    "extends itself": ("extends = 'mine.toml'", "extends itself through mine.toml -> mine.toml"),
-    "extends a stranger": ("extends = 'nominl'", "unknown scenario 'nominl'; did you mean 'nominal'"),
 }
 
 MOTION = (
@@ -163,20 +137,11 @@ MOTION = (
 )
 MOTIONS = {
     "no duration": (MOTION.replace("duration", "# duration"), "duration is missing; expected duration, center, sine"),
-    "durations": (MOTION.replace("duration", "durations"), "unknown key 'durations'; did you mean 'duration'"),
-    "text": (MOTION.replace("8.0", "'8.0'"), "duration = '8.0'; expected a number"),
     "a year": (MOTION.replace("8.0", "3600"), r"duration = 3600; expected up to 600 s"),
     "just too long": (MOTION.replace("8.0", "600.001"), r"duration = 600.001; expected up to 600 s"),
-    "no time": (MOTION.replace("8.0", "0.0"), "duration = 0; expected up to 600 s"),
     "nan": (MOTION.replace("-0.08", "nan"), "cosine contains a number that is not finite or beyond 10000"),
-    "huge": (MOTION.replace("[0.1, 0.2]", "[0.1, 1e300]"), "center contains a number that is not finite or beyond"),
     "huge whole number": (MOTION.replace("0.2]", "9" * 400 + "]", 1), r"center = .* bits\]; expected an array"),
-    "true": (MOTION.replace("[0.1, 0.2]", "[0.1, true]"), r"center = \[0.1, True\]; expected an array of numbers"),
     "ragged": (MOTION.replace("-0.1, 0.0]", "-0.1]"), "sine = .*; expected rows of numbers, all of one length"),
-    "flat": (
-        MOTION.replace("[[0.1, 0.1, -0.1], [0.2, -0.1, 0.0]]", "[0.1, 0.2]"),
-        "sine = .*; expected rows of numbers",
-    ),
     "sizes": (MOTION.replace("[0.1, 0.2]", "[0.1]"), r"center \(1,\), sine \(2, 3\) and cosine \(2, 3\) do not fit"),
     "a start": (MOTION.replace("-0.08", "-0.09"), "the motion does not start at rest"),
     "not two": (MOTION, "moves 2 joints of 6"),

@@ -2,7 +2,6 @@
 
 import json
 import os
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +17,6 @@ from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
-from sim.errors import PlantError
 from sim.trajectory import at_rest
 
 N = 3
@@ -88,13 +86,6 @@ def test_arrays_of_another_robot_are_refused(tmp_path):
         setup_of(load_scenario(str(path)))
 
 
-@pytest.mark.parametrize("error", ["d3_error = 0.001", "gravity_spring = 100.0", "wrist_coupling = 0.1"])
-def test_errors_that_are_one_robot_s_alone_are_refused_on_another(tmp_path, error):
-    path = own_scenario(tmp_path, more=f"[plant.errors]\n{error}\n")
-    with pytest.raises(PlantError, match=f"errors: {error.split()[0]} = .*invented has no"):
-        setup_of(load_scenario(str(path)))
-
-
 def test_a_study_knows_its_robot_s_files(tmp_path):
     path = own_scenario(tmp_path)
     identity = study_identity(monte_carlo(load_scenario(str(path)), 2, 0))["scenario"]["robot"]
@@ -159,16 +150,6 @@ def test_there_are_robots_of_six_and_of_seven_joints_and_one_that_slides():
     ]
     np.testing.assert_array_equal(robots["tx40"].drives.gain, [35.2, 32.0, 23.9, 9.05, 15.5, 6.56])  # BIRDy's file
     assert [(c.motor, c.turns_with) for c in robots["tx40"].couplings] == [(5, 4)]
-
-
-@pytest.mark.parametrize("name", BUILTIN)
-def test_a_built_in_robot_has_no_mesh_and_a_source_in_its_model(name):
-    model = (ROBOTS[name].parent / "arm.xml").read_text()
-    assert "mesh" not in model
-    head = model.partition("-->")[0]
-    assert "assumed" in head
-    table = tomllib.loads(ROBOTS[name].read_text())
-    assert all(drive["source"] and drive["origin"] for drive in table["drives"].values())
 
 
 @pytest.mark.parametrize("name", ["ur10e", "stanford"])

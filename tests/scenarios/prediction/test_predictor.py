@@ -107,9 +107,9 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
 @pytest.mark.parametrize("stream", ["white", "coloured", "current_sensor"])
 def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     # At the full rate and at one in four; 300 draws, deviations of the deviation 4 %, bounds at four of them.
-    sizes = {
-        "current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003},
-    }.get(stream, {f"{SENSORS}current_{stream}": 0.07})
+    sizes = {"current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003}}.get(
+        stream, {f"{SENSORS}current_{stream}": 0.07}
+    )
     settings = {**QUIET, **sizes, f"{SENSORS}coloured_cutoff_hz": 13.0}
     loud = setup_of(with_settings(quick, settings))
     linear, logs = linearised(loud, 1), expected_logs(loud, 1)

@@ -8,19 +8,7 @@ import pytest
 from page_parts import Elements
 
 from scenarios.rendering import Page, renderer
-from scenarios.rendering.content import (
-    VERDICT,
-    Cell,
-    Column,
-    Heading,
-    Line,
-    Mood,
-    Paragraph,
-    Picture,
-    Report,
-    Table,
-    cells,
-)
+from scenarios.rendering.content import VERDICT, Column, Heading, Line, Mood, Paragraph, Picture, Report, Table, cells
 from scenarios.rendering.html import script_json, sections
 from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
@@ -108,14 +96,6 @@ def test_rows_beyond_those_of_a_screen_are_folded_away():
     )
 
 
-@pytest.mark.parametrize("form", ["text", "markdown"])
-def test_text_leaves_plots_and_pictures_out(form):
-    report = Report("Title", (Paragraph("before"), DRAWN, Picture("seen", b"", 4, 3), Paragraph("after")), {})
-    assert renderer(form)(report, Page()) == renderer(form)(
-        Report("Title", (Paragraph("before"), Paragraph("after")), {}), Page()
-    )
-
-
 def test_numbers_of_a_plot_have_five_digits_and_gaps_where_there_are_none():
     assert values([1.23456789, -0.000123456, math.nan, math.inf, 1234567.0]) == (
         1.2346,
@@ -169,8 +149,3 @@ def test_options_of_a_command_are_whole_and_a_title_that_is_the_verdict_has_its_
     assert re.findall(r'<span class="whole">(.*?)</span>', page) == ["--cutoff-hz", "--all", "--out"]
     assert '<code>rx90 x <span class="whole">--all</span></code>' in page
     assert '<h1 class="bad">WRONG</h1>' in page
-
-
-def test_a_cell_keeps_its_mood():
-    table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
-    assert '<td class="bad words whole">x</td>' in renderer("html")(Report("T", (table,), {}), Page())

@@ -22,7 +22,7 @@ from scenarios.rendering.content import (
     rounded,
     table,
 )
-from scenarios.rendering.text import blocks, continued, fold
+from scenarios.rendering.text import blocks, continued
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(
@@ -167,14 +167,6 @@ def test_words_fold_before_a_table_is_continued_below():
     ]
 
 
-def test_the_widest_column_gives_way_as_far_as_it_can():
-    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 30) == {4: 7, 2: 9, 3: 12}
-    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 25) == {4: 7, 2: 9, 3: 9}
-    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 22) == {4: 7, 2: 8, 3: 7}
-    assert fold({4: (7, 7), 2: (4, 9), 3: (8, 12)}, 20) == {4: 7, 2: 5, 3: 8}
-    assert fold({4: (17, 17), 2: (4, 9)}, 15) == {4: 17, 2: 4}
-
-
 def test_moods_are_colours_where_there_are_any(monkeypatch):
     monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.delenv("NO_COLOR", raising=False)
@@ -221,11 +213,6 @@ def test_what_is_for_files_is_on_a_screen_when_asked_for():
 
 def test_a_share_is_told_in_percent_and_none_as_a_dash():
     assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
-
-
-def test_a_number_that_is_rounded_to_zero_has_no_minus_sign():
-    assert (percent(-1e-6, ".2f"), percent(-1e-6, "+.1f"), rounded(-1e-6, 0.01)) == ("0.00", "+0.0", "0.000")
-    assert plus_minus(-1e-6, 0.01) == "0.000 ± 0.010"
 
 
 def test_numbers_have_the_decimals_that_two_digits_of_their_spread_need_and_short_lengths_are_in_millimetres():

@@ -5,8 +5,20 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from accelerations import SOLVER, STEP, acceleration, coupling, drive_torque
-from drive_states import COMPLIANCE, DQ, DRIVES, TURNS, Q, V, simulation_of
+from drive_states import (
+    COMPLIANCE,
+    DQ,
+    DRIVES,
+    SOLVER,
+    STEP,
+    TURNS,
+    Q,
+    V,
+    acceleration,
+    coupling,
+    drive_torque,
+    simulation_of,
+)
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import experiment, nominal_plant, streams, try_record
 

@@ -240,7 +240,13 @@ def mass_alone(ready: Setting, fitted: Fitted, j: int, gain: float, known: Known
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """A joint, from 0, that differs from the others: ratio of its mass to theirs, minus one, with its deviation."""
+    """A joint whose estimate of the mass differs from that of the others.
+
+    Attributes:
+        joint: The joint, from 0.
+        rel_error: Relative difference: ratio of its mass to that of the others, minus one.
+        rel_std: Standard deviation of `rel_error`; relative.
+    """
 
     joint: int
     rel_error: float
@@ -249,12 +255,12 @@ class Departure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommonError:
-    """A common error of the mass of several joints.
+    """An error of the mass that several joints have in common, which no single gain explains.
 
     Attributes:
-        joints: Agreeing joints, from 0.
-        rel_error: (estimated - specified) / specified.
-        rel_std: Standard deviation of `rel_error`, including that of the scale.
+        joints: The joints, from 0.
+        rel_error: Relative error, (estimate - weighed) / weighed.
+        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
         apart: Joints that differ significantly from them.
     """
 

@@ -1,6 +1,7 @@
 """Results of `rx90 verify` and `rx90 payload-of`: estimated payloads, and gains tested with a weighed mass."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.known_gains import OTHER_UNIT
 from ident.identification import Identification
-from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING
+from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
@@ -41,6 +42,8 @@ VERDICTS = {
     DIFFERS: Cell(DIFFERS, Mood.BAD),
     SAYS_NOTHING: Cell("inconclusive", Mood.DOUBTFUL),
 }
+STDS = ("std", "residual_std", "gain_std", "model_std")
+"""Standard deviation of a quantity, and its contributions."""
 
 
 class Deviations(ResultModel):
@@ -85,8 +88,7 @@ class PayloadParameter(Deviations, _Parameter):
 
 
 def _deviations(each: payload.Quantity) -> dict[str, Any]:
-    names = ("unit", "std", "residual_std", "gain_std", "model_std")
-    return {"estimate": each.value, **{name: getattr(each, name) for name in names}}
+    return {"estimate": each.value, "unit": each.unit, **{name: getattr(each, name) for name in STDS}}
 
 
 class Weighed(ResultModel):
@@ -119,61 +121,14 @@ class Weighed(ResultModel):
     @classmethod
     def of(cls, each: weighing.Weighed) -> "Weighed":
         """Return a mass compared with the stated one."""
-        mass = each.mass
-        return cls(
-            joint=None if each.joint is None else each.joint + 1,
-            mass=mass and mass.value,
-            std=mass and mass.std,
-            residual_std=mass and mass.residual_std,
-            gain_std=mass and mass.gain_std,
-            model_std=mass and mass.model_std,
-            rel_error=each.rel_error,
-            rel_std=each.rel_std,
-            verdict=each.verdict,
-            reason=each.reason,
-        )
+        values = {name: each.mass and getattr(each.mass, name) for name in STDS}
+        joint, mass = None if each.joint is None else each.joint + 1, each.mass and each.mass.value
+        return cls.model_validate(asdict(each) | values | {"joint": joint, "mass": mass})
 
     @property
     def off(self) -> str:
         """Relative error in words."""
         return _off(self.rel_error or 0.0, self.rel_std or 0.0)
-
-
-class Departure(ResultModel):
-    """A joint whose estimate of the mass differs from that of the others.
-
-    Attributes:
-        joint: Its number, from 1.
-        rel_error: Relative difference: ratio of its mass to that of the others, minus one.
-        rel_std: Standard deviation of `rel_error`; relative.
-    """
-
-    joint: int = Field(ge=1)
-    rel_error: float
-    rel_std: float
-
-
-class CommonError(ResultModel):
-    """An error of the mass that several joints have in common, which no single gain explains.
-
-    Attributes:
-        joints: Numbers of the joints, from 1.
-        rel_error: Relative error, (estimate - weighed) / weighed.
-        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
-        apart: Joints that differ significantly from them.
-    """
-
-    joints: list[int]
-    rel_error: float
-    rel_std: float
-    apart: list[Departure]
-
-    @classmethod
-    def of(cls, found: weighing.CommonError) -> "CommonError":
-        """Return a common error."""
-        apart = [Departure(joint=x.joint + 1, rel_error=x.rel_error, rel_std=x.rel_std) for x in found.apart]
-        joints = [joint + 1 for joint in found.joints]
-        return cls(joints=joints, rel_error=found.rel_error, rel_std=found.rel_std, apart=apart)
 
 
 class Verification(DiagnosedResult):
@@ -197,14 +152,13 @@ class Verification(DiagnosedResult):
     together: Weighed
     joints: list[Weighed]
     payload: list[Quantity]
-    common: CommonError | None
+    common: FromOne[CommonError] | None
     notes: list[str]
     unseen: FromOne[Unseen] | None = None
 
     @classmethod
     def of(cls, found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> "Verification":
         """Return the result of a verification."""
-        common = weighing.common_error(found)
         return cls(
             passed=found.passed and (unseen is None or unseen.passed),
             mass=found.payload.mass,
@@ -213,7 +167,7 @@ class Verification(DiagnosedResult):
             together=Weighed.of(found.together),
             joints=list(map(Weighed.of, found.joints)),
             payload=list(map(Quantity.of, found.body.quantities)),
-            common=None if common is None else CommonError.of(common),
+            common=weighing.common_error(found),
             notes=list(found.remarks),
             unseen=unseen,
             **diagnosed_values(diagnosed),
@@ -271,10 +225,9 @@ class Verification(DiagnosedResult):
 
     def _common_words(self, common: CommonError) -> str:
         shown = sum(each.mass is not None for each in self.joints)
-        joints = [joint - 1 for joint in common.joints]
-        who = "all joints" if len(common.joints) == shown else joint_list(joints)
+        who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
         apart = "".join(
-            f"; joint {each.joint} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
+            f"; joint {each.joint + 1} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
             for each in common.apart
         )
         times = 1.0 + common.rel_error

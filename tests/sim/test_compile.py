@@ -11,7 +11,6 @@ import rx90_mjcf
 from sim.compile import lean_model, plant_model
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
-from sim.errors import PlantError
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
 from sim.trajectory import at_rest
@@ -47,15 +46,6 @@ def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
     np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 
-def test_bare_and_loaded_models_have_one_layout_and_the_bare_one_is_the_arm():
-    bare, loaded = (plant_model(nominal_plant(), loaded=x, step=STEP) for x in (False, True))
-    assert bare.nbody == loaded.nbody
-    arm = mujoco.MjModel.from_xml_path(str(rx90_mjcf.MJCF))
-    np.testing.assert_array_equal(bare.body_mass[:-1], arm.body_mass)
-    assert bare.body("payload").mass == 0.0
-    assert loaded.body("payload").mass == CYLINDER.mass
-
-
 def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rng):
     full, lean = (make(nominal_plant(), loaded=True, step=STEP) for make in (plant_model, lean_model))
     assert (full.ngeom > 20, lean.ngeom, lean.nmat, lean.ncam) == (True, 0, 0, 0)
@@ -65,20 +55,6 @@ def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rn
             each.ctrl[:] = v
             mujoco.mj_step(model, each)
         np.testing.assert_array_equal(data[0].qpos, data[1].qpos)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "message"),
-    [
-        ("gain", np.array([1.0, 1, 0, 1, 1, 1]), "gain .* has a zero"),
-        ("gain", np.array([1.0, np.nan, 1, 1, 1, 1]), "expected 6 finite numbers"),
-        ("viscous_friction", np.ones(5), "viscous_friction .* expected 6 finite numbers"),
-        ("rotor_inertia", np.array([1.0, 1, -1, 1, 1, 1]), "rotor_inertia .* has a negative value"),
-    ],
-)
-def test_impossible_drives_are_refused(field, value, message):
-    with pytest.raises(PlantError, match=message):
-        nominal_plant(**{field: value})
 
 
 def test_shapes_of_a_part_that_is_fixed_to_a_link_stay_if_they_are_its_mass(tmp_path):
@@ -116,13 +92,12 @@ def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulat
     return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
+def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(rng):
     plants = [nominal_plant(gain=rng.uniform(0.5, 1.5, 6)) for _ in range(3)]
     models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
     start = rng.uniform(-0.5, 0.5, (6, 6))
     currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
-    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=threads)
+    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=2)
     batched = np.empty_like(currents)
     for k in range(PERIODS):
         engine.current[:] = currents[k]
@@ -138,16 +113,7 @@ def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
             np.testing.assert_array_equal(batched[k, i], data.qpos)
 
 
-def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
-    model = plant_model(nominal_plant(), loaded=False, step=1e-3)
-    engine = Engine(simulations([model, model], np.zeros((2, 6))), substeps=1, threads=1)
-    engine.q[1, 2] = np.nan
-    engine.advance()
-    np.testing.assert_array_equal(engine.unstable(), [False, True])
-
-
-@pytest.mark.parametrize("current", [1e3, 1e11, np.inf])
+@pytest.mark.parametrize("current", [1e3, np.inf])
 def test_the_plant_takes_no_more_current_than_its_drives_give(current):
     limit = nominal_plant().drives.current_limit
     model = plant_model(nominal_plant(), loaded=True, step=1e-3)
@@ -193,18 +159,9 @@ def test_velocity_and_acceleration_are_the_derivatives():
     assert q.shape == dq.shape == ddq.shape == (50, 6)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_motions_start_and_end_at_rest_at_the_same_place(seed):
-    rng = np.random.default_rng(seed)
+def test_motions_start_and_end_at_rest_at_the_same_place(rng):
     motion = at_rest(rng.normal(size=4), *rng.normal(size=(2, 4, 9)), 3.0)
     q, dq, ddq = motion(np.array([0.0, 3.0]))
     np.testing.assert_allclose(q[0], q[1], rtol=0, atol=1e-13)
     np.testing.assert_allclose(dq, 0.0, atol=1e-12)  # sums of nine terms of the order of 20
     np.testing.assert_allclose(ddq, 0.0, atol=1e-10)
-
-
-def test_a_motion_at_rest_is_left_as_it_is():
-    motion = short_motion()
-    again = at_rest(motion.center, motion.sine, motion.cosine, motion.duration)
-    np.testing.assert_allclose(again.sine, motion.sine, rtol=0, atol=1e-16)
-    np.testing.assert_allclose(again.cosine, motion.cosine, rtol=0, atol=1e-16)

@@ -86,16 +86,6 @@ def test_a_share_of_viscous_friction_follows_another_power_of_the_speed(power):
     )
 
 
-def test_warmth_settles_by_the_mean_square_of_the_load_and_fades_with_its_time():
-    # Against small steps of T dx/dt = W u - x, whose error is half a step over T.
-    errors, load, before = ModelErrors(motor_warming=170.0, warming_time=1.7), np.array([0.09, 0.4]), np.array([31, 2])
-    x = before.astype(float)
-    for _ in range(20_000):
-        x += 1e-4 / 1.7 * (170.0 * load - x)
-    found = warmed(errors, before, load, 2.0)
-    np.testing.assert_allclose(found, x, rtol=0, atol=5e-5 * np.abs(x - before).max())
-
-
 def test_warmth_along_a_motion_is_that_of_its_periods_one_after_the_other(rng):
     errors, load = ModelErrors(motor_warming=170.0, warming_time=1.7), rng.uniform(0.05, 0.7, (5, 3))
     before = np.array([31.0, 2.0, 7.0])
@@ -103,24 +93,6 @@ def test_warmth_along_a_motion_is_that_of_its_periods_one_after_the_other(rng):
     for each in load:
         expected.append(warmed(errors, expected[-1], each, 0.3))
     np.testing.assert_allclose(warming(errors, before, load, 0.3), expected, rtol=1e-13)  # some roundings
-
-
-def test_presliding_friction_is_dahl_s_and_takes_the_place_of_dry_friction():
-    # Against small steps of ds/dt = (1 - s sign(dq)) dq / d at a held speed, 9 periods of one sign, 4 of the other.
-    errors, plant = ModelErrors(presliding=0.013), nominal_plant()
-    term = EFFECTS["presliding"].term([errors], [Build(robot=plant.robot, drives=plant.drives, earlier=0, step=1e-3)])
-    s = np.zeros(7)
-    for sign in [1.0] * 9 + [-1.0] * 4:
-        done = step(dq=sign * DQ[None], speed=sign * (TURNS @ DQ)[None])
-        term(done)
-        before, speed = s.copy(), sign * (TURNS @ DQ)
-        for _ in range(200):
-            s += 0.002 / 200 * (1.0 - s * np.sign(speed)) * speed / 0.013
-    assert not done.friction.any()
-    expected = 0.75 - TURNS.T @ (step().friction[0] * before)
-    # Euler's error: half a step of 1e-5 s times dq / d, 200 in 1/s at most.
-    np.testing.assert_allclose(done.torque[0], expected, rtol=0, atol=0.02)
-    assert np.ptp(before) > 0.1
 
 
 def test_simulations_without_an_effect_are_left_alone_by_those_that_have_it():

@@ -52,14 +52,6 @@ def test_a_hand_behind_the_flange_is_held_and_weighs_what_it_weighs(tmp_path, pl
     assert np.abs(torques(path, flange) - plain).max() > 0.1
 
 
-@pytest.mark.parametrize("flange", [None, "wrist_link"])
-def test_what_floats_beside_the_arm_is_not_drawn_and_what_stands_there_is(tmp_path, flange):
-    bodies = [body.name for body in full_spec(written(tmp_path, "arm.xml", menagerie(world=TABLE)), flange).bodies]
-    assert "table" in bodies
-    assert "wrist_link" in bodies
-    assert "cup" not in bodies
-
-
 def test_joints_of_a_urdf_that_do_not_lead_to_the_flange_are_held(tmp_path):
     kinds = ("revolute",) * 3
     path = written(tmp_path, "arm.urdf", ros(kinds=kinds, more=GRIPPER))
@@ -83,15 +75,6 @@ def test_shapes_for_collisions_give_a_link_of_a_urdf_no_inertia(tmp_path):
     path = written(tmp_path, "arm.urdf", ros(inertial=False).replace("</link><joint", f"{box}<joint"))
     with pytest.raises(ModelFileError, match=r"arm\.urdf: link 'shoulder_link' has no mass or no moments of inertia"):
         bare_arm(path, ROTORS)
-
-
-def test_inertia_from_shapes_of_an_mjcf_file_is_the_shapes(tmp_path):
-    text = menagerie(inertial="").replace('<geom class="visual" mesh="shoulder"/>', "")
-    for name in ("elbow", "wrist"):
-        text = text.replace(f'<geom class="visual" mesh="{name}"/>', "")
-    model = bare_arm(written(tmp_path, "arm.xml", text), ROTORS)
-    capsule = np.pi * 0.05**2 * 0.15 + 4.0 / 3.0 * np.pi * 0.05**3
-    np.testing.assert_allclose(model.body_mass[-4:-1], 1000.0 * capsule, rtol=1e-9)  # MuJoCo's density of water
 
 
 FAULTS = {
@@ -164,7 +147,7 @@ def with_meshes(folder, meshes, **changes):
     return written(folder, "arm.xml", menagerie(**changes))
 
 
-@pytest.mark.parametrize("text", [FLAT, "", "v 0 0\n", "no mesh"])
+@pytest.mark.parametrize("text", [FLAT, "no mesh"])
 def test_a_mesh_that_is_no_solid_is_left_out_where_inertials_are_stated(tmp_path, text):
     path = with_meshes(tmp_path, {"shoulder.obj": TETRAHEDRON, "elbow.obj": text or "#", "wrist.obj": TETRAHEDRON})
     assert [mesh.file for mesh in full_spec(path).meshes] == ["shoulder.obj", "wrist.obj"]
@@ -207,7 +190,7 @@ def test_a_mesh_in_a_package_is_found_around_the_file(tmp_path, place):
     assert unusable_meshes(path) == tuple(f"package://robot_description/meshes/{k}.stl" for k in ("shoulder", "wrist"))
 
 
-@pytest.mark.parametrize("parent", ["base_link", "elbow_link", "tool0"])
+@pytest.mark.parametrize("parent", ["elbow_link", "tool0"])
 @pytest.mark.parametrize("mass", ["0.5", "-0.5"])
 def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent, mass):
     more = ANTENNA.replace("PARENT", parent).replace("MASS", mass)
@@ -215,18 +198,3 @@ def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent,
     np.testing.assert_allclose(model.body_mass.sum(), 12.0 + max(float(mass), 0.0), rtol=1e-12)  # rounding of a sum
     with pytest.raises(ModelFileError, match="antenna"):
         bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "antenna" if parent == "tool0" else None)
-
-
-def test_moments_beside_the_arm_of_which_one_exceeds_the_others_do_not_matter(tmp_path):
-    more = ANTENNA.replace("PARENT", "elbow_link").replace("MASS", "0.5")
-    for old, new in (
-        ("2.4e-8", "1e-5"),
-        ("6.1e-8", "0"),
-        ("1.2e-8", "0"),
-        ("2.8e-8", "1e-5"),
-        ("8e-9", "0"),
-        ("3.8e-8", "4e-5"),
-    ):
-        more = more.replace(old, new)
-    model = bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "tool0")
-    np.testing.assert_allclose(model.body("antenna").inertia, 2e-5, rtol=1e-12)  # their mean

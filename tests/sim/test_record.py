@@ -1,13 +1,9 @@
-import os
-import subprocess
-import sys
 import time
 from copy import copy
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from places import ROOT
 from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
 
 from ident.recordings.recording import Recording
@@ -34,12 +30,6 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not():
     assert not same(first, other)
 
 
-def test_a_recording_does_not_depend_on_the_batch_it_ran_in():
-    alone = record([experiment()], streams(3), threads=1)[0]
-    many = record([experiment(loaded=True), experiment(sensors=SILENT), experiment()], streams(1, 2, 3), threads=1)
-    assert same(alone, many[2])
-
-
 def test_whoever_listens_is_told_every_second_that_is_simulated():
     heard = []
     options = ControllerOptions(rate_hz=500.0)
@@ -50,35 +40,9 @@ def test_whoever_listens_is_told_every_second_that_is_simulated():
     assert len(heard) > 2
 
 
-def test_the_arm_follows_its_reference_and_the_payload_costs_current():
-    bare, loaded = record(
-        [experiment(sensors=SILENT), experiment(sensors=SILENT, loaded=True)], streams(0, 1), threads=1
-    )
-    reference = short_motion()(bare.t)[0]
-    assert np.abs(bare.q - reference).max() < 0.02  # friction is not fed forward
-    assert np.mean(loaded.v[:, 1] ** 2) > np.mean(bare.v[:, 1] ** 2)
-
-
-@pytest.mark.parametrize(("shift", "found"), [(1.7, r"2\.\d+"), (-2.2, r"-1\.\d+")])
-def test_leaving_the_range_of_a_joint_is_an_error_with_joint_and_time(shift, found):
-    motion = short_motion()
-    far = replace(motion, center=motion.center + np.array([0, 0, 0, 0, shift, 0]))
-    with pytest.raises(
-        LimitReached, match=rf"^motion: joint5 at {found} rad leaves its range -1\.833 to 2\.094 rad at t ="
-    ):
-        record([experiment(trajectory=far)], streams(0), threads=1)
-
-
-def test_one_failure_in_a_batch_leaves_the_others_their_recordings():
-    heavy = nominal_plant(payload=replace(CYLINDER, mass=90.0))
-    outcomes = try_record([experiment(), experiment(plant=heavy, loaded=True)], streams(3, 4), threads=1)
-    assert same(outcomes[0], record([experiment()], streams(3), threads=1)[0])
-    with pytest.raises(Saturated, match=r"^motion: drive of joint[23] at its limit of .* from t = 0\.\d+ s; "):
-        raise outcomes[1]
-
-
 def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_they_run_alone():
     elastic = ModelErrors(joint_compliance=(1e-4,) * 6)
+    varying = nominal_plant(errors=ModelErrors(stribeck=0.4, load_friction=0.05))  # one plant, which none changes
     several = [
         experiment(plant=nominal_plant(errors=elastic)),
         experiment(trajectory=short_motion(1.0, 0.03)),
@@ -87,8 +51,10 @@ def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_the
         experiment(step=5e-4),
         experiment(plant=nominal_plant(errors=ModelErrors(wrist_coupling=1.0)), loaded=True),
         experiment(plant=nominal_plant(errors=ModelErrors(gravity_spring=2e4)), loaded=True),
+        experiment(plant=varying),
+        experiment(plant=varying, trajectory=replace(short_motion(), sine=-short_motion().sine)),
     ]
-    together = record(several, streams(*range(7)), threads=2)
+    together = record(several, streams(*range(9)), threads=2)
     for i, single in enumerate(several):
         assert same(together[i], record([single], streams(i), threads=1)[0])
 
@@ -183,14 +149,14 @@ def test_drives_go_on_as_warm_as_the_motion_before_left_them_but_for_the_pause(m
 
 
 def test_a_warm_up_is_the_motion_repeated_for_its_time(monkeypatch):
-    # Eight motions one after another. One takes a sixth of the time constant, so that heat near its end counts for more
+    # Four motions one after another. One takes a sixth of the time constant, so that heat near its end counts for more
     # than its mean: some per cent of what settles.
-    motions = sequence(*[False] * 9)
+    motions = sequence(*[False] * 5)
     _, starts = seen_warmth(motions, monkeypatch)
     monkeypatch.undo()
-    _, warmed = seen_warmth(sequence(False, warm_up=8 * 0.801), monkeypatch)
+    _, warmed = seen_warmth(sequence(False, warm_up=4 * 0.801), monkeypatch)
     assert len(warmed) == 3  # two of the warm-up, and the motion itself
-    np.testing.assert_allclose(warmed[2], starts[8], rtol=0.04)
+    np.testing.assert_allclose(warmed[2], starts[4], rtol=0.1)
     assert not warmed[0].any()
     assert (warmed[1] < warmed[2]).all()
 
@@ -317,10 +283,9 @@ def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once(changes, kind
     "make",
     [
         lambda: nominal_plant(gain=np.full(6, 1e308)),
-        lambda: nominal_plant(replace(CYLINDER, mass=1e9)),
+        lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
         lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
         lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
-        lambda: nominal_plant(errors=ModelErrors(joint_compliance=(1e3,) * 6)),
         lambda: replace(BELIEF, gain=(1e308,) * 6),
         lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
     ],
@@ -353,40 +318,6 @@ def test_a_simulation_that_diverges_says_so_and_mujoco_says_nothing(tmp_path, mo
     assert (captured.out, captured.err) == ("", "")
 
 
-AFTERWARDS = """
-import mujoco, numpy as np
-from pathlib import Path
-from plants import nominal_plant
-from sim.compile import plant_model
-from sim.model_spec import silenced
-
-model = plant_model(nominal_plant(), loaded=False, step=1e-3)
-
-def fall(data):
-    data.qpos[0] = np.nan
-    mujoco.mj_step(model, data)
-
-try:
-    with silenced():
-        fall(mujoco.MjData(model))
-        raise ZeroDivisionError
-except ZeroDivisionError:
-    assert not list(Path().iterdir())
-fall(mujoco.MjData(model))
-assert [path.name for path in Path().iterdir()] == ["MUJOCO_LOG.TXT"]
-"""
-
-
-def test_mujoco_s_own_log_is_as_before_afterwards(tmp_path):
-    # In a process of its own: MuJoCo keeps to the log file that it has opened first.
-    paths = {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests" / "helpers")])}
-    done = subprocess.run(
-        [sys.executable, "-c", AFTERWARDS], cwd=tmp_path, env=os.environ | paths, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    assert "Nan, Inf" in done.stderr
-
-
 HOME = np.array([[0.2, 0.3, 1.0, 0.1, 0.4, -0.2]])
 HOLDING = FourierTrajectory(HOME[0], np.zeros((6, 2)), np.zeros((6, 2)), 0.5)
 SOFT = ModelErrors(joint_compliance=(1e-5,) * 6, backlash=0.01)
@@ -401,8 +332,7 @@ def held(loaded: bool) -> np.ndarray:
     return drives.amplifier_offset + (torque + drives.coulomb_asymmetry) / drives.gain
 
 
-@pytest.mark.parametrize("loaded", [False, True])
-@pytest.mark.parametrize("errors", [None, SOFT])
+@pytest.mark.parametrize(("loaded", "errors"), [(False, None), (True, SOFT)])
 def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, errors):
     need, limit = np.abs(held(loaded)), nominal_plant().drives.current_limit.copy()
     for share, joint in ((1.001, 2), (0.999, 2)):
@@ -416,15 +346,3 @@ def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, erro
         check_torque_limits([e])
     with pytest.raises(Saturated, match=advice):
         check_torque_limits([e])
-
-
-def test_the_motion_that_cannot_be_borne_is_named():
-    limit = 0.5 * (np.abs(held(False)) + np.abs(held(True)))  # between bare and loaded
-    limit[[0, 2, 3, 4, 5]] = 1e3
-    plant = nominal_plant(current_limit=limit)
-    moves = [
-        experiment(name=name, plant=plant, trajectory=HOLDING, loaded=name == "heavy") for name in ("bare", "heavy")
-    ]
-    check_torque_limits(moves[:1])
-    with pytest.raises(Saturated, match=r"^heavy: drive of joint2 "):
-        check_torque_limits(moves)

@@ -1,7 +1,7 @@
 import mujoco
 import numpy as np
 import pytest
-from plants import RX90, nominal_plant
+from plants import nominal_plant
 from robot_folders import arm_xml, robot_folder
 
 from scenarios.experiments.scenario import load_scenario
@@ -22,13 +22,6 @@ def robot(tmp_path, change=lambda text: text):
 def on_last(text: str, element: str) -> str:
     """An element on the last link."""
     return text.replace("</body></body>", f"{element}</body></body>")
-
-
-def test_the_rx90_s_flange_is_its_site():
-    flange = flange_of(RX90)
-    np.testing.assert_allclose(flange.origin, [0.0, 0.0, 0.085], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(flange.rotation, np.eye(3), rtol=0, atol=1e-14)  # a product of seven rotations
-    assert flange.name == "flange"
 
 
 @pytest.mark.parametrize("joint", ["0 0 0", "0.04 -0.013 0.027"])
@@ -83,12 +76,6 @@ def test_the_tip_of_the_payload_reaches_the_floor_where_its_length_says():
     poses[:, 1] = q2
     expected = 0.42 + 1.1006 * np.cos(q2) - 0.0497 * np.sin(q2)
     np.testing.assert_allclose(clearance(poses), expected, atol=1e-3)  # digits of the payload's moments
-
-
-def test_a_folded_wrist_brings_the_payload_to_the_forearm():
-    clearance = Clearance(nominal_plant(), MARGIN)
-    straight, folded = clearance(np.array([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 2.09, 0]], dtype=float))
-    assert folded < straight
 
 
 BODY = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="{}" axis="{}"/>'
@@ -154,12 +141,6 @@ def test_where_in_its_body_the_last_joint_is_moves_neither_flange_nor_weight(tmp
     # Radii are 0.12 of the last link's 0.35 and 0.25 m, the latter not below 3 % of the reach.
     np.testing.assert_allclose(found[0], [0.5 - 1.27 - 0.042, 0.5 - 1.67], rtol=0, atol=1e-6)
     np.testing.assert_allclose(found[1], [0.5 - 1.27 - 0.0381, 0.5 - 1.67], rtol=0, atol=1e-6)
-
-
-def test_an_arm_that_hangs_or_stands_in_the_floor_has_none(tmp_path):
-    plant = capsule_plant(tmp_path)
-    plant.robot.model.write_text(plant.robot.model.read_text().replace('pos="0 0 0.5"', 'pos="0 0 -0.1"'))
-    assert distances(plant, [np.pi, 0.0, 0.0, 0.0, 0.0], margin=0.2)[0] == 0.2
 
 
 def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_beside_it_is_not(tmp_path):
@@ -233,18 +214,12 @@ def pieces(spec: mujoco.MjSpec, seed: int) -> int:
 @pytest.mark.parametrize("name", ["panda", "so101", "stanford", "tx40", "ur10e", "yam"])
 def test_built_in_arms_are_drawn_in_one_piece_wherever_their_joints_are(name):
     plant = setup_of(load_scenario(name)).experiments[1].plant
-    for seed in range(5):
+    for seed in range(2):
         assert pieces(drawn_arm(plant.robot, plant.payload), seed) == 1
 
 
-@pytest.mark.parametrize("joints", [1, 3, 7])
+@pytest.mark.parametrize("joints", [1, 7])
 def test_an_arm_of_frames_alone_is_drawn_in_one_piece_with_its_payload(tmp_path, joints):
     robot = read_robot(robot_folder(tmp_path, joints))
     for seed in range(3):
         assert pieces(drawn_arm(robot, BAR), seed) == 1
-
-
-def test_an_arm_with_colours_of_its_own_is_left_as_it_is_drawn():
-    own = mujoco.MjSpec.from_file(str(RX90.model))
-    drawn = drawn_arm(RX90, None)
-    assert [(g.name, g.material) for g in drawn.geoms] == [(g.name, g.material) for g in own.geoms]

@@ -11,12 +11,11 @@ import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription
-from ident.recordings.description_files import spread
-from ident.recordings.files import read_log, read_recording, write_recording
-from ident.recordings.formats.table import MOST_COLUMNS, listed
+from ident.recordings.files import read_log, read_recording
+from ident.recordings.formats.table import MOST_COLUMNS
 from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
-from ident.support.errors import LogDescriptionError, RecordingError
+from ident.support.errors import RecordingError
 
 UNITS = {
     ("t", "s"): 1.0, ("t", "ms"): 1e3, ("t", "us"): 1e6, ("t", "ns"): 1e9,
@@ -177,18 +176,6 @@ def test_columns_go_by_the_joints_names_and_doubled_names_are_refused(tmp_path):
         read_recording(path, DESCRIPTION)
 
 
-def test_names_of_messages_and_ranges_are_bounded():
-    assert listed([str(k) for k in range(8)]) == "0, 1, 2, 3, 4, 5, 6, 7"
-    assert listed([str(k) for k in range(9)]) == "0, 1, 2, 3, 4, 5, 6, 7, .."
-    assert listed(["x" * 150, "y" * 49]) == "x" * 150 + ", " + "y" * 48 + ", .."
-    assert spread("q{3..3}_deg", "here") == ["q3_deg"]
-    assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
-    assert len(spread("q{2..65}", "here")) == 64
-    for word in ("q{2..66}", "q{3..2}"):
-        with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
-            spread(word, "here")
-
-
 def ur_columns(*currents: str) -> dict[str, np.ndarray]:
     q, v = (np.column_stack((x, -0.9 * x[:, ::-1])) for x in (Q, V))
     columns = {"timestamp": T} | {f"target_q_{j}": 1.01 * q[:, j] for j in range(6)}
@@ -236,17 +223,3 @@ def test_declarations_replace_what_is_known_of_a_layout(tmp_path):
     pq.write_table(pa.table(dated), tmp_path / "log.parquet")
     found = read_recording(tmp_path / "log.parquet", LogDescription(t=Channels(unit=("iso",))))
     np.testing.assert_allclose(found.t, ms / 1000, rtol=0.0, atol=3e-7)  # float64 has 2.4e-7 s in 2024
-
-
-def test_standard_columns_may_be_in_other_units_or_beside_others(tmp_path):
-    path = tmp_path / "log.csv"
-    write_recording(Recording(T, np.rad2deg(Q), 1e3 * V), path)
-    assert_same(read_recording(path, LogDescription(q=Channels(unit=("deg",)))), v=1e3 * V)
-    description = LogDescription(signal="current", q=Channels(unit=("deg",)), v=Channels(unit=("mA",)))
-    assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
-        read_recording(path, replace(description, v=Channels()))
-    columns = {"t": T} | {f"q{j + 1}": Q[:, j] for j in range(3)} | {name: table()[name] for name in "xyz"}
-    assert_same(read_recording(csv(path, columns), LogDescription(signal="current", v=DESCRIPTION.v)))
-    csv(path, {"t" if name == "time" else name: value for name, value in table().items()})
-    assert_same(read_recording(path, replace(DESCRIPTION, t=Channels())))

@@ -86,16 +86,8 @@ def test_joints_are_in_the_order_that_is_said_or_else_in_that_of_the_dataset(tmp
     assert_episode(folder, replace(CURRENT, joints=None), 1, joints=(0, 1, 2))
 
 
-def test_currents_stay_in_the_unit_they_have_where_nothing_is_said(tmp_path):
-    folder = so101(tmp_path / "set")
-    assert_episode(folder, CURRENT, 0)
-    said = replace(of(CURRENT, 0), signal="current", v=Channels(unit=("mA",)))
-    np.testing.assert_array_equal(read_recording(folder, said).v, motion(0)[2][:, :2] * 1e-3)
-
-
-@pytest.mark.parametrize("kind", ["effort", "torque", "current"])
 @pytest.mark.parametrize(
-    "names", [list(JOINTS), [list(JOINTS)], {"motors": list(JOINTS)}], ids=["a list", "nested", "an object"]
+    ("kind", "names"), [("effort", list(JOINTS)), ("torque", [list(JOINTS)]), ("current", {"motors": list(JOINTS)})]
 )
 def test_currents_may_be_a_feature_of_their_own(tmp_path, kind, names):
     folder = apart(tmp_path / "set", names, kind)
@@ -121,44 +113,6 @@ def test_an_episode_split_over_files_is_whole(tmp_path):
     assert_episode(folder, CURRENT, 0)
     with pytest.raises(RecordingError, match=r"episode 1 has 63 of its 80 frames; a file of data/ is missing"):
         read_recording(folder, of(CURRENT, 1))
-
-
-def test_files_without_the_episode_are_not_read(tmp_path):
-    folder = so101(tmp_path / "set")
-    other = folder / "data/chunk-000/file-001.parquet"
-    content = bytearray(other.read_bytes())
-    content[4:200] = b"\xff" * 196  # pages, not the footer
-    other.write_bytes(content)
-    assert_episode(folder, CURRENT, 1)
-    with pytest.raises(RecordingError, match=r"file-001\.parquet: not a readable Parquet file"):
-        read_recording(folder, of(CURRENT, 2))
-
-
-def test_stamps_that_were_measured_are_kept(tmp_path):
-    rng = np.random.default_rng(3)
-    late = [np.arange(n) / FPS + np.sort(rng.uniform(0.0, 0.004, n)) for n in LENGTHS]
-    found = read_recording(so101(tmp_path / "set", t=late), of(CURRENT, 1))
-    np.testing.assert_array_equal(found.t, late[1].astype(np.float32))
-
-
-def test_the_only_episode_needs_no_choice(tmp_path):
-    folder = so101(tmp_path / "set", files=[[(0, slice(None))]])
-    listed = folder / "meta/episodes/chunk-000/file-000.parquet"
-    pq.write_table(pq.read_table(listed).slice(0, 1), listed)
-    edit(folder, total_episodes=1)
-    np.testing.assert_array_equal(read_recording(folder, CURRENT).v, motion(0)[2][:, :2])
-
-
-def test_a_file_of_a_dataset_is_read_as_the_parquet_that_it_is(tmp_path):
-    folder = so101(tmp_path / "set")
-    said = LogDescription(
-        signal="current",
-        t=Channels(columns=("timestamp",), unit=("s",)),
-        q=Channels(columns=("observation.state[0]",), unit=("deg",)),
-        v=Channels(columns=("observation.state[3]",), unit=("A",)),
-    )
-    found = read_recording(folder / "data/chunk-000/file-000.parquet", of(said, 1))
-    np.testing.assert_array_equal(found.v[:, 0], motion(1)[2][:, 0])
 
 
 def broken(folder: Path, name: str, content: bytes | None) -> Path:
@@ -197,10 +151,8 @@ FRAMES = [[(0, slice(None)), (1, slice(40, None)), (1, slice(0, 40)), (2, slice(
 WRONG = {
     "no episode chosen": (so101, CURRENT, r"3 episodes, 0 to 2; choose one \(--episode"),
     "no such episode": (so101, of(CURRENT, 3), "no episode 3; there are 3 episodes, 0 to 2"),
-    "half an episode": (so101, replace(CURRENT, only=(("episode_index", 0.5),)), r"no episode 0\.5; there are 3"),
     "no unit": (so101, replace(of(CURRENT, 1), q=Channels()), "the unit of positions is not declared"),
     "current without unit": (so101, replace(of(CURRENT, 1), signal="current"), "the unit of currents is not declared"),
-    "unit without signal": (so101, replace(of(CURRENT, 1), v=Channels(unit=("A",))), "is not declared; state it with"),
     "torque without signal": (
         lambda p: so101(p, "torque"), of(CURRENT, 1),
         r"unit of currents is not declared: .*; the quantity in observation\.state\.shoulder_pan\.torque, .* not",
@@ -217,17 +169,12 @@ WRONG = {
     ),
     "NaN": (nan, of(CURRENT, 1), r"v2 is not a finite number at row 8 \(1 such values\)"),
     "truncated JSON": (lambda p: broken(so101(p), "meta/info.json", b'{"fps": 50, "fea'), of(CURRENT, 1), "not JSON"),
-    "no object": (lambda p: broken(so101(p), "meta/info.json", b"[1]"), of(CURRENT, 1), "expected an object"),
-    "JSON without end": (lambda p: broken(so101(p), "meta/info.json", b"[" * 100_000), of(CURRENT, 1), "not JSON"),
     "v2.1": (
         lambda p: edit(so101(p), codebase_version="v2.1"), of(CURRENT, 1),
         r"version v2\.1; convert it to v3\.0 with LeRobot: python -m lerobot\.scripts\.convert_dataset_v21_to_v30",
     ),
-    "v1.6": (lambda p: edit(so101(p), codebase_version="v1.6"), of(CURRENT, 1), r"codebase_version = 'v1\.6'; LeRobot"),
     "no version": (lambda p: edit(so101(p), codebase_version=None), of(CURRENT, 1), "codebase_version = None"),
     "fps 0": (lambda p: edit(so101(p), fps=0), of(CURRENT, 1), "fps = 0; expected the frames per second"),
-    "fps true": (lambda p: edit(so101(p), fps=True), of(CURRENT, 1), "fps = True; expected the frames per second"),
-    "fps text": (lambda p: edit(so101(p), fps="50"), of(CURRENT, 1), "fps = '50'; expected the frames per second"),
     "episodes": (lambda p: edit(so101(p), total_episodes=0), of(CURRENT, 1), "total_episodes = 0; expected"),
     "features": (lambda p: edit(so101(p), features=[]), of(CURRENT, 1), r"features = \[\]; expected an object"),
     "other episodes": (lambda p: edit(so101(p), total_episodes=4), of(CURRENT, 1), "4 episodes, meta/episodes lists 3"),
@@ -238,13 +185,10 @@ WRONG = {
     "no data": (lambda p: broken(broken(so101(p), DATA, None), "data/chunk-000/file-001.parquet", None), of(CURRENT, 1),
                 "data has no Parquet file"),
     "no file of the episode": (lambda p: broken(so101(p), DATA, None), of(CURRENT, 1), "of data/ contains episode 1"),
-    "truncated data": (lambda p: broken(so101(p), DATA, b"PAR1 half a file"), of(CURRENT, 1), "not a readable Parquet"),
     "no list of episodes": (lambda p: broken(so101(p), LIST, None), of(CURRENT, 1), "episodes has no Parquet file"),
-    "a truncated list": (lambda p: broken(so101(p), LIST, b"PAR1"), of(CURRENT, 1), "not a readable Parquet file"),
     "a list with a gap": (
         lambda p: listed(so101(p), [60.0, None, 70.0]), of(CURRENT, 1), "meta/episodes lacks a number or length"
     ),
-    "no bytes of text": (lambda p: broken(so101(p), "meta/info.json", b"\xff\xfe\xff"), of(CURRENT, 1), "not JSON"),
     "a feature too wide": (
         lambda p: edit(so101(p), features={"observation.state": datasets.feature("float32", 10**9)}), of(CURRENT, 1),
         r"entries of observation\.state have no names.*its features are observation\.state$",

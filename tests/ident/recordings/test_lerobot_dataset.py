@@ -43,15 +43,6 @@ def test_every_episode_reads_back_bit_for_bit(tmp_path):
     assert_same(found, Recording(recordings[1].t, recordings[1].q[:, [2, 1]], recordings[1].v[:, [2, 1]]))
 
 
-def test_stamps_that_float32_would_round_alike_read_back_too(tmp_path):
-    t = (np.arange(50) / 30.0).astype(np.float32).astype(float)
-    wave = np.sin(3.0 * t)[:, None]
-    written = Recording(t, wave, 2.0 * wave + t[:, None])
-    write_dataset([written], tmp_path / "set")
-    assert_same(read_recording(tmp_path / "set"), written)
-    assert json.loads((tmp_path / "set/meta/info.json").read_text())["fps"] == 30
-
-
 @pytest.mark.parametrize(
     ("signal", "unit"),
     [(None, ()), ("current", ("A",) * 3), ("percent", ("%",) * 3), ("torque-from-current", ("N m",) * 3),

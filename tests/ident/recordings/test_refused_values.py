@@ -12,16 +12,6 @@ Q = np.sin(9.0 * T[:, None] + np.array([0.3, 0.7]))
 V = np.cos(5.0 * T[:, None] + np.array([0.2, 0.9]))
 
 
-def test_rows_that_are_there_twice_are_told_from_a_coarse_clock_and_from_a_second_recording():
-    twice, again = np.repeat(np.arange(60), 1 + (np.arange(60) == 7)), np.tile(np.arange(60), 2)
-    with pytest.raises(RecordingError, match=r"row 9: .*1 rows repeat earlier rows: drop the duplicates"):
-        Recording(T[twice], Q[twice], V[twice])
-    with pytest.raises(RecordingError, match=r"2 rows repeat the time .* write t with more digits"):
-        Recording(np.where(np.arange(60) % 30 == 8, T - 0.004, T), Q, V)
-    with pytest.raises(RecordingError, match=r"row 61: .*several recordings, .* only = \{ episode_index = 0 \}"):
-        Recording(T[again], Q[again], V[again])
-
-
 def test_a_last_column_that_never_changes_may_be_a_gripper():
     for joint, hinted in ((0, False), (1, True)):
         still = Q.copy()

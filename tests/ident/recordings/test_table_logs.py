@@ -14,7 +14,6 @@ from ident.recordings.description import Channels, LogDescription
 from ident.recordings.description_files import described
 from ident.recordings.files import read_log, read_recording
 from ident.recordings.formats import LOGS
-from ident.recordings.formats.table import LogFormat, Table
 from ident.support.errors import RecordingError
 
 DATES = np.datetime64("2031-07-19T09:41:07.125") + 4 * np.arange(len(T))
@@ -26,15 +25,6 @@ def assert_exact(path: Path, description: LogDescription | None = None) -> None:
     found = read_recording(path, description)
     for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
         np.testing.assert_array_equal(one, other)
-
-
-def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
-    def opened(path: Path, description: LogDescription) -> Table:
-        columns = {"t": T, "q1": Q[:, 0], "v1": V[:, 0], "more": V[:, 1]}
-        return Table(list(columns), lambda names, dated: {name: columns[name] for name in names})
-
-    monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), opened))
-    np.testing.assert_array_equal(read_recording(tmp_path / "log.MINE").v[:, 0], V[:, 0])
 
 
 def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path):
@@ -100,13 +90,6 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     pq.write_table(pa.table(columns), path)
     with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):
         read_recording(path, channels("t", unit=("iso",)))
-
-
-def test_nanoseconds_since_1970_keep_what_float64_has(tmp_path):
-    ns = 1_710_000_000_000_000_000 + 4_000_000 * np.arange(len(T))
-    pq.write_table(pa.table(table() | {"time": ns}), tmp_path / "log.parquet")
-    found = read_recording(tmp_path / "log.parquet", channels("t", unit=("ns",)))
-    np.testing.assert_allclose(np.diff(found.t), 0.004, rtol=0.0, atol=1e-6)  # twice the spacing of float64 there
 
 
 def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):

@@ -6,10 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from here import HERE
-from method_rows import told
 from places import ROOT
 from printed import printed
 from quick import BRIEF, RANDOM, quick_scenario
@@ -17,15 +15,13 @@ from rich.console import Console
 
 from scenarios import load
 from scenarios.benchmark.bound import gain_bound
-from scenarios.benchmark.comparison import Comparison, compared
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
 from scenarios.benchmark.study import METHOD, comparison
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
 from scenarios.experiments.study import carry_out, study_identity
-from scenarios.rendering import RENDERERS, Page, renderer
-from scenarios.support.errors import MethodError, ScenarioError, StudyError
+from scenarios.support.errors import MethodError
 
 QUIET = Console(quiet=True)
 LIMITS = Limits(time_s=60.0)
@@ -111,32 +107,13 @@ def test_a_trial_that_cannot_be_simulated_is_no_method_s_fault(finished):
     assert len(unposed) % (6 * len(STUBS)) == 0
 
 
-def test_an_interrupted_comparison_goes_on_where_it_stopped(scenario, tmp_path, finished):
-    two, rows = STUBS[1:3], finished.table()
-    first = carry_out(study(scenario, 2, *two), tmp_path / "s", HERE, command="", console=QUIET)
-    assert first.table()["trial"].nunique() == 2
-    whole = carry_out(study(scenario, 4, *two), tmp_path / "s", HERE, command="", console=QUIET).table()
-    same = rows[rows[METHOD].isin(two)].reset_index(drop=True)
-    pd.testing.assert_frame_equal(whole.drop(columns="seconds"), same.drop(columns="seconds"), check_exact=True)
-
-
-def test_other_methods_other_limits_and_changed_files_are_another_study(scenario, tmp_path):
-    carry_out(study(scenario, 1, STUBS[1]), tmp_path / "s", HERE, command="", console=QUIET)
-    with pytest.raises(StudyError, match="methods"):
-        carry_out(study(scenario, 1, STUBS[2]), tmp_path / "s", HERE, command="", console=QUIET)
+def test_other_methods_other_limits_and_changed_files_are_another_study(scenario):
     loaded, method = load_scenario(str(scenario)), method_of(STUBS[1])
-    slow = comparison(loaded, [method], Limits(time_s=61.0), 1, seed=5)
-    with pytest.raises(StudyError, match=r"limits\.time_s"):
-        carry_out(slow, tmp_path / "s", HERE, command="", console=QUIET)
-    edited = comparison(loaded, [replace(method, digests=(("method_stubs.py", "0" * 16),))], LIMITS, 1, seed=5)
-    assert study_identity(edited) != study_identity(study(scenario, 1, STUBS[1]))
-
-
-def test_no_method_and_one_twice_are_refused(scenario):
-    with pytest.raises(ScenarioError, match="no method"):
-        study(scenario, 1)
-    with pytest.raises(ScenarioError, match="'nls' is given twice"):
-        study(scenario, 1, "nls", "ls-2011", "nls")
+    edited = replace(method, digests=(("method_stubs.py", "0" * 16),))
+    others = [([method_of(STUBS[2])], LIMITS), ([method], Limits(time_s=61.0)), ([edited], LIMITS)]
+    identity = study_identity(study(scenario, 1, STUBS[1]))
+    for methods, limits in others:
+        assert study_identity(comparison(loaded, methods, limits, 1, seed=5)) != identity
 
 
 # The command
@@ -189,45 +166,3 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(words, mes
     assert main(["compare", *words]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
-
-
-@pytest.mark.parametrize("form", RENDERERS)
-def test_a_report_says_all_that_it_knows_in_every_form(form):
-    rows = pd.concat([
-        told("mine", {"estimate": 2.02, "std": 0.05}, {"failure": "NotFinite"}),
-        told("theirs", {}, {"estimate": 2.5}),
-    ])  # fmt: skip
-    here = compared("here", rows, ["mine", "theirs"], np.array([0.0123])).model_copy(update={"unposed": 1})
-    found = Comparison(about={"Date": "2011-09-25"}, scenarios=[here])
-    report = found.report(found.title)
-    text = renderer(form)(report, Page())
-    for word in ("mine", "theirs", "here", "NotFinite"):
-        assert word in text
-    if form != "json":
-        assert "1.230" in text
-        assert "mine: 1 NotFinite." in text
-        assert "1 of them failed before any method was run." in text
-
-
-@pytest.mark.parametrize(
-    ("scores", "said"),
-    [
-        ({"a": 0.9004, "b": 0.9, "c": 0.7, "d": 0.1}, "On here a and b score 90.0 %, c 70.0 %."),
-        ({"a": 0.9, "b": 0.2, "c": 0.1}, "On here a scores 90.0 %, b 20.0 %."),
-        ({"a": 0.3, "b": 0.3, "c": 0.3}, "On here a, b and c score 30.0 %."),
-        ({"a": 0.3}, "On here a scores 30.0 %."),
-    ],
-)
-def test_the_verdict_names_every_method_with_the_highest_score_and_the_next(scores, said):
-    here = compared("here", told("a", {"estimate": 2.02, "std": 0.05}), ["a"], None)
-    here.methods = [replace(here.methods[0], method=name, score=score) for name, score in scores.items()]
-    assert next(iter(Comparison(about={}, scenarios=[here]).parts())).text == said
-
-
-def test_a_saved_result_is_no_scenario_to_compare_and_says_what_shows_it(tmp_path, capsys):
-    (tmp_path / "record.json").write_text("{}")
-    assert main(["compare", str(tmp_path), "--method", "ls-2011"]) == 2
-    said = capsys.readouterr().err
-    assert "is a saved result (rx90 report shows it; rx90 verify compares" in said
-    assert main(["compare", "nominal", "--method", "ls-2011"]) == 2
-    assert capsys.readouterr().err.endswith("rx90: expected scenarios, -n N and --out DIR\n")

@@ -4,11 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from method_rows import told
-from scipy import stats
 
 from scenarios.benchmark.comparison import compared
 from scenarios.benchmark.study import METHOD
-from scenarios.experiments.statistics import coverage
 
 
 def one(rows: pd.DataFrame, bound=None):
@@ -29,14 +27,6 @@ def test_errors_of_a_joint_are_summed_up():
     assert (found.joint, found.expected, found.gains) == (1, 5, 5)
     assert found.cover_1.share == pytest.approx(3 / 5)  # off by 0.02, 0.1, 0.06, 0.02, 0.5 with 0.07
     assert found.cover_2.share == pytest.approx(4 / 5)
-
-
-def test_coverage_has_the_interval_of_clopper_and_pearson():
-    found = coverage(np.array([True] * 93 + [False] * 7))
-    assert found.share == pytest.approx(0.93)
-    np.testing.assert_allclose(found.low, stats.beta.ppf(0.025, 93, 8), rtol=1e-9)
-    np.testing.assert_allclose(found.high, stats.beta.ppf(0.975, 94, 7), rtol=1e-9)
-    assert coverage(np.array([], dtype=bool)) is None
 
 
 def test_an_interval_holds_the_truth_at_its_very_end_and_one_of_zero_only_without_error():

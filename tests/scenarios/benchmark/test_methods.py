@@ -92,16 +92,12 @@ def test_our_own_methods_answer_by_the_schemas(folder):
 
 UNKNOWN = [
     ("ls-2012", "unknown method 'ls-2012'; did you mean 'ls-2011'?"),
-    ("", "unknown method ''"),
     ("ls-2011,friction=load", "unknown option 'friction'; known: none"),
-    ("nls,friction=glue", "friction = 'glue': expected one of auto"),
     ("nls,max_rel_std=-1", "max_rel_std = -1: expected more than 0"),
     ("nls,reversal_speed", "option 'reversal_speed': expected KEY=VALUE"),
     ("nowhere_at_all:f", "No module named 'nowhere_at_all'"),
     ("method_stubs:absent", "module method_stubs has no function absent"),
-    ("method_stubs:NOT_CALLABLE", "module method_stubs has no function NOT_CALLABLE"),
     ("method_stubs:", "expected package.module:function"),
-    ("a b:c", "expected package.module:function"),
     ("exec:", "no command"),
     ("exec: 'unbalanced", "no closing quotation"),
     ("exec: no-such-program-anywhere --fast", "program not found: 'no-such-program-anywhere'"),
@@ -151,9 +147,7 @@ ENDS = [
     ("method_stubs:raises", "MethodCrashed", "exit status 1: ValueError: what is this?"),
     ("method_stubs:devours", "MethodOutOfMemory", "it requested more than 2 GB"),
     ("exec: false", "MethodCrashed", "exit status 1: it printed no message"),
-    ("exec: sh -c 'kill -ABRT $$'", "MethodCrashed", "ended by SIGABRT"),
     ("exec: true", "NoAnswer", "it printed nothing"),
-    ("exec: echo", "NoAnswer", "it printed no JSON"),
     ("exec: yes", "NoAnswer", "it printed more than 10 MB"),
 ]
 
@@ -195,17 +189,6 @@ def test_a_method_that_takes_too_long_is_ended_with_all_that_it_started(folder, 
             pytest.fail(f"process {number} lives")
 
 
-def test_a_program_that_goes_between_two_calls_is_an_outcome(folder, tmp_path):
-    program = tmp_path / "method"
-    program.write_text("#!/bin/sh\n")
-    program.chmod(0o755)
-    method = method_of(f"exec: {program}")
-    program.unlink()
-    outcome = call(method, folder, 6, LIMITS).outcome
-    assert outcome.kind == "MethodNotStarted"
-    assert "No such file" in str(outcome)
-
-
 # What of an answer is believed
 
 
@@ -223,24 +206,17 @@ MISFITS = [
     (b"", "NoAnswer", "nothing"),
     (b"gains: 1", "NoAnswer", "no JSON"),
     (b"\xff", "NoAnswer", "not UTF-8"),
-    (b"[1.5]", "NoAnswer", "expected one JSON object"),
     (b"{}", "WrongForm", "gains: field required"),
     (answer({"joint": 1}), "WrongForm", "gains.0.estimate: field required"),
     (answer(gain(estimate="1.5")), "WrongForm", "gains.0.estimate: input should be a valid number"),
-    (answer(gain(estimate=True)), "WrongForm", "gains.0.estimate: input should be a valid number"),
     (answer(gain(identifiable=1)), "WrongForm", "gains.0.identifiable: input should be a valid boolean"),
-    (answer(gain(joint=1.0)), "WrongForm", "gains.0.joint: input should be a valid integer"),
-    (answer(gain(joint=2)), "WrongJoints", "gains of joints [2]; expected 1 to 1"),
     (answer(gain(), gain(2)), "WrongJoints", "gains of joints [1, 2]; expected 1 to 1"),
-    (answer(), "WrongJoints", "expected 1 to 1"),
     (answer(gain(estimate=float("nan"))), "NotFinite", "NaN"),
     (HUGE % (b"1e999", b"null"), "NotFinite", "estimate is inf"),
-    (HUGE % (b"1", b"1e999"), "NotFinite", "std is inf"),
     (answer(gain(estimate=0.0)), "ImpossibleGain", "a gain of 0.0"),
     (answer(gain(estimate=None)), "ImpossibleGain", "a gain of None"),
     (answer(gain(std=-0.1)), "ImpossibleGain", "a standard deviation of -0.1"),
     (answer(gain(**REFUSED, estimate=None)), "ImpossibleGain", "is refused but has a number"),
-    (answer(gain(**REFUSED, std=None)), "ImpossibleGain", "is refused but has a number"),
     (b"[" * 100000, "NoAnswer", "no JSON"),
 ]
 

@@ -44,11 +44,6 @@ def test_a_point_s_motion_rests_at_its_poses_and_between_and_comes_back_the_same
     np.testing.assert_allclose(holds.point(motion), x, rtol=0, atol=1e-6)  # the condition to be at rest
 
 
-def test_sweeps_that_are_too_short_are_refused(problem):
-    with pytest.raises(ScenarioError, match="12 slow sweeps and as many holds need 36 s or more"):
-        Holds(limits=problem.limits, duration=20.0)
-
-
 def test_a_problem_of_holds_is_slow_and_wants_what_gravity_loads_and_a_joint_at_rest_shows_nothing(problem, holds):
     held, unloaded = hold_problem(problem)
     assert not np.intersect1d(held.joints, np.flatnonzero(unloaded)).size
@@ -77,7 +72,7 @@ def test_holds_may_take_less_of_a_torque_than_other_motions(problem):
     assert worst_of(over, ("base", "slide", "wrist"), held.shares) == used
 
 
-@pytest.mark.parametrize(("direction", "offset"), [(-0.3, -0.2), (-0.3, 0.2), (0.3, -0.2), (0.3, 0.2)])
+@pytest.mark.parametrize(("direction", "offset"), [(-0.3, 0.2), (0.3, -0.2)])
 def test_drives_bear_the_built_in_holds_with_the_weakest_gains_and_most_friction_that_are_drawn(direction, offset):
     setup = setup_of(load_scenario("holds"))
     drawn = {
@@ -108,6 +103,7 @@ def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch
         assert "cannot be combined with --protocol holds" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_holds_at_30_hz_give_the_gains_that_gravity_loads_within_their_tolerances():
     done = run(setup_of(load_scenario("holds")), 3)
     gains = done.verdict.gains

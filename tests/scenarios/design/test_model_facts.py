@@ -12,8 +12,8 @@ from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
-from scenarios.design.model_facts import ArmEnd, arm_end, check_stated_numbers, model_facts
-from sim.errors import ModelFileError, RobotError
+from scenarios.design.model_facts import ArmEnd, arm_end, model_facts
+from sim.errors import RobotError
 
 JAW = with_jaw(jaw="m6")  # of body claw_part
 WRIST = JAW.replace('name="m6" axis="0 1 0" range="-0.2 1.7"', 'name="m6" axis="0 1 0" range="-1.9 1.7"')
@@ -110,12 +110,6 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
     assert facts.velocity == {"a1": 1.0, "a3": 1.0, "a5": 1.0}
 
 
-def test_ignored_friction_and_armature_are_listed(tmp_path):
-    assert model_facts(written(tmp_path, "zeros.urdf", ros()), None).left == ()
-    rubs = arm_xml(3).replace('name="axis2"', 'frictionloss="0.3" armature="0.13" name="axis2"')
-    assert model_facts(written(tmp_path, "rubs.xml", rubs), None).left == ("friction loss", "armature")
-
-
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
@@ -138,25 +132,6 @@ def test_a_number_that_no_arm_has_is_refused_with_line_and_value(tmp_path, capsy
     assert error.count("\n") == 1
 
 
-def test_numbers_at_the_edge_are_taken_and_those_beside_the_arm_are_not_read(tmp_path):
-    edge = (
-        {},
-        {"MASS": "0"},
-        {"EFFORT": "0"},
-        {"EFFORT": "inf"},
-        {"SPEED": "+Inf"},
-        {"SPEED": "999"},
-        {"IZZ": "0.10999"},
-    )
-    for changes in edge:
-        check_stated_numbers(arm(tmp_path, **changes))
-    lamp = ros(more=GRIPPER.replace('ixx="0.03"', 'ixx="-0.03"').replace('effort="9"', 'effort="-9"'))
-    path = written(tmp_path, "lamp.urdf", lamp)
-    check_stated_numbers(path, "tool0")
-    with pytest.raises(RobotModelError, match="link 'finger_l': no body has principal moments"):
-        check_stated_numbers(path)
-
-
 @pytest.mark.parametrize(("upper", "taken"), [("6.3", True), ("12.56", True), ("12.6", False), ("166.2", False)])
 def test_ends_of_a_turning_joint_in_degrees_are_refused(tmp_path, upper, taken):
     path = arm(tmp_path, UPPER=upper)
@@ -165,9 +140,3 @@ def test_ends_of_a_turning_joint_in_degrees_are_refused(tmp_path, upper, taken):
         return
     with pytest.raises(RobotModelError, match=rf"line 5: limit: upper = {upper} rad"):
         load_arm(path)
-
-
-def test_an_error_of_the_parser_is_one_line_with_the_name_of_the_file(tmp_path):
-    path = written(tmp_path, "arm.urdf", re.sub(r'mass value="[^"]*"', 'mass value="2;1"', ros(), count=1))
-    with pytest.raises(ModelFileError, match=r"^robot model .*arm\.urdf: MuJoCo cannot read it: .*line \d+ ?$"):
-        model_facts(path, None)

@@ -103,11 +103,6 @@ def test_a_payload_covers_the_face_of_the_flange_or_misses_it_by_so_many_millime
     assert replace(weight, dimensions=dimensions).uncovered == missing
 
 
-@pytest.mark.parametrize(("quarter", "x", "y"), [(0, 1, 0), (1, 0, 1), (2, -1, 0), (3, 0, -1)])
-def test_a_quarter_turn_turns_from_the_flange_s_x_toward_its_y(quarter, x, y):
-    np.testing.assert_array_equal(replace(BAR, quarter=quarter).turned[:, :2], [[x, -y], [y, x], [0, 0]])
-
-
 def test_tolerances_are_those_of_iso_2768_medium_and_follow_from_formulas():
     sizes = {6.0: 0.1, 6.1: 0.2, 30.0: 0.2, 31.0: 0.3, 120.0: 0.3, 121.0: 0.5, 401.0: 0.8}
     found = [dimension_std(size) for size in sizes]
@@ -168,11 +163,6 @@ def test_a_payload_that_must_not_be_mounted_costs_more_than_any_other_and_says_w
     assert judged.cost(weight) > (judged.cost(FOUND) if "floor" in why else IMPOSSIBLE - 1e-9)
 
 
-def test_a_payload_that_misses_the_flange_costs_more_the_farther(carrying):
-    near, far = (carrying.cost(replace(CYLINDER, dimensions=(100.0, 40.0, offset))) for offset in (25.0, 60.0))
-    assert IMPOSSIBLE < near < far
-
-
 def test_a_design_identifies_the_joint_that_the_paper_s_payload_cannot(designed):
     assert [each.shown for each in designed.before.joints] == [True] * 5 + [False]
     assert all(each.shown for each in designed.after.joints)
@@ -216,13 +206,6 @@ def test_a_design_without_a_feasible_payload_or_for_a_bare_protocol_is_refused(n
     path.write_text('extends = "nominal"\n[experiment]\nprotocol = ["bare"]\n')
     with pytest.raises(ScenarioError, match="mounts no payload"):
         design_problem(setup_without_motion(load_scenario(str(path))))
-
-
-def test_a_payload_of_a_protocol_that_is_not_named_loaded_is_the_one_that_is_replaced():
-    setup = setup_of(load_scenario("field-two-weights"))
-    carrying, light = carrying_of(setup, STEEL), setup.plants["light"].payload
-    assert carrying.design.problem.plant.payload == light
-    assert carrying.effect(carrying.design.problem.carried, setup.payloads["light"]).payload["mass"] == light.mass
 
 
 def test_the_command_writes_a_payload_with_which_all_six_gains_are_identified(designed, tmp_path, capsys, monkeypatch):

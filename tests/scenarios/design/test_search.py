@@ -8,7 +8,7 @@ from robot_folders import robot_folder
 
 import scenarios.design.search as module
 from scenarios.cli import main
-from scenarios.commands.excite import own_motion, unfinished
+from scenarios.commands.excite import unfinished
 from scenarios.design.excitation import HALF_TURN, Design, Limits, Problem, design_problem, robot_limits
 from scenarios.design.search import (
     LEAST_SHARE,
@@ -28,7 +28,6 @@ from scenarios.experiments.setup import setup_of, setup_without_motion
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
-from sim.trajectory import FourierTrajectory
 
 
 def limits(n: int = 3) -> Limits:
@@ -215,22 +214,6 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     assert read_motion("m.toml", tmp_path).sine.shape == left.sine.shape == (6, 3)
 
 
-def test_a_stopped_search_whose_best_does_not_keep_its_limits_yet_says_so_and_leaves_nothing(
-    tmp_path, capsys, stopping, monkeypatch
-):
-    def too_far(self: Design, motion: object, sizes: object = None) -> None:
-        raise TrajectoryError("the motion exceeds a limit or comes too near by 6 %")
-
-    stopping(1)
-    monkeypatch.setattr(Design, "fitted", too_far)
-    assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 130
-    assert "rx90: stopped; nothing is written: no motion found can be scaled" in capsys.readouterr().err
-    stopping(-1)  # before it has a motion
-    assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 130
-    assert capsys.readouterr().err == "rx90: stopped\n"
-    assert not (tmp_path / "m.toml").exists()
-
-
 IMPROVING = ["--harmonics", "20", "--evaluations", "25", "--improve"]
 
 
@@ -245,44 +228,6 @@ def test_a_search_that_improves_begins_with_the_scenario_s_own_motion(tmp_path, 
     assert found <= cost
     assert design.cost(read_motion("m.toml", tmp_path)) < cost
     assert "--improve --out FILE" in path.read_text()
-
-
-def test_where_nothing_better_is_found_the_scenario_s_own_motion_is_written_and_that_said(
-    tmp_path, capsys, monkeypatch
-):
-    own = setup_of(load_scenario("tx40")).experiments[0].trajectory
-
-    def distance(self: Design, motion: FourierTrajectory) -> float:
-        return float(np.abs(motion.sine[:, : own.sine.shape[1]] - own.sine).max())
-
-    monkeypatch.setattr(Design, "cost", distance)
-    assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), *IMPROVING]) == 0
-    assert "no better motion was found, so it is written" in capsys.readouterr().err
-    np.testing.assert_allclose(read_motion("m.toml", tmp_path).sine, own.sine, rtol=0, atol=1e-6)  # digits of the file
-
-
-@pytest.mark.parametrize("words", [["--harmonics", "7"], ["--duration", "19"]])
-def test_a_motion_that_is_none_of_those_searched_is_not_improved(tmp_path, capsys, words):
-    assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve", *words]) == 2
-    assert "to improve it, search with --duration 20 and --harmonics 8 or more" in capsys.readouterr().err
-
-
-def test_a_motion_that_the_robot_cannot_make_is_no_motion_of_its_own():
-    scenario = setup_without_motion(load_scenario("tx40"))
-    problem = design_problem(scenario)
-    assert own_motion(scenario.scenario, Design(problem)) is not None
-    slow = replace(problem, limits=replace(problem.limits, velocity=0.3 * problem.limits.velocity))
-    assert own_motion(scenario.scenario, Design(slow)) is None
-    assert own_motion(setup_without_motion(load_scenario("panda")).scenario, Design(problem)) is None  # of seven joints
-
-
-def test_a_scenario_without_a_motion_is_searched_and_cannot_be_improved(tmp_path, capsys):
-    path = tmp_path / "s.toml"
-    path.write_text('extends = "nominal"\n[experiment]\nmotion = "not-there.toml"\n')
-    scenario = setup_without_motion(load_scenario(str(path)))
-    assert own_motion(scenario.scenario, Design(design_problem(scenario))) is None
-    assert main(["excite", str(path), "--out", str(tmp_path / "m.toml"), "--improve"]) == 2
-    assert "not-there.toml" in capsys.readouterr().err
 
 
 def _costs(error: str) -> list[str]:

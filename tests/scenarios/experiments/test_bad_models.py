@@ -115,13 +115,6 @@ def test_a_faulty_model_of_a_command_is_one_line(identify, tmp_path):
     names_file(identify(model=path), path, MJCF_FAULTS[0][1])
 
 
-def test_a_circle_of_links_of_any_length_ends(tmp_path):
-    links = "".join(f'<link name="c{k}"/>' + FIXED.format(f"j{k}", f"c{k}", f"c{(k + 1) % 3}") for k in range(3))
-    (tmp_path / "arm.urdf").write_text(urdf(more=links))
-    with pytest.raises(RobotModelError, match="is its own ancestor"):
-        read_arm(tmp_path / "arm.urdf", ())
-
-
 @pytest.mark.parametrize("head", ["", '<?xml version="1.0" encoding="ISO-8859-1"?>'])
 def test_a_name_in_latin_1_is_refused_with_its_line(tmp_path, head):
     path = tmp_path / "arm.xml"

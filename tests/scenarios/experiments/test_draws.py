@@ -107,16 +107,6 @@ def test_no_file_is_read_for_a_trial_of_a_resolved_scenario(monkeypatch):
         assert ready.experiments[1].plant.payload.mass == drawn["plant.payload.mass"]
 
 
-def test_settings_change_the_bench_and_what_is_believed_stays():
-    nominal = load_scenario("nominal")
-    changed = setup_of(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
-    assert changed.experiments[1].plant.payload.mass == 8.0
-    assert changed.payloads["loaded"].mass == 7.025
-    np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
-    doubted = setup_of(with_settings(nominal, {"belief.payload.mass_std": 0.05}))
-    assert doubted.payloads["loaded"].mass_std == 0.05  # though the file takes it as exact
-
-
 @pytest.mark.parametrize("name", SCALED)
 def test_distributions_of_location_and_scale_alone_are_those_of_scipy(name, rng):
     uniform, same = rng.random(50), {"loc": 0.3, "scale": tuple(np.linspace(0.7, 2.0, 50))}

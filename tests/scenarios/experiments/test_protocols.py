@@ -11,9 +11,6 @@ from protocols import FOUR, protocol_setup, scenario_of
 from quick import quick_scenario
 
 from ident.estimation.estimate import FoundParameter
-from ident.payload.payload import read_payload
-from ident.recordings.files import read_recording
-from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.draws import check_draws, drawn_settings
 from scenarios.experiments.run import run
@@ -23,7 +20,6 @@ from scenarios.experiments.setup import setup_of
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError, WrongDraw
-from sim.errors import Saturated
 
 DRAW = """
 [random."payload mass"]
@@ -32,13 +28,6 @@ distribution = "norm"
 parameters = { scale = 0.1 }
 apply = "add"
 """
-
-
-def test_motions_are_called_by_what_they_carry_and_counted_where_it_comes_again():
-    protocol = ("loaded", "bare", "light", "bare", "bare", "light")
-    assert motion_names(protocol) == ("loaded", "unloaded", "light", "unloaded-2", "unloaded-3", "light-2")
-    assert mountings(protocol) == ("loaded", "light")
-    assert motion_names(("bare", "loaded")) == ("unloaded", "loaded")
 
 
 def test_motions_of_one_payload_are_identified_together_and_all_others_in_order_of_time():
@@ -69,17 +58,6 @@ def test_what_is_known_is_said_for_every_payload_or_for_one(tmp_path, known, exp
     assert [setup.payloads[name].known for name in ("light", "heavy")] == expected
     again = setup_of(setup.scenario)
     assert [again.payloads[name].known for name in ("light", "heavy")] == expected
-
-
-def test_the_payload_called_loaded_may_stand_among_the_named_ones(tmp_path):
-    quick_scenario(tmp_path)
-    names = 'plant.payloads.loaded = "4.275 kg"\nbelief.payloads.loaded = "4.275 kg"\n'
-    rest = f'description = "x"\n{names}belief.controller_gain = [1, 1, 1, 1, 1, 1]\nexperiment.step = 0.001\n'
-    text = (tmp_path / "quick.toml").read_text().replace('extends = "nominal"\n', "")
-    (tmp_path / "named.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
-    setup = setup_of(load_scenario(str(tmp_path / "named.toml")))
-    assert [e.name for e in setup.experiments] == ["unloaded", "loaded"]
-    assert setup.experiments[1].plant.payload.mass == setup.payloads["loaded"].mass == 4.275
 
 
 def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
@@ -126,23 +104,8 @@ def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their
         np.testing.assert_allclose(share, np.sqrt(2 * (0.05**2 + 0.02**2)), rtol=0.1)
 
 
-def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
-    heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
-    more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
-    setup = protocol_setup(tmp_path, ("bare", "light", "heaviest"), more)
-    with pytest.raises(Saturated, match=r"^heaviest: drive of joint3 at its limit"):
-        run(setup, 0)
-
-
-@pytest.mark.parametrize(
-    "protocol",
-    [
-        ("loaded", "bare", "loaded", "light", "bare"),
-        pytest.param(FOUR, marks=pytest.mark.slow),
-        pytest.param(("light", "bare", "bare"), marks=pytest.mark.slow),
-    ],
-)
-def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path, capsys, protocol):
+def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path, capsys):
+    protocol = ("loaded", "bare", "loaded", "light", "bare")
     path, folder = scenario_of(tmp_path, protocol), tmp_path / "saved"
     main(["run", path, "--seed", "2", "--save", str(folder)])
     command = capsys.readouterr().out.splitlines()[-1]
@@ -163,30 +126,6 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
     assert again["fit"] == result["fit"]
 
 
-def test_the_files_of_a_run_hold_its_motions_payloads_and_truth(tmp_path, capsys):
-    path, folder = scenario_of(tmp_path, FOUR), tmp_path / "saved"
-    main(["run", path, "--save", str(folder)])
-    found = run(setup_of(load_scenario(path)), 0)
-    for name, recording in zip(("unloaded", "light", "heavy", "unloaded-2"), found.recordings, strict=True):
-        np.testing.assert_array_equal(read_recording(folder / f"{name}.parquet").v, recording.v)
-    assert read_payload(folder / "payload-heavy.toml").mass == 6.6
-    assert read_payload(folder / "payload-light.toml").mass == 4.275
-    truth = json.loads((folder / "truth.json").read_text())
-    assert {name: body["mass"] for name, body in truth["payloads"].items()} == {"light": 4.275, "heavy": 6.5}
-    assert "payload" not in truth
-    assert main(["run", path, "--save", str(folder)]) in (0, 1)  # over its own files
-    (folder / "unloaded-2.parquet").write_text("mine")
-    capsys.readouterr()
-    assert main(["run", path, "--save", str(folder)]) == 2
-    assert "unloaded-2.parquet: changed since" in capsys.readouterr().err
-
-
-def test_a_protocol_that_the_method_cannot_use_fails_as_the_estimator_says(tmp_path):
-    with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
-        run(protocol_setup(tmp_path, ("bare", "bare")), 0)
-    assert protocol_setup(tmp_path, ("bare",)).payloads == {}
-
-
 def test_draws_reach_every_payload_by_itself(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW))
     drawn = np.array([list(drawn_settings(scenario, seed).values()) for seed in range(200)])
@@ -201,15 +140,6 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     single = run(setup_of(scenario), 4)
     again = rows[rows.trial == 4]["estimate"].to_numpy()[:3]
     np.testing.assert_array_equal([gain.estimate for gain in single.verdict.gains[:3]], again)
-
-
-def test_a_trial_s_own_seed_of_a_noise_stream_changes_its_gains(tmp_path):
-    scenario = load_scenario(str(quick_scenario(tmp_path)))
-    trials = [Trial(number=k, seed=4, settings={}, streams=own) for k, own in enumerate(({}, {"white": 9}))]
-    rows = run_trials(scenario, trials, trial_schema(scenario, (), ()), threads=1).to_pandas()
-    plain, own = (rows[rows.trial == k]["estimate"].to_numpy()[:3] for k in (0, 1))
-    assert np.isfinite(plain).all()
-    assert (plain != own).all()
 
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):

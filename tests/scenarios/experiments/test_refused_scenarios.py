@@ -6,11 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
-from bad_files import only_line
 from protocols import FOUR, scenario_of
 
 from ident.support.errors import IdentificationError
-from scenarios.cli import main
 from scenarios.experiments.draws import check_draws
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
@@ -179,16 +177,6 @@ def test_a_faulty_motion_is_refused_in_one_line(tmp_path):
         )
 
 
-def test_a_refusal_of_a_command_is_one_line_on_stderr_and_exit_status_2(capsys, tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text('extends = "nominal"\n[plant]\ngian = [1]')
-    assert main(["run", str(path)]) == 2
-    assert only_line(capsys).endswith(
-        "mine.toml: unknown key plant.gian; did you mean 'gain'?; known: payload, payloads, gain, amplifier_offset, "
-        "rotor_inertia, viscous_friction, coulomb_friction, coulomb_asymmetry, current_limit, errors\n"
-    )
-
-
 def test_a_motion_or_scenario_that_is_no_regular_file_is_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "folder.toml").mkdir()
@@ -196,10 +184,3 @@ def test_a_motion_or_scenario_that_is_no_regular_file_is_refused(tmp_path):
         assert message in refusal(tmp_path / name)
     for name, message in (("pipe.toml", "is a pipe"), ("absent.toml", "unknown motion 'absent.toml'")):
         assert_refused(tmp_path / "mine.toml", f"extends = 'nominal'\n[experiment]\nmotion = '{name}'\n", message)
-
-
-def test_a_circle_of_scenarios_is_told_once(tmp_path):
-    (tmp_path / "one.toml").write_text("extends = 'two.toml'")
-    (tmp_path / "two.toml").write_text("extends = 'one.toml'")
-    said = refusal(tmp_path / "one.toml")
-    assert said == f"{tmp_path / 'one.toml'}: extends itself through one.toml -> two.toml -> one.toml"

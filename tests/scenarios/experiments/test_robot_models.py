@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 from model_files import INERTIAL, mjcf, urdf
-from places import ROOT
 
 import rx90_mjcf
 from ident.model.arm import Arm, load_arm
@@ -22,13 +21,9 @@ TYPES = '<joint name="b_joint" axis="0.1 0.9 -0.2" range="-170 175"/>'
 READ_ALIKE = {
     "plain": mjcf(),
     "wall": mjcf(base='pos="0.4 0.5 0.6" euler="90 0 0"'),
-    "ceiling by quaternion": mjcf(base='quat="0.1 2 0.3 0.2"'),
     "slanted": mjcf(links=SLANTED),
-    "radians": mjcf(head='<compiler angle="radian"/>', links=SLANTED),
     "eulerseq zyx": mjcf(head='<compiler eulerseq="zyx"/>', links=SLANTED),
-    "eulerseq yzy": mjcf(head='<compiler eulerseq="yzy"/>', links=SLANTED),
     "eulerseq ZYX in radians": mjcf(head='<compiler angle="radian" eulerseq="ZYX"/>', links=SLANTED),
-    "eulerseq XYZ": mjcf(head='<compiler eulerseq="XYZ"/>', links=SLANTED),
     "axisangle": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'axisangle="1 2 3 40"')),
     "axisangle in radians": mjcf(
         head='<compiler angle="radian"/>', links=SLANTED, swap=('euler="10 20 30"', 'axisangle="1 2 3 0.7"')
@@ -37,7 +32,6 @@ READ_ALIKE = {
     "xyaxes": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'xyaxes="3 1 2 1 1 1"')),
     "anchor and ref": mjcf(links=SLANTED, swap=(TYPES, TYPES.replace("/>", ' pos="0.1 -0.2 0.05" ref="35"/>'))),
     "slide": mjcf(links=SLANTED, swap=(TYPES, '<joint name="b_joint" type="slide" axis="1 2 3" range="-0.3 0.4"/>')),
-    "gravity": mjcf(head='<option gravity="1.2 -2.3 -8.4"/>'),
     "gravity, said twice": mjcf(head='<option gravity="1 2 3"/><option gravity="1.2 -2.3 -8.4"/>'),
     "classes": mjcf(
         head='<default><joint axis="1 2 3"/><default class="k"><joint type="slide"/>'
@@ -52,10 +46,7 @@ READ_ALIKE = {
         links=SLANTED,
         swap=(TYPES, '<joint name="b_joint" class="main"/>'),
     ),
-    "outermost class with its name": mjcf(head='<default class="main"><joint axis="1 2 3"/></default>'),
-    "two worldbodies": mjcf(tail="<worldbody><body/></worldbody><compiler/>"),
     "furniture": mjcf(world='<body name="table" pos="1 2 3"/><geom size="1"/><light/><camera/>'),
-    "named nothing": mjcf(links=SLANTED, swap=(TYPES, '<joint axis="0.1 0.9 -0.2"/>')),
     "a frame of shapes": mjcf(world='<frame pos="1 2 3"><geom size="1"/></frame>'),
     "keyframe, drives, sensors": mjcf(
         tail='<keyframe><key qpos="0 0 0 0 0 0"/></keyframe><actuator><motor joint="elbow_joint"/></actuator>'
@@ -100,10 +91,9 @@ def test_a_model_in_another_encoding_is_the_same(tmp_path, encoding):
 
 
 @pytest.mark.parametrize("name", ["arm.urdf", "arm.xml"])
-@pytest.mark.parametrize("head", ["", '<?xml version="1.0" encoding="ISO-8859-1"?>'])
-def test_a_comment_in_latin_1_does_not_keep_a_model_from_being_read(tmp_path, name, head):
+def test_a_comment_in_latin_1_does_not_keep_a_model_from_being_read(tmp_path, name):
     text = {"arm.urdf": urdf(more="<!-- Jos\u00e9 -->"), "arm.xml": mjcf(world="<!-- Jos\u00e9 -->")}[name]
-    (tmp_path / name).write_bytes((head + text).encode("latin-1"))
+    (tmp_path / name).write_bytes(text.encode("latin-1"))
     assert read_arm(tmp_path / name, ()).n == 6
 
 
@@ -204,25 +194,3 @@ def test_readings_that_differ_are_refused_with_the_joint(what):
     arm, message = _spoilt(load_arm(rx90_mjcf.MJCF))[what]
     with pytest.raises(RobotModelError, match=f"Pinocchio and MuJoCo read it differently: {message}"):
         check_same_kinematics(arm, mujoco.MjModel.from_xml_path(str(rx90_mjcf.MJCF)), rx90_mjcf.MJCF)
-
-
-def test_another_number_of_joints_is_refused(tmp_path):
-    (tmp_path / "three.xml").write_text(mjcf(links=SLANTED))
-    with pytest.raises(RobotModelError, match="6 joints against 3"):
-        check_same_kinematics(
-            load_arm(rx90_mjcf.MJCF), mujoco.MjModel.from_xml_path(str(tmp_path / "three.xml")), tmp_path / "three.xml"
-        )
-
-
-def test_a_urdf_that_mujoco_cannot_read_is_read_by_pinocchio_alone(tmp_path):
-    path = tmp_path / "arm.urdf"
-    path.write_text(
-        urdf(more='<joint name="f" type="fixed"><parent link="base"/><child link="world"/></joint><link name="world"/>')
-    )
-    assert read_arm(path, ()).n == 6
-
-
-def test_reading_a_model_leaves_no_file_behind(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    read_arm(ROOT / "rx90_mjcf" / "rx90.xml", ())
-    assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,7 @@ from robot_folders import arm_xml, robot_folder
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.robots import ROBOTS, check_same_payload, robot, robot_digests, structure
+from scenarios.experiments.robots import check_same_payload, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
@@ -48,21 +48,6 @@ def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, c
     result = json.loads(capsys.readouterr().out)
     assert [gain["true"] for gain in result["gains"]] == [0.8, 0.8 + 0.11, 0.8 + 0.22]
     assert status == 0
-
-
-def test_the_robot_s_drives_are_those_of_a_scenario_that_states_none(tmp_path):
-    path = own_scenario(tmp_path, more="[plant.errors]\ncoulomb_drift = 0.02\n")
-    setup = setup_of(load_scenario(str(path)))
-    plant = setup.experiments[0].plant
-    assert plant.robot.name == "invented"
-    np.testing.assert_array_equal(plant.drives.rotor_inertia, plant.robot.drives.rotor_inertia)
-    assert setup.experiments[0].belief.mjcf == tmp_path / "arm" / "arm.xml"
-
-
-def test_a_robot_is_looked_up_beside_the_scenario_not_in_the_working_folder(tmp_path, monkeypatch):
-    path = own_scenario(tmp_path / "there")
-    monkeypatch.chdir(tmp_path)
-    assert setup_without_motion(load_scenario(str(path))).plant.robot.model == tmp_path / "there" / "arm" / "arm.xml"
 
 
 @pytest.mark.parametrize(
@@ -123,33 +108,6 @@ def test_a_last_link_that_the_identification_sees_elsewhere_is_refused(tmp_path,
     translation[-1] += moved
     with pytest.raises(RobotModelError, match="put a payload on the last link at different places"):
         check_same_payload(replace(found, translation=translation), arm)
-
-
-BUILTIN = sorted(set(ROBOTS) - {"rx90"})
-
-
-def test_there_are_robots_of_six_and_of_seven_joints_and_one_that_slides():
-    robots = {name: robot(name) for name in BUILTIN}
-    assert {name: each.n for name, each in robots.items()} == {
-        "openarm": 7,
-        "panda": 7,
-        "piper": 6,
-        "so101": 5,
-        "stanford": 6,
-        "yam": 6,
-        "tx40": 6,
-        "ur10e": 6,
-    }
-    assert [bool(structure(robots["stanford"], ()).arm.revolute[j]) for j in range(6)] == [
-        True,
-        True,
-        False,
-        True,
-        True,
-        True,
-    ]
-    np.testing.assert_array_equal(robots["tx40"].drives.gain, [35.2, 32.0, 23.9, 9.05, 15.5, 6.56])  # BIRDy's file
-    assert [(c.motor, c.turns_with) for c in robots["tx40"].couplings] == [(5, 4)]
 
 
 @pytest.mark.parametrize("name", ["ur10e", "stanford"])

@@ -9,7 +9,7 @@ import pytest
 from robot_folders import robot_folder
 
 from ident.payload.payload import Payload
-from scenarios.experiments.motions import LARGEST, read_motion
+from scenarios.experiments.motions import read_motion
 from scenarios.experiments.scenario import believed_payloads, load_scenario, robot_of
 from scenarios.experiments.scenario_files import CATALOG, seen_from
 from scenarios.experiments.setup import setup_of
@@ -191,13 +191,6 @@ def test_a_motion_is_read_as_it_stands(tmp_path):
     assert found.duration == 8.0
     for values, expected in ((found.center, [0.1, -0.2]), (found.sine, SINE), (found.cosine, COSINE)):
         np.testing.assert_allclose(values, expected, atol=1e-12)  # put to rest, which they are to rounding
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_number_may_be_large_up_to_its_limit(tmp_path, sign):
-    assert read_motion(motion(tmp_path, "a.toml", center=(sign * LARGEST, 0.5)), tmp_path).center[0] == sign * LARGEST
-    with pytest.raises(ScenarioError, match="center contains a number that is not finite or beyond 10000"):
-        read_motion(motion(tmp_path, "b.toml", center=(sign * LARGEST * 1.001, 0.5)), tmp_path)
 
 
 def test_a_start_that_is_off_by_a_millionth_is_no_rest(tmp_path):

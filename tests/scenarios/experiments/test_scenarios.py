@@ -8,7 +8,6 @@ import pytest
 from estimates import gain_estimate
 from quick import quick_scenario
 
-import rx90_mjcf
 from ident.support.errors import OptionError
 from scenarios.cli import main
 from scenarios.experiments.judge import judge
@@ -17,7 +16,6 @@ from scenarios.experiments.scenario import load_scenario, with_method
 from scenarios.experiments.scenario_files import builtin_names
 from scenarios.experiments.schema import ToleranceTable
 from scenarios.experiments.setup import setup_of
-from scenarios.support.errors import ScenarioError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
@@ -59,18 +57,6 @@ def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     np.testing.assert_array_equal(setup.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
 
 
-def test_model_errors_of_a_scenario_are_the_plant_s_and_not_the_controller_s(tmp_path):
-    path = scenario_file(
-        tmp_path,
-        'extends = "nominal"\n[plant]\nrotor_inertia = [3, 3, 1, 1, 0.5, 0.3]\n'
-        "[plant.errors]\nbase_tilt_x = 0.01\njoint_compliance = [1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4]",
-    )
-    unloaded = setup_of(load_scenario(path)).experiments[0]
-    assert unloaded.plant.errors.base_tilt_x == 0.01
-    assert unloaded.plant.errors.joint_compliance == (1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4)
-    np.testing.assert_array_equal(unloaded.belief.rotor_inertia, robot().drives.rotor_inertia)
-
-
 def test_the_reason_names_the_file_that_says_which_gains_the_data_should_give(tmp_path):
     assert load_scenario("paper").expectation == "nominal.toml"  # it extends paper-noise, which extends nominal
     assert load_scenario("mass-only").expectation == "mass-only.toml"
@@ -102,16 +88,6 @@ def saved(tmp_path_factory) -> tuple[Path, dict]:
     return folder, json.loads(out.getvalue())
 
 
-def identify_arguments(folder: Path, **changes: object) -> list[str]:
-    names = {
-        "model": rx90_mjcf.MJCF,
-        "unloaded": folder / "unloaded.parquet",
-        "loaded": folder / "loaded.parquet",
-        "payload": folder / "payload.toml",
-    } | changes
-    return ["identify", *(part for name, value in names.items() for part in (f"--{name}", str(value)))]
-
-
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
     kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "cost"]
@@ -140,17 +116,6 @@ def test_save_writes_the_promised_files(saved):
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]
 
 
-def test_identify_on_saved_files_gives_the_same_estimate_to_the_last_digit(saved, capsys):
-    folder, result = saved
-    assert main([*identify_arguments(folder), "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)
-    for before, after in zip(result["gains"], again["gains"], strict=True):
-        assert (after["estimate"], after["std"]) == (before["estimate"], before["std"])
-        assert set(KEYS) <= set(after)
-        assert after["true"] is after["rel_error"] is after["z"] is after["tolerance"] is after["passed"] is None
-    assert again["fit"] == result["fit"]
-
-
 def test_the_printed_command_repeats_an_estimate_with_options_of_its_own(tmp_path, capsys):
     assert main(["run", "sequential", "--save", str(tmp_path)]) == 0
     command = capsys.readouterr().out.splitlines()[-1]
@@ -177,14 +142,3 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
     assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
     with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
         with_method(stated, None, ["gain-joints=3"])
-
-
-def test_a_robot_model_and_the_folder_of_a_scenario_are_told_from_a_wrong_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("my-arm").mkdir()
-    Path("my-arm/scenario.toml").write_text('extends = "nominal"')
-    with pytest.raises(ScenarioError, match=r"unknown scenario 'my-arm'; did you mean my-arm/scenario\.toml\?"):
-        load_scenario("my-arm")
-    Path("arm.urdf").write_text("<robot/>")
-    with pytest.raises(ScenarioError, match=r"^arm\.urdf is a robot model; `rx90 new-robot` writes a scenario for it$"):
-        load_scenario("arm.urdf")

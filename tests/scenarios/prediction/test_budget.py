@@ -15,10 +15,9 @@ from scenarios.experiments.run import simulate
 from scenarios.experiments.scenario import load_scenario, with_settings
 from scenarios.experiments.schema import Scenario, SourceTable
 from scenarios.experiments.setup import setup_of
-from scenarios.prediction.budget import OTHER, Cost, PredictedBudget, PredictedBudgetJoint, _within, predicted_budget
+from scenarios.prediction.budget import OTHER, PredictedBudget, predicted_budget
 from scenarios.prediction.moments import Moments
 from scenarios.prediction.predictor import enough, expected_preparation
-from scenarios.rendering.content import Mood
 from scenarios.support.errors import StudyError
 
 FRICTION, DRIFT = "plant.errors.load_friction", "plant.errors.coulomb_drift"
@@ -125,12 +124,6 @@ def test_sources_that_cannot_be_predicted_are_named_with_the_reason(budget, quic
         predicted_budget(sourced(quick))
 
 
-def test_a_noise_counts_with_what_it_has_beyond_its_level_when_it_is_off(quick, budget):
-    part = SourceTable(target=WHITE, stream="white", off=0.6 * quick.table.experiment.sensors.current_white)
-    found = cost_of(predicted_budget(sourced(quick, part=part)), "part")
-    np.testing.assert_allclose(found.std, 0.8 * cost_of(budget, "white").std, rtol=1e-9)  # 1 - 0.6^2 of the variance
-
-
 def test_faults_that_motions_will_exclude_are_those_that_simulated_logs_exclude(quick):
     assert enough(setup_of(quick)) == 4  # 16 times 15 Hz from 1 kHz
     assert enough(setup_of(with_settings(quick, {"experiment.controller.rate_hz": 200.0}))) == 1
@@ -171,29 +164,3 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
     (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
     (k,) = [k for k, cost in enumerate(found["joints"][0]["costs"]) if cost["source"] == "payload mass"]
     assert row == ["payload", "mass", *(f"{100 * joint['costs'][k]['rms']:.3f}" for joint in found["joints"])]
-
-
-def test_totals_are_first_and_sources_without_effect_are_in_one_line():
-    def cost(source: str, rms: float) -> Cost:
-        return Cost(source=source, bias=-rms, std=0.0, rms=rms)
-
-    joints = [
-        PredictedBudgetJoint(
-            joint=k,
-            costs=[cost("tilt", 0.02), cost("drift", 0.004 * (k - 1)), cost("encoder", 1e-7), cost("ripple", 0.0)],
-            together=cost("all together", 0.021),
-            tolerance=0.03,
-            within=0.9,
-        )
-        for k in (1, 2)
-    ]
-    budget = PredictedBudget(
-        scenario="s", method="m", remarks=[], joints=joints, refused=[], unpredicted=[], excluded=[], untold=[]
-    )
-    verdict, table, nothing, *_ = budget.parts()
-    assert verdict.text == "Expected error 2.1 % rms: every joint meets 3 %; tilt dominates joints 1 and 2."
-    sources = [row[0].text.strip() for row in table.rows]
-    assert sources == ["all together", "of which bias", "tolerance", "within", "tilt", "drift"]
-    assert nothing.text == "Below 0.0005 % on every joint: encoder, ripple."
-    for share, mood in ((0.951, "GOOD"), (0.949, "DOUBTFUL"), (0.501, "DOUBTFUL"), (0.499, "BAD")):
-        assert _within(share).mood is Mood[mood]

@@ -107,32 +107,14 @@ def test_a_killed_study_goes_on_and_ends_with_the_rows_of_one_that_was_not(scena
     assert {"summary.parquet", "errors.png", "z-scores.png"} <= {path.name for path in folder.iterdir()}
 
 
-def group(process: subprocess.Popen, number: int) -> None:
-    """As a terminal sends it: to every process."""
-    os.killpg(process.pid, number)
-
-
-def alone(process: subprocess.Popen, number: int) -> None:
-    """As `kill` sends it."""
-    os.kill(process.pid, number)
-
-
 @pytest.mark.parametrize(
-    ("send", "number", "status", "moment"),
-    [
-        pytest.param(group, signal.SIGINT, 130, "study.json", marks=pytest.mark.slow),  # SIGINT is sent below too
-        pytest.param(group, signal.SIGINT, 130, "trials/*.parquet", marks=pytest.mark.slow),
-        (alone, signal.SIGTERM, 143, "trials/*.parquet"),
-        pytest.param(group, signal.SIGHUP, 129, "trials/*.parquet", marks=pytest.mark.slow),
-    ],
+    ("number", "status"), [(signal.SIGTERM, 143), *[pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow)]]
 )
-def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
-    scenario, tmp_path, send, number, status, moment
-):
+def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(scenario, tmp_path, number, status):
     running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2))
-    wait_until(lambda: list((tmp_path / "s").glob(moment)), running)
+    wait_until(lambda: list((tmp_path / "s").glob("trials/*.parquet")), running)
     kept = parts(tmp_path / "s")
-    send(running, number)
+    os.kill(running.pid, number)
     _, errors = running.communicate(timeout=DEADLINE)
     assert running.returncode == status
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
@@ -141,15 +123,6 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
         f"--out {tmp_path / 's'} --seed 0 --jobs 2"
     ]
     assert parts(tmp_path / "s").items() >= kept.items()
-
-
-def of_its_session(process: subprocess.Popen) -> bool:
-    """Whether a process of the command is left."""
-    try:
-        os.killpg(process.pid, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 STUCK = """

@@ -192,16 +192,6 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 
-def test_a_trial_that_fails_has_the_tolerance_and_the_gains_that_were_drawn_for_it(scenario):
-    loaded, tolerance = load_scenario(str(scenario)), [0.11, 0.12, 0.13, 0.14, 0.15, 0.16]
-    settings = {"tolerance.gain": tolerance, "plant.payload.mass": 95.0, "plant.gain": [1.1, 1.2, 1.3, 1.4, 1.5, 1.6]}
-    schema = trials.trial_schema(loaded, list(settings), ())
-    rows = trials.run_trials(loaded, [running.Trial(seed=3, settings=settings)], schema, threads=1).to_pandas()
-    assert (rows["failure"] == "Saturated").all()
-    assert rows["tolerance"].tolist() == tolerance
-    assert rows["true"].tolist() == settings["plant.gain"]
-
-
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
     loaded = load_scenario(str(scenario))
     wrong, good = (

@@ -127,15 +127,6 @@ def test_a_joint_that_begins_late_and_a_cut_between_joints_are_no_other_study():
     assert_as_expected(study_rows(tables, trials=37), rows)
 
 
-def test_a_study_of_failed_trials_alone_has_joints_and_no_gain():
-    rows = lopsided().query("trial == 11")
-    found = gathered(rows)
-    assert [(joint.joint, joint.trials, joint.failed, joint.gains) for joint in found.joints] == [
-        (joint, 1, 1, 0) for joint in sorted(JOINTS)
-    ]
-    assert found.failures == {"Saturated": 1}
-
-
 def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
     rows = lopsided().query("trial < 2")
     with study_folder(tmp_path, {}, count=2, command="", rows_per_trial=3) as folder:
@@ -145,20 +136,6 @@ def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
         path.write_bytes(content[:4] + bytes(400) + content[404:])
         with pytest.raises(StudyError, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
             rows_in(folder)
-
-
-def test_every_third_injected_gain_is_kept_where_a_picture_shows_a_third(monkeypatch):
-    monkeypatch.setattr("scenarios.experiments.statistics.SHOWN", 11)  # of 37 trials
-    rows = lopsided()
-    cuts = (0, 19, 40, 44, len(rows))
-    (five,) = [
-        joint
-        for joint in study_rows([as_part(rows[a:b]) for a, b in pairwise(cuts)], trials=37).joints
-        if joint.joint == 5
-    ]
-    true = dict(zip(rows["rel_error"], rows["true"], strict=True))
-    assert (five.step, five.gains, len(five.true)) == (3, 34, 12)
-    assert five.true.tolist() == [true[error] for error in five.rel_error[::3]]
 
 
 def rows(
@@ -189,17 +166,6 @@ def test_statistics_of_normal_errors_are_the_known_ones():
     assert (two.refused, two.failed, two.pass_rate, two.bias, two.cover_1) == (n, 0, 1.0, None, None)
 
 
-def test_a_failed_trial_counts_as_failed_and_not_as_passed():
-    table = rows(10)
-    lost = table["trial"] < 3
-    table.loc[lost, ["identifiable", "passed"]] = False
-    table.loc[lost, "failure"] = "Saturated"
-    one, _ = joint_statistics(gathered(table).joints, wanted=0.5, false_alarm=0.01)
-    assert (one.trials, one.failed, one.refused) == (10, 3, 0)
-    assert one.pass_rate <= 0.7
-    assert gathered(table).failures == {"Saturated": 3}
-
-
 def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
     for trials in (5, 20, 200, 2000):
         for wanted in (0.8, 0.95, 0.99):
@@ -217,14 +183,6 @@ def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
         assert (one.passed, one.held, two.held) == (40 - misses, held, True)
 
 
-def test_the_spread_of_three_errors_has_two_degrees_of_freedom():
-    table = rows(3).query("joint == 1").assign(rel_error=[0.01, 0.02, 0.06])
-    (one,) = joint_statistics(gathered(table).joints, wanted=0.5, false_alarm=0.01)
-    # Deviations from the mean of 0.03 are -0.02, -0.01 and 0.03: 14e-4 over two; rounding alone.
-    np.testing.assert_allclose(one.spread, np.sqrt(14e-4 / 2), rtol=1e-12)
-    np.testing.assert_allclose(one.bias_std, np.sqrt(14e-4 / 6), rtol=1e-12)
-
-
 def test_the_rule_finds_the_rate_it_says_it_can_tell():
     allowed = allowed_misses(20, 0.95, 0.01 / 6)
     rate = detectable_rate(20, allowed, 0.95)
@@ -232,11 +190,6 @@ def test_the_rule_finds_the_rate_it_says_it_can_tell():
     held, other = joint_statistics(gathered(rows(2000, std=0.012)).joints, wanted=0.95, false_alarm=0.01)
     assert not held.held  # 90 % pass
     assert other.held
-
-
-def test_a_scenario_that_keeps_its_accuracy_passes(tmp_path):
-    rules = assert_scenario(str(quick_scenario(tmp_path, lasts=BRIEF)), seeds=range(3))
-    assert [rule.trials for rule in rules] == [3] * 6
 
 
 def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):

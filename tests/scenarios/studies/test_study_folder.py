@@ -1,5 +1,4 @@
 import json
-import re
 import subprocess
 import sys
 
@@ -69,13 +68,6 @@ def test_the_record_names_scenario_seed_versions_and_command(tmp_path):
     assert record["scenario"] == IDENTITY["scenario"]
     assert (record["seed"], record["trials"], record["command"]) == (0, 10, "rx90 x")
     assert {"python", "mujoco", "numpy", "pin"} <= set(record["versions"])
-
-
-def test_a_study_can_grow_and_its_record_keeps_the_largest_number(tmp_path):
-    for count in (10, 30, 20):
-        with opened(tmp_path, count=count):
-            pass
-    assert json.loads((tmp_path / "study.json").read_text())["trials"] == 30
 
 
 def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
@@ -168,15 +160,3 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
     assert "00000001-00000001.parquet: cannot be written: File too large; finished trials are kept" in done.stderr
     assert [path.name for path in (tmp_path / "trials").iterdir()] == ["00000000-00000000.parquet"]
     assert not (tmp_path / ".unfinished").exists()
-
-
-@pytest.mark.parametrize(("there", "here"), [({"gain": 0.9}, None), (None, {"gain": 0.9}), ({"gain": 0.9}, 2.5)])
-def test_a_table_that_another_study_has_no_table_for_is_a_difference_like_any_other(tmp_path, there, here):
-    words = [re.escape("absent" if x is None else json.dumps(x)) for x in (there, here)]
-    with opened(tmp_path, {"table": {"plant": there}}):
-        pass
-    with (
-        pytest.raises(StudyError, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"),
-        opened(tmp_path, {"table": {"plant": here}}),
-    ):
-        pass

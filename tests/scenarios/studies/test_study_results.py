@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,22 +14,9 @@ from study_tables import gathered
 from scenarios.experiments.budget import BudgetJoint, Interval, SourceCost, ranking
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import JointRows, joint_statistics
-from scenarios.rendering.content import Mood, Paragraph
-from scenarios.results.monte_carlo import (
-    MOST_CLAIMS,
-    StudyResult,
-    coverage_plot,
-    error_plots,
-    gain_plots,
-    pass_plot,
-    promised,
-    quantile_plots,
-    reach,
-    varies,
-    worst_trials,
-    write_files,
-)
-from scenarios.results.sensitivity import Budget, cost_plot, share_plot
+from scenarios.rendering.content import Mood
+from scenarios.results.monte_carlo import StudyResult, coverage_plot, pass_plot, worst_trials, write_files
+from scenarios.results.sensitivity import cost_plot, share_plot
 
 FIVE = 6e-5
 """Relative rounding of a plot's numbers: five digits."""
@@ -59,56 +45,6 @@ def table_of(n: int) -> pd.DataFrame:
     first["passed"] = np.abs(error) <= 0.02
     second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
     return pd.concat([first, second]).assign(tolerance=0.02)
-
-
-def test_errors_are_a_density_beside_the_one_that_is_claimed():
-    z = np.random.default_rng(9).normal(size=400)
-    (plot,) = error_plots([trial_rows(z)])
-    errors, claimed = plot.series
-    x, y = np.array(errors.x), np.array(errors.y)
-    np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # of rounded numbers
-    np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)
-    assert (plot.caption, [each.at for each in plot.references]) == ("400 errors.", [-2.0, 2.0])
-    few = np.array([1.0, -0.5, 0.2])  # three deviations of 1.2 % and a tenth: 3.96 %
-    for tolerance, drawn in ((0.039, 2), (0.041, 0)):
-        (plot,) = error_plots([trial_rows(few, tolerance=tolerance)])
-        assert (len(plot.references), "is outside" in plot.caption) == (drawn, not drawn)
-
-
-def test_a_study_is_drawn_as_far_as_its_errors_or_three_claimed_deviations_reach():
-    wide = replace(trial_rows(np.array([0.3, 1.0, -0.7])), claimed=np.array([0.001, 0.003, 0.02]))
-    np.testing.assert_allclose(reach(wide), 1.1 * 1.2, rtol=1e-12)  # -1.2 %, and a tenth more
-    sure = replace(wide, claimed=np.array([0.009, 0.005, 0.5]))
-    np.testing.assert_allclose(reach(sure), 1.1 * 3.0 * 0.9, rtol=1e-12)  # the middle one of the claims
-    assert not any(varies(np.array(values)) for values in ((), (0.3,), (0.3, 0.3 * (1.0 + 1e-12))))
-    assert varies(np.array([0.3, 0.3001]))
-    assert [each.title for each in error_plots([trial_rows(np.array([0.3]), joint=2), wide])] == ["Joint 4"]
-
-
-@pytest.mark.parametrize("many", [2, MOST_CLAIMS + 499, 3 * MOST_CLAIMS])
-def test_a_promised_density_is_the_mean_of_five_hundred_claims_or_of_all_that_there_are(many):
-    claimed = np.random.default_rng(3).uniform(0.01, 0.03, many)
-    rows = replace(trial_rows(np.zeros(many)), claimed=claimed)
-    x = np.array([-1.7, 0.0, 2.9])
-    wanted = stats.norm.pdf(x, scale=100.0 * claimed[:: 3 if many == 3 * MOST_CLAIMS else 1, None]).mean(axis=0)
-    np.testing.assert_allclose(promised(rows, x), wanted, rtol=1e-12)  # sums in another order
-
-
-def test_sorted_z_lie_over_normal_quantiles_and_errors_over_the_injected_gain():
-    z = np.array([0.7, -1.9, 0.2, np.nan, 2.4])
-    errors = trial_rows(np.nan_to_num(z))
-    (plot,) = quantile_plots([replace(errors, z=z)])
-    assert plot.series[1].y == (-1.9, 0.2, 0.7, 2.4)
-    np.testing.assert_allclose(plot.series[1].x, stats.norm.ppf(np.array([0.5, 1.5, 2.5, 3.5]) / 4), rtol=FIVE)
-    rows = replace(trial_rows(z[:3]), true=np.array([-1.5, -2.0, -3.0]), step=1)
-    (plot,) = gain_plots([rows, errors])  # of one injected gain there is nothing to draw
-    assert plot.series[0].x == (0.75, 1.0, 1.5)
-    np.testing.assert_allclose(plot.series[0].y, -1.2 * z[:3], rtol=FIVE)
-    many = np.random.default_rng(3).normal(size=6000)
-    (plot,) = quantile_plots([trial_rows(many)])
-    drawn = np.array(plot.series[1].y)
-    assert len(drawn) == 5000
-    np.testing.assert_allclose(drawn[[0, -1]], [many.min(), many.max()], rtol=FIVE)
 
 
 def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
@@ -193,38 +129,3 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     assert plot.caption.startswith("The 3 largest of 6 sources")
     assert [each.at for each in plot.references] == [0.7]
     assert cost_plot(budget, order, 1.1).references == ()
-
-
-def test_every_joint_s_largest_source_is_drawn_and_the_stack_reaches_the_whole():
-    joints = [
-        budget_of(j, [cost(f"own {j}", 0.4, 0.01), *(cost(f"shared {k}", 0.11, 0.01) for k in range(5))])
-        for j in range(1, 7)
-    ]
-    plot = share_plot(joints, ranking(joints))
-    assert sorted(series.label for series in plot.series[:-1]) == [f"own {j}" for j in range(1, 7)]
-    for below, above in pairwise(plot.series):
-        assert below.high == above.low
-    assert (plot.series[0].low, plot.series[-1].high) == ((0.0,) * 6, (100.0,) * 6)
-    assert plot.series[-1].y == (60.0,) * 6
-
-
-def test_a_budget_begins_with_its_verdict_and_says_what_its_trials_cannot_tell():
-    narrow, wide = (Interval(value=0.3, low=0.1, high=0.1 + width) for width in (0.49, 0.5))
-    costs = [cost(f"source {k}", share, 0.02) for k, share in enumerate(np.linspace(0.14, 0.02, 12))]
-    costs[0] = replace(costs[0], first=narrow, total=wide)
-    joints = [budget_of(2, costs, silent=["white"], floor=0.001), budget_of(5, costs, floor=None, together=0.07)]
-    result = Budget(scenario="two", trials=9, joints=joints, tolerance=[0.011, 0.014])
-    verdict, *_ = result.parts()
-    words = [part.text for part in result.parts() if isinstance(part, Paragraph)]
-    said = "Expected error 2 to 7 % rms: no joint meets its tolerance; source 0 dominates joints 2 and 5."
-    assert (verdict.text, verdict.strong) == (said, True)
-    assert "Effect unknown, as no trial with one of these sources alone gave a gain: white." in words
-    assert [("none: +0.100 %" in each, "none: refused" in each) for each in words if "none:" in each] == [
-        (True, False),
-        (False, True),
-    ]
-    assert [cell.text for cell in result.tables()[0].rows[0][-2:]] == ["0.30 (0.10..0.59)", "-"]
-    _, two, five = result.plots()
-    assert [plot.references[0].at for plot in (two, five)] == pytest.approx([1.1, 1.4], rel=1e-12)
-    assert two.series[0].y == tuple(f"source {k}" for k in range(10))
-    assert Budget.model_validate(result.model_dump(mode="json")).joints == joints

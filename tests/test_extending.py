@@ -14,7 +14,7 @@ import pytest
 from one_process import Outcome, carried_out
 from places import ROOT
 from quick import quick_scenario
-from recipes import PACKAGES, PAGE, RECIPES, follow, patched
+from recipes import PACKAGES, RECIPES, follow, patched
 
 import rx90_mjcf
 from ident.recordings.files import read_recording, write_recording
@@ -65,12 +65,7 @@ def followed(plain, tmp_path_factory) -> tuple[Path, Path, Outcomes]:
     return packages, work, {name: outcome for (name, _), outcome in zip(commands, outcomes, strict=True)}
 
 
-def test_recipes_change_as_many_files_as_their_table_says_and_are_as_clean_as_the_rest(followed):
-    stated = dict(re.findall(r"^\| \[[^\]]*\]\(#([\w-]+)\) \| (\d|a folder) \|", PAGE.read_text(), re.MULTILINE))
-    assert set(stated) == {title.lower().replace(" ", "-") for title in RECIPES}
-    for title, recipe in RECIPES.items():
-        touched = [place for place in recipe.new | recipe.changes if place.startswith(PACKAGES)]
-        assert stated[title.lower().replace(" ", "-")] == (str(len(touched)) if touched else "a folder"), title
+def test_what_recipes_leave_is_as_clean_as_the_rest(followed):
     for words in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
         command = [sys.executable, "-m", "ruff", *words, "--config", str(ROOT / "pyproject.toml"), *PACKAGES]
         done = subprocess.run(command, cwd=followed[0], capture_output=True, text=True, check=False)
@@ -134,7 +129,6 @@ def test_what_recipes_add_does_what_they_say(followed, plain):
     for gain in json.loads(said["A field of a result"])["gains"]:
         significance = gain["estimate"] and abs(gain["estimate"]) / gain["std"]
         assert gain["significance"] == (significance and pytest.approx(significance, rel=1e-12))
-    assert [gain["passed"] for gain in json.loads(said["A robot"])["gains"]] == [True, True]
     table = list(csv.reader(said["A report renderer"].splitlines()))
     column = next(k for k, title in enumerate(table[0]) if "N m/unit" in title)
     for row, value in zip(table[1:7], expected, strict=True):

@@ -1,6 +1,7 @@
 """Files of gains: which moved, those of a run, those that bare recordings take."""
 
 import json
+from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -14,75 +15,74 @@ from scenarios.experiments.gains_file import read_gains
 from scenarios.results.json_schemas import schema
 
 
+def by_hand(path: Path, gains: dict[int, float], rel_std: float, more: str = "") -> str:
+    """A file of gains of joints 1 to 3; those that are not given are refused."""
+    refused = 'identifiable = false\nreason = "no payload"'
+    entries = [
+        f"[[gains]]\njoint = {k}\n" + (f"estimate = {gains[k]}\nstd = {rel_std * gains[k]}" if k in gains else refused)
+        for k in (1, 2, 3)
+    ]
+    path.write_text("\n".join([entries[0], more, *entries[1:]]))
+    return str(path)
+
+
 def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(weighed_cell, capsys):
     first, text = str(weighed_cell / "gains.toml"), (weighed_cell / "gains.toml").read_text()
-    place = text.index("joint = 3")
-    slides = text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1)
-    (weighed_cell / "slides.toml").write_text(slides)
-    assert main(["verify", first, str(weighed_cell / "slides.toml")]) == 2
+    place, slides = text.index("joint = 3"), weighed_cell / "slides.toml"
+    slides.write_text(text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1))
+    assert main(["verify", first, str(slides)]) == 2
     assert "joint 3: its gain is in N m / drive unit in A and in N / drive unit in B" in capsys.readouterr().err
-    assert main(["verify", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
-    assert "N (m)/unit" in capsys.readouterr().out
-    (weighed_cell / "slides.toml").write_text(text.replace("N m / drive unit", "N / drive unit"))
-    assert main(["verify", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
-    said = capsys.readouterr().out
-    assert "N/unit" in said
-    assert "N m/unit" not in said
+    units = list[str]()
+    for path in (str(slides), first):
+        assert main(["verify", path, path, "--json"]) == 0
+        units += [each["unit"] for each in printed(capsys, "verify-gains")["joints"] if each["joint"] == 3]
+    assert units == ["N/unit", "N m/unit"]
 
 
 def test_gains_that_moved_are_named(weighed_cell, capsys):
     off(weighed_cell, 3, 1.2, "moved.json")
     first, second = str(weighed_cell / "gains.toml"), str(weighed_cell / "moved.json")
-    assert main(["verify", first, first, "--json"]) == 0
-    assert not printed(capsys, "verify-gains")["moved"]
     assert main(["verify", first, second, "--json"]) == 1
     found = printed(capsys, "verify-gains")
     assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
+    np.testing.assert_allclose(found["joints"][2]["B"], 1.2 * found["joints"][2]["A"], rtol=1e-9)
+    assert found["shared"] == ["heavy.parquet", "unloaded.parquet"]
     assert main(["verify", first, second]) == 1
-    said = capsys.readouterr().out
-    assert "MOVED: joint 3 changed significantly (" in said
-    assert "A and B share heavy.parquet, unloaded.parquet: their errors are correlated" in said
+    assert "A and B share heavy.parquet, unloaded.parquet: their errors are correlated" in capsys.readouterr().out
 
 
-def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_path, capsys):
-    for name, values, extra in (("A", (2.0, 3.0, 5.0), 'name = "shoulder"'), ("B", (2.05, 3.0, 5.0), "")):
-        entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.0075 * x}\n" for k, x in enumerate(values, 1)]
-        (tmp_path / f"{name}.toml").write_text(entries[0] + f"{extra}\n" + "".join(entries[1:]))
-    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
-    said = capsys.readouterr().out
-    assert "shoulder" in said
-    assert "MOVED beyond 2.39 standard deviations" in said
-    assert "beyond 2, within 2.39 standard deviations: joint 1)." in said  # 2.3 deviations
-    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
-    assert printed(capsys, "verify-gains")["scale_joints"] == [1, 2, 3]
-
-
-def test_a_change_of_a_single_common_joint_is_not_called_common_to_all(tmp_path, capsys):
-    for name, joint_3 in (("A", "estimate = 2.0\nstd = 0.01"), ("B", "estimate = 2.2\nstd = 0.01")):
-        refused = 'identifiable = false\nreason = "no payload"\n'
-        text = f"[[gains]]\njoint = 1\n{refused}[[gains]]\njoint = 2\n{refused}[[gains]]\njoint = 3\n{joint_3}\n"
-        (tmp_path / f"{name}.toml").write_text(text)
-    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
-    said = capsys.readouterr().out
-    assert "Only joint 3 has a gain in both files" in said
-    assert "Change common to" not in said
-    assert "for all joints together" not in said
-    assert "MOVED: joint 3 changed significantly (+10 %, 2 sigma 1.5 %)." in said
-
-
-def test_gains_that_moved_as_a_whole_name_the_joint_that_differs_from_the_common_factor(tmp_path, capsys):
-    for name, logs in (("A", (0.0, 0.0, 0.0)), ("B", (-0.029, -0.029, 0.03))):
-        values = [(k, x * np.exp(log)) for k, (x, log) in enumerate(zip((2.0, 3.0, 5.0), logs, strict=True), 1)]
-        entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.01 * x}\n" for k, x in values]
-        (tmp_path / f"{name}.toml").write_text("".join(entries))
-    assert main(["verify", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
-    said = " ".join(capsys.readouterr().out.split())
-    # Of 1.41 % each, 2.1 deviations are below the limit of 2.39; the mean has 0.82 % and leaves 1.15 % and 4.0 %.
-    assert (
-        "MOVED: the gains changed significantly as a whole (p = 0.0048), no single one did; relative to the common "
-        "factor: joint 3, +4 %, 2 sigma 2.4 %."
-    ) in said
+@pytest.mark.parametrize(
+    ("A", "B", "rel_std", "status", "sharing", "said"),
+    [
+        (
+            {1: 2.0, 2: 3.0, 3: 5.0}, {1: 2.05, 2: 3.0, 3: 5.0}, 0.0075, 0, [1, 2, 3],
+            ["shoulder", "MOVED beyond 2.39 standard deviations",
+             "beyond 2, within 2.39 standard deviations: joint 1)."],  # 2.3 deviations
+        ),
+        (
+            {3: 2.0}, {3: 2.2}, 0.005, 1, [3],
+            ["MOVED: joint 3 changed significantly (+10 %, 2 sigma 1.6 %).", "Only joint 3 has a gain in both files"],
+        ),
+        (
+            # Of 1.41 % each, 2.1 deviations are below the limit of 2.39; the mean has 0.82 % and leaves 1.15 % and 4 %.
+            {1: 2.0, 2: 3.0, 3: 5.0},
+            {1: 2.0 * np.exp(-0.029), 2: 3.0 * np.exp(-0.029), 3: 5.0 * np.exp(0.03)}, 0.01, 1, None,
+            ["MOVED: the gains changed significantly as a whole (p = 0.0048), no single one did; relative to the "
+             "common factor: joint 3, +4 %, 2 sigma 2.4 %."],
+        ),
+    ],
+)  # fmt: skip
+def test_what_changed_is_concluded_with_its_measure(tmp_path, capsys, A, B, rel_std, status, sharing, said):
+    files = [by_hand(tmp_path / "A.toml", A, rel_std, 'name = "shoulder"'), by_hand(tmp_path / "B.toml", B, rel_std)]
+    assert main(["verify", *files]) == status
+    out = " ".join(capsys.readouterr().out.split())
+    assert all(words in out for words in said)
+    assert ("Change common to" in out) is ("for all joints together" in out) is (len(A) > 1)
+    assert main(["verify", *files, "--json"]) == status
+    found = printed(capsys, "verify-gains")
+    assert sharing is None or found["scale_joints"] == sharing
+    assert (found["pattern"] is None) is (len(A) == 1)
 
 
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):

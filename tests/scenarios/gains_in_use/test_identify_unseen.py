@@ -1,7 +1,5 @@
 """`identify --unseen`: gains and arm of one fit predict a motion that it has not used."""
 
-import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +8,7 @@ from printed import printed
 from weighed_cell import MODEL, PLAIN, heavier, identified, light
 
 import ident
+from ident.estimation.estimators.nls import AllJointsOptions
 from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains
 from scenarios.results.gains import Result
@@ -18,12 +17,13 @@ from scenarios.results.record import read_result
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
 
-def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_path, sheet, capsys):
+def test_identify_and_python_predict_a_motion_better_than_a_data_sheet(weighed_cell, tmp_path, sheet, capsys):
     words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell), "--compare-with", sheet]
     assert main([*words, "--json", "--save", str(tmp_path / "saved")]) == 0
     unseen = printed(capsys, "result")["unseen"]
     assert (unseen["verdict"], unseen["loaded"]) == ("better", True)
     third = unseen["joints"][2]
+    assert third["joint"] == 3
     assert third["other_rel_error"] > 2.0 * third["rel_error"]
     assert third["explained"] == 1.0 - third["rel_error"] ** 2
     # Noise of the same size on both motions: what was not fitted to is predicted about as well.
@@ -32,28 +32,13 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     page = tmp_path / "page.html"
     assert main(["report", str(tmp_path / "saved"), "--out", str(page)]) == 0
     assert "A motion that was not used in any fit" in page.read_text(encoding="utf-8")
-    capsys.readouterr()
-    assert main(words) == 0
-    out = " ".join(capsys.readouterr().out.split())
-    assert re.search(
-        r"PASSED: prediction error [\d.]+ % with the identified gains, [\d.]+ % with the others, of the currents of",
-        out,
-    )
-
-
-def test_a_payload_that_is_not_as_stated_fails_however_bad_the_data_sheet_is(weighed_cell, tmp_path, capsys):
-    words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell)[:2], "--json"]
-    wrong = ["--unseen-payload", heavier(weighed_cell, 1.8, tmp_path)]
-    assert main([*words, *wrong, "--compare-with", "0.5,0.5,0.5,0.5,0.5,0.5"]) == 1
-    unseen = printed(capsys, "result")["unseen"]
-    assert unseen["verdict"] == "better"
-    beyond = [each for each in unseen["joints"] if (each["rel_error"] or 0.0) > (each["largest_rel_error"] or 0.0)]
-    assert beyond
-    assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)
-    assert main([*words[:-1], *wrong]) == 1
-    out = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"FAILED: prediction error [\d.]+ % of the currents of light.parquet, not used in any fit", out)
-    assert f"The prediction of light.parquet fails on joint {beyond[0]['joint']} (" in out
+    run = weighed_cell / "run"
+    heavy = ident.read(run / "heavy.parquet", payload=run / "payload-heavy.toml")
+    plain, logs = AllJointsOptions(friction="viscous-coulomb"), [ident.read(run / "unloaded.parquet"), heavy]
+    found = ident.identify(ident.load_arm(MODEL), logs, options=plain)
+    log = ident.read(run / "light.parquet", payload=run / "payload-light.toml")
+    same = ident.predict_unseen(found, log, other=read_gains(Path(sheet)).known)
+    np.testing.assert_allclose([same.rel_error, same.other_rel_error], [unseen["rel_error"], unseen["other_rel_error"]])
 
 
 def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_fails(weighed_cell, tmp_path, capsys):
@@ -63,26 +48,11 @@ def test_a_payload_a_little_off_is_a_warning_and_one_that_no_friction_explains_f
         (1.25, 1, "By its payload the gains are off by -2"),
     ):
         assert main([*words, heavier(weighed_cell, factor, tmp_path)]) == status
-        out = " ".join(capsys.readouterr().out.split())
-        assert said in out
-        assert "rx90 verify" in out
-    assert main([*words, light(weighed_cell)[3]]) == 0
-    assert "according to the payload" not in " ".join(capsys.readouterr().out.split())
-
-
-def test_gains_as_good_as_those_found_fail_the_gate(weighed_cell, capsys):
-    words = [*identified(weighed_cell), *PLAIN, *light(weighed_cell)]
-    assert main([*words, "--compare-with", str(weighed_cell / "gains.toml")]) == 1
-    assert "the difference is not significant" in " ".join(capsys.readouterr().out.split())
-    assert main(words) == 0
-
-
-def test_python_says_the_same_as_the_command(weighed_cell, sheet, capsys):
-    run = weighed_cell / "run"
-    assert main([*identified(weighed_cell), *light(weighed_cell), "--compare-with", sheet, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)["unseen"]
-    heavy = ident.read(run / "heavy.parquet", payload=run / "payload-heavy.toml")
-    found = ident.identify(ident.load_arm(MODEL), [ident.read(run / "unloaded.parquet"), heavy])
-    log = ident.read(run / "light.parquet", payload=run / "payload-light.toml")
-    unseen = ident.predict_unseen(found, log, other=read_gains(Path(sheet)).known)
-    np.testing.assert_allclose([unseen.rel_error, unseen.other_rel_error], [told["rel_error"], told["other_rel_error"]])
+        assert said in " ".join(capsys.readouterr().out.split())
+    bad = "0.5,0.5,0.5,0.5,0.5,0.5"  # worse than what is found, which does not make that good
+    assert main([*words, heavier(weighed_cell, 1.8, tmp_path), "--compare-with", bad, "--json"]) == 1
+    unseen = printed(capsys, "result")["unseen"]
+    assert unseen["verdict"] == "better"
+    beyond = [each for each in unseen["joints"] if (each["rel_error"] or 0.0) > (each["largest_rel_error"] or 0.0)]
+    assert beyond
+    assert all(each["largest_rel_error"] > 3.0 * each["fitted_rel_error"] for each in beyond)

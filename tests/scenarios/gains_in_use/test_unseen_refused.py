@@ -48,13 +48,6 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, tmp_pat
     unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
     assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
     assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
-    whole = [str(run / "unloaded.parquet"), "--gains", str(weighed_cell / "gains.toml")]
-    weighed = ["verify", "--model", MODEL, "--unloaded", *whole, "--payload", unseen[3]]
-    assert main([*weighed, "--loaded", str(run / "heavy.parquet")]) == 2
-    assert "heavy.parquet: the gains were identified from this recording (heavy.parquet)" in only_line(capsys)
-    weighed[4] = str(run / "heavy.parquet")
-    assert main([*weighed, "--loaded", str(run / "light.parquet")]) == 2
-    assert "heavy.parquet: given as bare, but it was loaded" in only_line(capsys)
 
 
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):

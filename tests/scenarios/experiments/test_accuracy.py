@@ -23,12 +23,6 @@ def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
     return np.array(rows, dtype=float)
 
 
-def test_without_noise_and_friction_the_error_is_below_1e_4():
-    verdict = run(setup("ideal"), 0).verdict
-    assert [gain.identifiable for gain in verdict.gains] == [True] * 5 + [False]
-    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-4
-
-
 @pytest.mark.parametrize(
     "name",
     [

@@ -68,6 +68,9 @@ def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
     path.write_text(f'extends = "ideal"\n[plant]\ngain = [1.2, 0.8, 1.2, 0.8, 1.2, 0.8]\n{COST}mass_error = 1e-3\n')
     judged = scenarios.load(path).run(0)
     assert judged.cost.passed
+    gains = judged.verdict.gains
+    assert [gain.identifiable for gain in gains] == [True] * 5 + [False]
+    assert max(abs(gain.rel_error) for gain in gains[:5]) < 1e-4
     # The method's own error on these motions, 1e-4 of a gain, amplified where parameters are hard to tell apart.
     assert max(judged.cost.torque_found.values()) < 1e-3
     assert {each.quantity: each.found < 0.02 for each in judged.cost.arm} == {MOMENTS: True, INERTIAS: True}

@@ -90,13 +90,6 @@ def test_a_trial_that_fails_is_rows_with_its_reason(reference):
     assert reference[reference["plant.payload.mass"] != 95.0]["failure"].isna().all()
 
 
-def test_a_row_s_seed_repeats_its_trial(reference, scenario, capsys):
-    row = reference[reference["identifiable"]].iloc[0]
-    main(["run", str(scenario), "--seed", str(row["seed"]), "--json"])
-    again = json.loads(capsys.readouterr().out)["gains"][row["joint"] - 1]
-    assert (again["true"], again["estimate"], again["std"]) == (row["true"], row["estimate"], row["std"])
-
-
 def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     carry_out(study, tmp_path, threads(2), command="", console=QUIET)

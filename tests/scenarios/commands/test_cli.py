@@ -14,7 +14,7 @@ import pytest
 from printed import printed
 
 import scenarios.commands.list
-import scenarios.experiments.robots
+import scenarios.experiments.named_robots
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import RobotModelError
@@ -216,7 +216,7 @@ def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys,
         asked.append(couplings)
         raise RobotModelError("seen")
 
-    monkeypatch.setattr(scenarios.experiments.robots, "read_arm", read)
+    monkeypatch.setattr(scenarios.experiments.named_robots, "read_arm", read)
     for name in ("arm.xml", "a.csv", "b.csv", "p.toml"):
         (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)

@@ -1,3 +1,4 @@
+import copy
 import json
 import shutil
 from pathlib import Path
@@ -11,6 +12,7 @@ from scenarios.benchmark.paper import checks_of, run_paper, write_paper
 from scenarios.cli import main
 from scenarios.rendering.content import Paragraph
 from scenarios.results.pages import page_of
+from scenarios.support.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +144,27 @@ def test_the_page_of_the_paper_is_made_of_what_is_stored(written, repeated, monk
     refused = repeated.result.gains[5].reason
     assert refused
     assert any(refused in part.text for part in report.parts if isinstance(part, Paragraph))
+
+
+def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(copied):
+    stated = json.loads((copied / "paper.json").read_text())
+    older = copy.deepcopy(stated)
+    del older["result"]["gains"], older["files"]
+    (copied / "paper.json").write_text(json.dumps(older))
+    with pytest.raises(ScenarioError, match=r"lacks data for the page.*gains.*rx90 paper --out somewhere --force"):
+        page_of(copied)
+    (copied / "paper.json").write_text(json.dumps(stated))
+    rows = pd.read_parquet(copied / "rows.parquet")
+    rows.assign(measured=1.01 * rows["measured"]).to_parquet(copied / "rows.parquet", index=False)
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; write it again"):
+        page_of(copied)
+    (copied / "rows.parquet").unlink()
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: cannot be read: .*No such file"):
+        page_of(copied)
+    (copied / "paper.md").touch()
+    (copied / "paper.json").unlink()
+    with pytest.raises(ScenarioError, match=r"contains paper\.md but no paper\.json: incomplete or from an older"):
+        page_of(copied)
 
 
 @pytest.mark.slow

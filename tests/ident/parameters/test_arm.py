@@ -12,7 +12,7 @@ from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
 from ident.model.structure import structure_of
-from ident.parameters.arm import GainRatios, arm_in_SI, friction_unit, gain_ratios, rival_friction, surest
+from ident.parameters.arm import GainRatios, arm_in_SI, friction_unit, gain_ratios, rival_friction
 from ident.support.errors import GainsError, NotIdentifiable
 
 NAMES = tuple(f"joint{j}" for j in range(1, 7))
@@ -52,12 +52,6 @@ def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure,
         assert [each.name for each in own] == ["Fv", "Fc", "off"]
         for each in own:
             np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / gain[j], rtol=1e-3)
-
-
-def test_of_joints_beside_which_as_many_are_sure_thesurest_is_the_reference():
-    C = np.diag(np.array([0.03, 0.011, 0.02, 0.7]) ** 2)
-    assert surest(C, 0.1) == 1
-    assert surest(C[::-1, ::-1], 0.1) == 2
 
 
 def test_friction_of_each_motion_has_its_number(structure, chi, rng):
@@ -221,17 +215,6 @@ def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure,
     )
     found = rival_friction(AlternativeModel(share=0.4, other=other, final=final), 2, final)
     np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
-
-
-def test_a_rival_pair_of_fewer_columns_than_the_final_fit_changes_those_that_both_have(structure, chi, rng):
-    """Stiff and yielding joints are compared before load friction and curves are among the columns."""
-    soft = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
-    own, phi = soft.own[2], soft.fit.phi[2]
-    stiff = replace(soft, fit=replace(soft.fit, phi=(*soft.fit.phi[:2], phi + 0.3, *soft.fit.phi[3:])))
-    more = replace(own, names=("cbrt", *own.names, "load"), motion=(-1, *own.motion, -1))
-    final = replace(soft, own=(*soft.own[:2], more, *soft.own[3:]))
-    found = rival_friction(AlternativeModel(share=0.15, other=stiff, final=soft), 2, final)
-    np.testing.assert_allclose(found, [0.0, *[0.15 * 0.3] * len(phi), 0.0], rtol=1e-12)  # rounding
 
 
 def test_a_gain_is_off_beside_what_the_reference_says():

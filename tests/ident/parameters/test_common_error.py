@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from joint_masses import SCALE, weighing
 
 from ident.parameters.weighing import AGREES, common_error
@@ -33,37 +32,10 @@ def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_
     np.testing.assert_allclose(common.apart[0].rel_std, 0.01057, atol=5e-5)
 
 
-def test_a_gain_that_is_off_alone_has_nothing_in_common_with_others():
-    assert common_error(weighing(0.003, 0.09, -0.004, 0.002)) is None
-
-
 def test_joints_that_pass_have_no_error_in_common():
     found = weighing(0.026, 0.025, 0.024, 0.026)
     assert common_error(found) is not None
     assert common_error(replace(found, together=replace(found.together, verdict=AGREES))) is None
-
-
-def test_one_sure_joint_among_unsure_ones_does_not_speak_for_all():
-    assert common_error(weighing(-0.08, -0.05, -0.06, stds=(0.005, 0.05, 0.05))) is None
-
-
-def test_two_joints_that_disagree_have_nothing_in_common():
-    assert common_error(weighing(0.08, -0.08)) is None
-    assert common_error(weighing(0.08, None)) is None
-    assert common_error(weighing(0.08, 0.081)).joints == (0, 1)
-
-
-@pytest.mark.parametrize(("gain_share", "agree"), [(0.0, False), (0.03, True)])
-def test_errors_that_gains_have_in_common_do_not_average_out(gain_share, agree):
-    found = weighing(0.05, 0.051, 0.052, 0.049, 0.048, gain_share=gain_share)
-    assert (common_error(found) is None) == agree
-
-
-def test_deviations_of_gains_are_in_that_of_the_common_error():
-    common = common_error(weighing(0.3, 0.3, 0.3, 0.3, 0.3, gain_share=0.039))
-    # In shares of the mass that is found, which is 1.3 times the stated one; the scale's own is of that.
-    expected = np.linalg.norm((np.hypot(0.01, 0.039) / np.sqrt(5.0), 0.039, 1.3 * SCALE))
-    np.testing.assert_allclose(common.rel_std, expected, rtol=1e-9)
 
 
 def test_what_gains_have_in_common_is_at_most_the_deviation_of_the_surest():
@@ -74,6 +46,17 @@ def test_what_gains_have_in_common_is_at_most_the_deviation_of_the_surest():
     np.testing.assert_allclose(common.rel_std, expected, rtol=1e-9)
 
 
-def test_masses_without_a_logarithm_or_a_deviation_are_left_out():
-    found = weighing(-1.2, 0.08, 0.081, stds=(0.01, 0.01, 0.0))
-    assert common_error(found) is None
+def test_joints_have_a_common_error_if_it_is_significant_without_any_of_them():
+    five = 0.05, 0.051, 0.052, 0.049, 0.048
+    for found, joints in (
+        (weighing(0.003, 0.09, -0.004, 0.002), None),  # a gain that is off alone
+        (weighing(-0.08, -0.05, -0.06, stds=(0.005, 0.05, 0.05)), None),  # one sure joint does not speak for all
+        (weighing(0.08, -0.08), None),
+        (weighing(0.08, None), None),
+        (weighing(0.08, 0.081), (0, 1)),
+        (weighing(-1.2, 0.08, 0.081, stds=(0.01, 0.01, 0.0)), None),  # no logarithm, no deviation
+        (weighing(*five, gain_share=0.0), (0, 1, 2, 3, 4)),
+        (weighing(*five, gain_share=0.03), None),  # errors that gains have in common do not average out
+    ):
+        common = common_error(found)
+        assert (None if common is None else common.joints) == joints

@@ -12,7 +12,7 @@ from ident.estimation.known_gains import KnownGains
 from ident.parameters.payload import FoundBody, Quantity, payload_of
 from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, as_stated, joint_agreement, verified
 from ident.payload.payload import Payload
-from ident.support.errors import NegativeMass, PayloadError
+from ident.support.errors import NegativeMass
 
 
 def test_the_scale_tells_which_gain_is_off(structure, heavy, rng):
@@ -51,12 +51,6 @@ def test_a_mass_that_is_not_sure_says_nothing(weighed_problem, heavy):
     hopeless = replace(vague, covariance=13.2**2 * np.outer(GAIN, GAIN))
     nothing = verified(payload_of(weighed_problem, hopeless, PLAIN), heavy, hopeless).together
     assert "standard deviation is 1320 %" in str(nothing.reason)
-
-
-def test_a_verification_needs_a_scale(weighed_problem, heavy):
-    found = payload_of(weighed_problem, known(), PLAIN)
-    with pytest.raises(PayloadError, match="a verification needs its mass"):
-        verified(found, replace(heavy, known="none"), known())
 
 
 def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):

@@ -12,7 +12,7 @@ from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
 from ident.model.structure import structure_of
-from ident.parameters.arm import GainRatios, arm_in_SI, friction_unit, gain_ratios, rival_friction
+from ident.parameters.arm import GainRatios, arm_in_SI, friction_unit, gain_ratios, rival_friction, surest
 from ident.support.errors import GainsError, NotIdentifiable
 
 NAMES = tuple(f"joint{j}" for j in range(1, 7))
@@ -52,6 +52,11 @@ def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure,
         assert [each.name for each in own] == ["Fv", "Fc", "off"]
         for each in own:
             np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / gain[j], rtol=1e-3)
+
+
+def test_of_joints_beside_which_as_many_are_sure_the_surest_is_the_reference():
+    C = np.diag(np.array([0.03, 0.011, 0.02, 0.7]) ** 2)
+    assert (surest(C, 0.1), surest(C[::-1, ::-1], 0.1)) == (1, 2)
 
 
 def test_friction_of_each_motion_has_its_number(structure, chi, rng):

@@ -24,39 +24,31 @@ def test_a_log_is_not_written_over_by_what_is_made_of_it(weighed_cell, tmp_path,
 
 
 def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
-    log, out = weighed_cell / "run" / "light.parquet", weighed_cell / "torque.parquet"
-    words = ["torque", str(log), "--gains", str(weighed_cell / "gains.toml"), "--out", str(out)]
-    assert main(words) == 0
-    said, missing = capsys.readouterr().out, []
-    assert main([*words, "--json"]) == 0
+    log, out, file = (weighed_cell / name for name in ("run/light.parquet", "torque.parquet", "gains.toml"))
+    words = ["torque", str(log), "--gains", str(file), "--out"]
+    assert main([*words, str(out)]) == 0
+    said, missing = " ".join(capsys.readouterr().out.split()), []
+    assert "The gains are of robot rx90. Logs do not name their robot" in said
+    assert main([*words, str(out), "--json"]) == 0
     document = printed(capsys, "torque")
-    table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(weighed_cell / "gains.toml")
+    table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(file)
     for entry in gains.gains:
+        name = f"tau{entry.joint}"
         if not entry.identifiable:
-            assert f"tau{entry.joint}" not in table
+            assert name not in table
             assert f"Joint {entry.joint} has no column" in said
             missing.append(entry.joint)
             continue
-        tau, v = table[f"tau{entry.joint}"], recording.v[:, entry.joint - 1]
+        tau, v = table[name], recording.v[:, entry.joint - 1]
         np.testing.assert_allclose(tau, entry.estimate * v, rtol=1e-12)
-        np.testing.assert_allclose(table[f"tau{entry.joint}_high"] - tau, 2.0 * entry.std * np.abs(v), atol=1e-9)
-        np.testing.assert_allclose(tau - table[f"tau{entry.joint}_low"], 2.0 * entry.std * np.abs(v), atol=1e-9)
+        for bound, sign in (("high", 1.0), ("low", -1.0)):
+            off = sign * (table[f"{name}_{bound}"] - tau)
+            np.testing.assert_allclose(off, 2.0 * entry.std * np.abs(v), atol=1e-9)
     assert [each["joint"] for each in document["missing"]] == missing
     assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
     assert document["samples"] == len(recording.t)
-    assert (
-        main(
-            ["torque", str(log), "--gains", str(weighed_cell / "gains.toml"), "--out", str(weighed_cell / "gains.toml")]
-        )
-        == 2
-    )
+    assert main([*words, str(file)]) == 2
     assert "rx90 torque reads this file" in capsys.readouterr().err
-
-
-def test_torques_say_whose_gains_they_were_made_with(weighed_cell, tmp_path, capsys):
-    gains = ["--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "t.parquet")]
-    assert main(["torque", str(weighed_cell / "run" / "light.parquet"), *gains]) == 0
-    assert "The gains are of robot rx90. Logs do not name their robot" in " ".join(capsys.readouterr().out.split())
 
 
 def test_currents_in_another_unit_than_the_gains_are_refused(weighed_cell, tmp_path, capsys):
@@ -98,30 +90,15 @@ def test_the_largest_current_of_any_recording_of_the_gains_counts_whatever_its_s
         check_currents(file, log(96.0, 230.0))
 
 
-SIGNED = (13, 11, 7, -9, 12, 8)
-
-
 def test_torques_of_a_negative_gain_come_with_a_note(weighed_cell, tmp_path, capsys):
-    values = "".join(f"[[gains]]\njoint = {j + 1}\nestimate = {g}\nstd = 0\n" for j, g in enumerate(SIGNED))
-    gains = tmp_path / "gains.toml"
-    gains.write_text(values)
-    words = [
-        "torque",
-        str(weighed_cell / "run" / "light.parquet"),
-        "--gains",
-        str(gains),
-        "--out",
-        str(tmp_path / "t.parquet"),
-    ]
-    assert main(words) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert said.count("is negative") == said.count("Note: joint 4: the gain is negative") == 1
-    assert main([*words, "--json"]) == 0
-    (note,) = printed(capsys, "torque")["notes"]
-    assert note.startswith("joint 4: ")
-    gains.write_text(values.replace("-9", "9"))
-    assert main([*words, "--json"]) == 0
-    assert printed(capsys, "torque")["notes"] == []
+    gains, out = tmp_path / "gains.toml", str(tmp_path / "t.parquet")
+    for fourth, joints in ((-9, [4]), (9, [])):
+        values = (13, 11, 7, fourth, 12, 8)
+        gains.write_text("".join(f"[[gains]]\njoint = {j}\nestimate = {g}\nstd = 0\n" for j, g in enumerate(values, 1)))
+        log = str(weighed_cell / "run" / "light.parquet")
+        assert main(["torque", log, "--gains", str(gains), "--out", out, "--json"]) == 0
+        notes = printed(capsys, "torque")["notes"]
+        assert [note.partition(": ")[0] for note in notes] == [f"joint {j}" for j in joints]
 
 
 def test_torques_of_joints_in_another_order_than_the_gains_are_refused(weighed_cell, capsys):

@@ -11,11 +11,12 @@ import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription
+from ident.recordings.description_files import spread
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.table import MOST_COLUMNS
+from ident.recordings.formats.table import MOST_COLUMNS, listed
 from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
-from ident.support.errors import RecordingError
+from ident.support.errors import LogDescriptionError, RecordingError
 
 UNITS = {
     ("t", "s"): 1.0, ("t", "ms"): 1e3, ("t", "us"): 1e6, ("t", "ns"): 1e9,
@@ -174,6 +175,18 @@ def test_columns_go_by_the_joints_names_and_doubled_names_are_refused(tmp_path):
     path.write_text(path.read_text().replace("mode", "a", 1))
     with pytest.raises(RecordingError, match="column 'a' appears twice"):
         read_recording(path, DESCRIPTION)
+
+
+def test_names_of_messages_and_ranges_are_bounded():
+    assert listed([str(k) for k in range(8)]) == "0, 1, 2, 3, 4, 5, 6, 7"
+    assert listed([str(k) for k in range(9)]) == "0, 1, 2, 3, 4, 5, 6, 7, .."
+    assert listed(["x" * 150, "y" * 49]) == "x" * 150 + ", " + "y" * 48 + ", .."
+    assert spread("q{3..3}_deg", "here") == ["q3_deg"]
+    assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
+    assert len(spread("q{2..65}", "here")) == 64
+    for word in ("q{2..66}", "q{3..2}"):
+        with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
+            spread(word, "here")
 
 
 def ur_columns(*currents: str) -> dict[str, np.ndarray]:

@@ -115,6 +115,13 @@ def test_an_episode_split_over_files_is_whole(tmp_path):
         read_recording(folder, of(CURRENT, 1))
 
 
+def test_stamps_that_were_measured_are_kept(tmp_path):
+    rng = np.random.default_rng(3)
+    late = [np.arange(n) / FPS + np.sort(rng.uniform(0.0, 0.004, n)) for n in LENGTHS]
+    found = read_recording(so101(tmp_path / "set", t=late), of(CURRENT, 1))
+    np.testing.assert_array_equal(found.t, late[1].astype(np.float32))
+
+
 def broken(folder: Path, name: str, content: bytes | None) -> Path:
     (folder / name).unlink() if content is None else (folder / name).write_bytes(content)
     return folder

@@ -165,6 +165,14 @@ def test_spikes_smaller_than_half_of_what_a_current_does_anyway_pass():
     refused("v2 has 80 spikes", v=spiky(V, 1, 0.02, 0.53 * (high - low))[0])
 
 
+def test_spikes_that_rise_and_fall_in_two_samples_are_as_large_as_their_peaks():
+    v = V.copy()
+    v[20::50, 1] += 1.3
+    v[19::50, 1] += 0.65
+    v[21::50, 1] += 0.65
+    refused(f"v2 has {len(T[20::50])} spikes", v=v)
+
+
 def still(rows: dict[float, slice | list[int]]) -> np.ndarray:
     """A current of 0.3 at rest, that has other values in some rows."""
     v = changed(V, slice(None), 1, 0.3)

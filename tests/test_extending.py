@@ -14,7 +14,7 @@ import pytest
 from one_process import Outcome, carried_out
 from places import ROOT
 from quick import quick_scenario
-from recipes import PACKAGES, RECIPES, follow, patched
+from recipes import PACKAGES, RECIPES, follow
 
 import rx90_mjcf
 from ident.recordings.files import read_recording, write_recording
@@ -70,13 +70,6 @@ def test_what_recipes_leave_is_as_clean_as_the_rest(followed):
         command = [sys.executable, "-m", "ruff", *words, "--config", str(ROOT / "pyproject.toml"), *PACKAGES]
         done = subprocess.run(command, cwd=followed[0], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_a_change_that_does_not_fit_is_noticed():
-    assert patched("a\nb\nc\n", " a\n+x\n@@\n-c\n+d\n") == "a\nx\nb\nd\n"
-    for change in (" z\n+x\n", " a\n c\n+x\n"):
-        with pytest.raises(AssertionError, match="not there once"):
-            patched("a\nb\nc\n", change)
 
 
 def test_what_recipes_add_does_what_they_say(followed, plain):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from pages import DOCS, SHELLS, Block, blocks, check_shown, commands, follow
+from pages import DOCS, SHELLS, Block, blocks, commands, follow
 from places import ROOT
 
 from ident.model.arm import load_arm
@@ -95,64 +95,3 @@ def test_the_workflow_of_the_gate_runs_what_its_page_runs():
     for line in run:
         for word in line.split():
             assert "." not in word or (gate / word).exists(), word
-
-
-def test_output_that_is_shown_is_compared_word_by_word_but_for_times():
-    said = "Joint 1: 0.9398\nsimulated in 3.03 s\nNote: one\nPASSED: all\n"
-    check_shown("Joint  1: 0.9398\nsimulated in 0.7 s\n...\nPASSED: all\n", said, "here")
-    for other in ("Joint 1: 0.9399\n", "PASSED: all\n...\nNote: one\n", "Joint 1:\n0.9398 simulated at 1 s"):
-        with pytest.raises(AssertionError, match="here: shown is"):
-            check_shown(other, said, "here")
-
-
-FIRST = """```toml title="mine/gains.toml"
-[[gains]]
-joint = 1
-estimate = 11.8
-std = 0.06
-```
-"""
-SECOND = """<!-- after: first.md -->
-```python
-from pathlib import Path
-other = Path("mine/gains.toml").read_text().replace("11.8", "13.3")
-```
-<!-- not run: it would not end well -->
-```python
-raise SystemExit(3)
-```
-```python
-Path("other.toml").write_text(other)
-```
-```sh
-rx90 verify mine/gains.toml \\
-  other.toml > told.txt  # exit status 1
-rx90 verify mine/*.toml mine/gains.toml
-```
-"""
-
-
-def test_a_page_goes_on_where_another_ends_and_leaves_out_what_is_marked(tmp_path):
-    for name, text in (("first", FIRST), ("second", SECOND)):
-        (tmp_path / f"{name}.md").write_text(text)
-    (tmp_path / "work").mkdir()
-    follow(tmp_path / "second.md", tmp_path / "work")
-    assert "MOVED: joint 1 " in (tmp_path / "work" / "told.txt").read_text()
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "complaint"),
-    [
-        ("  # exit status 1", "", r"second\.md:13: .*status 1"),
-        ("mine/*.toml", "other.toml", r"second\.md:13: .*status 1"),
-        ("```sh\n", "```sh\nmake demo\n", "which command is this"),
-        ("```python\nPath", "```yaml\nPath", "a block of yaml is a file or says why not"),
-    ],
-)
-def test_a_page_that_does_not_do_what_it_says_is_noticed(old, new, complaint, tmp_path):
-    assert old in SECOND
-    (tmp_path / "first.md").write_text(FIRST)
-    (tmp_path / "second.md").write_text(SECOND.replace(old, new))
-    (tmp_path / "work").mkdir()
-    with pytest.raises(AssertionError, match=complaint):
-        follow(tmp_path / "second.md", tmp_path / "work")

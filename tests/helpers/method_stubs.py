@@ -53,6 +53,3 @@ def devours(problem: GivenProblem) -> list[dict]:
     held = []
     while True:
         held.append(bytearray(10**8))
-
-
-NOT_CALLABLE = 3

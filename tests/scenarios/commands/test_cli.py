@@ -21,12 +21,11 @@ from ident.support.errors import RobotModelError
 from scenarios import __main__ as entry
 from scenarios.cli import main
 from scenarios.command_line.process import Status
-from scenarios.command_line.writing import files_read, right_to_write
+from scenarios.command_line.writing import files_read
 from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.results.json_schemas import schema
 from scenarios.support.attribute_docs import attribute_docs
-from scenarios.support.errors import ScenarioError
 from scenarios.support.toml_text import ENDING, FOLDER
 from scenarios.support.versions import versions
 
@@ -238,16 +237,6 @@ def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, c
     assert "Traceback" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("columns", "usage"), [(59, "usage: rx90 run SCENARIO ..."), (60, "usage: rx90 run [-h] [--seed SEED]")]
-)
-def test_usage_on_a_narrow_terminal_names_what_must_be_given(columns, usage, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", str(columns))
-    with pytest.raises(SystemExit, match=r"^0$"):
-        main(["run", "--help"])
-    assert capsys.readouterr().out.splitlines()[0].startswith(usage)
-
-
 def test_the_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(monkeypatch):
     monkeypatch.setattr("sys.argv", ["rx90", "--version"])
     for name in ("freeze", "set_threshold"):  # of a process that ends, which this one does not
@@ -279,22 +268,6 @@ def test_everything_on_a_command_line_is_read_but_what_is_written_and_words_that
         **{name: Path(f"{name}.csv") for name in WRITTEN},
     )
     assert sorted(files_read(options)) == sorted([*read, there])
-
-
-def test_a_file_that_is_read_is_never_written_over_and_one_of_others_when_forced(tmp_path):
-    for name in ("log.csv", "notes.csv"):
-        (tmp_path / name).write_text("mine")
-
-    def asked(name: str, *, force: bool) -> None:
-        options = Namespace(logs=[tmp_path / "log.csv"], out=tmp_path / name, force=force)
-        right_to_write(options, tmp_path, [name], command="rx90 test")
-
-    for force in (False, True):
-        with pytest.raises(ScenarioError, match=r"log\.csv: rx90 test reads this file"):
-            asked("log.csv", force=force)
-    with pytest.raises(ScenarioError, match=r"notes\.csv: rx90 test did not write this file"):
-        asked("notes.csv", force=False)
-    asked("notes.csv", force=True)
 
 
 def test_bash_completes_commands_options_choices_and_files(tmp_path, capsys):

@@ -76,23 +76,6 @@ def test_every_command_names_the_same_fault_of_the_same_logs(cell, capsys):
             assert err.count("\n") == 1
 
 
-def test_wrapped_angles_are_unwrapped_with_a_warning_and_cost_nothing(cell, capsys):
-    log = read_recording(cell / "light.parquet")
-    found = list[dict]()
-    for each in (log, replace(log, q=np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi)):
-        write_recording(each, cell / "faulty.parquet")
-        capsys.readouterr()
-        assert main([*(word.format(cell) for word in COMMANDS["identify"]), "--json"]) == 0
-        found.append(json.loads(capsys.readouterr().out))
-    sound, wrapped = found
-    assert np.abs(np.diff(each.q[:, 5])).max() > 6.0  # q6 is wrapped, once at least
-    same = [[row["estimate"] for row in each["gains"] if row["estimate"] is not None] for each in (sound, wrapped)]
-    np.testing.assert_allclose(same[1], same[0], rtol=1e-6)  # of rounding by a turn, which filters amplify
-    assert [each for each in sound["diagnoses"] if each["severity"] != "good"] == []
-    (warning,) = [each for each in wrapped["diagnoses"] if each["severity"] != "good"]
-    assert (warning["name"], warning["joints"]) == ("wrapped", [6])
-
-
 def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_between_gaps(cell, tmp_path):
     log = read_recording(cell / "light.parquet")
     gap = np.setdiff1d(np.arange(len(log.t)), range(9000, 9900))

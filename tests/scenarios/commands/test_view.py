@@ -8,8 +8,7 @@ from PIL import Image
 from places import ROOT
 
 from scenarios.cli import main
-from scenarios.rendering.film import WRITERS, captioned, frames
-from scenarios.support.errors import ScenarioError
+from scenarios.rendering.film import WRITERS, frames
 from sim.errors import NoPicture
 
 
@@ -94,19 +93,5 @@ def test_a_film_has_every_picture_at_its_rate(tmp_path):
     assert Image.open(tmp_path / "first.png").getpixel((30, 20)) == (3, 6, 7)
 
 
-def test_a_film_in_mp4_without_its_library_names_the_extra(tmp_path, monkeypatch):
-    monkeypatch.setattr("scenarios.rendering.film.find_spec", lambda name: None if name == "imageio_ffmpeg" else name)
-    with pytest.raises(ScenarioError, match=r"film\.mp4: imageio_ffmpeg is not installed, .*\[film\]'; PNG"):
-        WRITERS[".mp4"](tmp_path / "film.mp4", plain(3), 8.0)
-    assert not (tmp_path / "film.mp4").exists()
-
-
 def test_times_of_pictures_begin_at_the_start_and_end_before_the_end():
     np.testing.assert_allclose(frames(2.0, 2.5), [0.0, 0.4, 0.8, 1.2, 1.6], rtol=1e-12)
-
-
-@pytest.mark.parametrize("text", ["short", "a scenario with a very long name, from left: " + 8 * "motion, "])
-def test_a_caption_fits_its_picture(text):
-    drawn = np.asarray(captioned(np.full((200, 320, 3), 255), text))
-    dark = np.flatnonzero((drawn < 128).any(axis=(0, 2)))
-    assert 0 < dark.min() < dark.max() < 320

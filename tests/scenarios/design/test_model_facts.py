@@ -5,7 +5,7 @@ import re
 import mujoco
 import numpy as np
 import pytest
-from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, scara, weak, with_jaw, written
+from model_files import FINGERS, GRIPPER, HAND, menagerie, no_limits, ros, with_jaw, written
 from robot_folders import arm_xml
 
 from ident.model.arm import load_arm
@@ -22,7 +22,6 @@ TIP = f'<body name="tip">{INERTIAL}<joint name="m7" range="0 1"/></body>'
 NAMELESS = HAND.replace("finger1", "m7").replace("finger2", "m8").replace('name="hand"', 'name="x"')
 ENDS = {
     "jaw": (with_jaw(jaw="jaw"), ArmEnd("palm", ("jaw",))),
-    "gripper": (with_jaw(jaw="jointGripper"), ArmEnd("palm", ("jointGripper",))),
     "by its body": (JAW, ArmEnd("palm", ("m6",))),
     "turns as far as a wrist": (WRIST, ArmEnd(None)),
     "no known name": (JAW.replace("claw_part", "part6"), ArmEnd(None)),
@@ -30,8 +29,6 @@ ENDS = {
     "short slides": (menagerie(hand=NAMELESS), ArmEnd("wrist_link", ("m7", "m8"))),
     "equality": (menagerie(hand=HAND, tail=FINGERS), ArmEnd("wrist_link", ("finger1", "finger2"))),
     "mimic": (ros(more=GRIPPER), ArmEnd("wrist_link", ("grip", "grip_r"))),
-    "scara": (scara(), ArmEnd(None)),
-    "weak": (weak(), ArmEnd(None)),
     "no limits": (no_limits(), ArmEnd(None)),
 }
 ARM = """<robot name="two"><link name="base"/>
@@ -114,13 +111,10 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
     ("key", "value", "said"),
     [
         ("MASS", "-7.5", "line 2: mass: value = '-7.5'"),
-        ("MASS", "nan", "line 2: mass: value = 'nan'"),
         ("MASS", "2,3", "line 2: mass: value = '2,3'"),
         ("EFFORT", "-41", "line 5: limit: effort = '-41'"),
-        ("EFFORT", "1e9", "line 5: limit: effort = '1e9'"),
         ("SPEED", "1001", "line 5: limit: velocity = '1001'"),
         ("IZZ", "0.111", "line 3: inertia of link 'arm': no body has principal moments 0.05, 0.06, 0.111 kg m^2"),
-        ("IYY", "-0.06", "line 3: inertia of link 'arm': no body has principal moments -0.06, 0.05, 0.07 kg m^2"),
         ("IXY", "0.0551", "line 3: inertia of link 'arm': no body has principal moments -0.0003"),
     ],
 )

@@ -97,34 +97,6 @@ def test_columns_of_files_are_on_no_screen():
         assert "0.9401234" in renderer(form)(report, Page())
 
 
-def test_verdict_table_and_notes_stand_apart_and_a_further_line_of_a_note_is_no_other_note():
-    table = replace(TABLE, title="", shown=None)
-    parts = (Paragraph("PASSED", strong=True), table, Paragraph("One note, with words."), Paragraph("Two."), Line("do"))
-    assert renderer("text")(Report("T", (*parts, Heading("More"), table), {}), Page(width=16)).splitlines() == [
-        "T",
-        "",
-        "PASSED",
-        "",
-        *(numbers := ["Joint       Gain", "        N m/unit", "    1  0.9401234", "    2     -17.25"]),
-        "",
-        "Joint  Verdict",
-        "    1  passed",
-        "    2  refused",
-        "",
-        "One note, with",
-        "  words.",
-        "Two.",
-        "do",
-        "",
-        "More",
-        *numbers,
-        "",
-        "Joint  Verdict",
-        "    1  passed",
-        "    2  refused",
-    ]
-
-
 @pytest.mark.parametrize("width", [200, 80, 40, 12])
 def test_a_command_goes_on_as_a_shell_joins_it(width):
     words = ["rx90", "identify", "--model", "my arm.xml", "--loaded", "b1.csv", "b2.csv", "--payload", "it's.toml"]
@@ -149,22 +121,6 @@ def test_text_fits_the_page_and_cuts_no_number(width):
     assert "-17.25" not in text
     assert "…" not in text
     assert "\x1b" not in text
-
-
-def test_words_fold_before_a_table_is_continued_below():
-    columns = (Column(title="What", words=True), Column(title="Count"), Column(title="Seen", words=True))
-    rows = (cells("motor side", "1234567", "the angles are ninety times those of the joint"),)
-    lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=30)).splitlines()
-    assert lines[2:] == [
-        "What          Count  Seen",
-        "motor side  1234567  the",
-        "                     angles",
-        "                     are",
-        "                     ninety",
-        "                     times",
-        "                     those of",
-        "                     the joint",
-    ]
 
 
 def test_moods_are_colours_where_there_are_any(monkeypatch):

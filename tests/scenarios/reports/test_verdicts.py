@@ -11,24 +11,9 @@ from ident.unseen import Unseen, UnseenJoint
 from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.torques import Torques
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity
-from scenarios.rendering.content import Mood, Paragraph, Table, plus_minus
+from scenarios.rendering.content import Mood, Paragraph, Table
 from scenarios.results.gains import budget_verdict
 from scenarios.results.unseen import unseen_verdict
-
-
-@pytest.mark.parametrize(
-    ("value", "spread", "text"),
-    [
-        (7.0531, 0.0482, "7.05 ± 0.05"),
-        (7.0531, 0.0142, "7.053 ± 0.014"),
-        (-0.00034, 0.00061, "-0.0003 ± 0.0006"),
-        (4.2, 0.0996, "4.20 ± 0.10"),
-        (1234.0, 23.0, "1234 ± 23"),
-        (7.025, 0.0, "7.025"),
-    ],
-)
-def test_a_number_is_rounded_by_what_it_may_be_off(value, spread, text):
-    assert plus_minus(value, spread) == text
 
 
 @pytest.mark.parametrize(

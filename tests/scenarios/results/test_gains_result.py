@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, S
 from ident.diagnosis.samples.motion import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
 from ident.identification import Identification
-from scenarios.rendering.content import Mood, Paragraph, Table
+from scenarios.rendering.content import Mood, Paragraph
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import to_json
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
@@ -199,12 +199,6 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     assert "with 10 times the torque" in said[5]
 
 
-def test_a_fault_is_marked_as_worse_than_a_warning():
-    (wrong,) = doubt_paragraphs(Diagnosed(diagnoses=(replace(DOUBT, severity=Severity.WRONG),)))
-    assert wrong.text.startswith("WRONG: ")
-    assert wrong.mood is Mood.BAD
-
-
 def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
     named = replace(DOUBT, sentence="the zero of q3 is off in b.csv alone")
     assert words_of(named, several=True) == "WARNING: the zero of q3 is off in b.csv alone. Correct it."
@@ -289,13 +283,3 @@ def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
     plain = range_plot({"log": both})
     assert plain.y.unit == "rad, m"
     assert plain.series[0].low[1] == pytest.approx(motion.low, rel=6e-5)
-
-
-def test_a_page_lists_every_check_and_a_screen_none():
-    tables = [part for part in result_of(identified(0.8, 0.02)).parts() if isinstance(part, Table)]
-    listed = [(each.title, [cell.text for cell in row]) for each in tables if each.file_only for row in each.rows]
-    assert listed == [
-        ("b.csv", ["zero", "WARNING", "the zero of q3 is off by 2 degrees"]),
-        ("a.csv", ["clipping", "good", "no current is clipped"]),
-    ]
-    assert sum(not each.file_only for each in tables) == 1

@@ -114,15 +114,11 @@ def test_gravity_and_deviations_of_a_payload_are_kept(tmp_path, done):
 
 WRONG = [
     ("{", "invalid JSON"),
-    ("[]", "input should be an object"),
     ({"format": 2}, "format: input should be 1"),
     ({"robot": {"model": "../robot.xml"}}, "robot.model: string should match pattern"),
     ({"robot": {"model": "robot.xml", "gain": [1.0]}}, "robot.gain: extra inputs are not permitted"),
-    ({"truth": {}}, "truth: extra inputs are not permitted"),
-    ({"motions": []}, "motions: tuple should have at least 1 item"),
     ({"motions": [{"payload": "payload-1.toml"}]}, "motions.0.recording: field required"),
     ({"observe": {"cutof_hz": 3.0}}, "observe: unknown option 'cutof_hz'"),
-    ({"gains": {"max_rel_std": -1.0}}, "gains: max_rel_std = -1: expected more than 0"),
 ]
 
 

@@ -1,7 +1,6 @@
 """Pages of runs, identifications and checks: what they are drawn from, which folders are refused."""
 
 import json
-import re
 import shlex
 import shutil
 from dataclasses import fields, replace
@@ -17,7 +16,7 @@ from ident.preparation import SIMULATED, prepare
 from ident.recordings.files import read_recording
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
-from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Picture, Report, Table, joints_named
+from scenarios.rendering.content import Line, Mood, Paragraph, Picture, Report, Table, joints_named
 from scenarios.rendering.plot import Plot
 from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
@@ -132,51 +131,6 @@ def test_a_folder_without_rows_is_of_an_older_version(copied):
         ScenarioError, match=r"holds no fit-rows\.parquet: written by an older version of rx90; save it again"
     ):
         page_of(copied)
-
-
-def test_verdict_gains_and_refusals_come_first(saved):
-    report = page_of(saved)
-    result = json.loads((saved / "result.json").read_text())
-    headings = [part.text for part in report.parts if isinstance(part, Heading)]
-    assert headings == [
-        "Gains",
-        "Diagnoses",
-        "Refused or failed joints",
-        "How to identify the refused gains",
-        "Torques, measured and reconstructed",
-        "Residual: spectrum",
-        "Residual against position",
-        "Residual against speed",
-        "Outliers",
-        "Motion and joint ranges",
-        "What was assumed",
-        "How to repeat it",
-    ]
-    assert report.document == result
-    commands = [part.text for part in report.parts if isinstance(part, Line)]
-    assert "run" in commands[0].split()
-    plots = [part for part in report.parts if isinstance(part, Plot)]
-    assert sum(plot.zoom for plot in plots) == 6
-    assert all(plot.strip is not None for plot in plots if plot.zoom)
-    assert "Contributions to the intervals" in [plot.title for plot in plots]
-    texts, fit = [part.text for part in report.parts if isinstance(part, Paragraph)], result["fit"]
-    assert any(
-        text.startswith(f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %; ")
-        for text in texts
-    )
-    reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: (?!to identify it)", text)]
-    assert reasons == [f"Joint {gain['joint']}" for gain in result["gains"] if gain["reason"] is not None]
-    told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
-    assert result["diagnoses"]
-    for each in result["diagnoses"]:
-        assert [each["name"], each["severity"], each["sentence"]] in told
-    assert ["Seed", "5"] in told
-    for gain in read_result(saved, Result).gains:
-        if gain.estimate is None and gain.predicted_rel_std is not None and 0.1 < gain.predicted_rel_std < 1:
-            torque = f"Joint {gain.joint}: to identify it, use a payload with {10 * gain.predicted_rel_std:.3g} times"
-            assert any(text.startswith(torque) for text in texts)
-    # The second motion is drawn behind the first.
-    assert all(plot.references[1].at > 0.9 * max(plot.series[0].x) / 2 for plot in plots if plot.zoom)
 
 
 def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):

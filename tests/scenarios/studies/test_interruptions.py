@@ -108,13 +108,14 @@ def test_a_killed_study_goes_on_and_ends_with_the_rows_of_one_that_was_not(scena
 
 
 @pytest.mark.parametrize(
-    ("number", "status"), [(signal.SIGTERM, 143), *[pytest.param(signal.SIGHUP, 129, marks=pytest.mark.slow)]]
+    ("send", "number", "status"), [(os.killpg, signal.SIGINT, 130), (os.kill, signal.SIGTERM, 143)]
 )
-def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(scenario, tmp_path, number, status):
+def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(scenario, tmp_path, send, number, status):
+    """As a terminal sends Ctrl-C, to every process, and as `kill` sends its signal."""
     running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2))
     wait_until(lambda: list((tmp_path / "s").glob("trials/*.parquet")), running)
     kept = parts(tmp_path / "s")
-    os.kill(running.pid, number)
+    send(running.pid, number)
     _, errors = running.communicate(timeout=DEADLINE)
     assert running.returncode == status
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress

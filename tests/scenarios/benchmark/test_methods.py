@@ -97,7 +97,6 @@ UNKNOWN = [
     ("nls,reversal_speed", "option 'reversal_speed': expected KEY=VALUE"),
     ("nowhere_at_all:f", "No module named 'nowhere_at_all'"),
     ("method_stubs:absent", "module method_stubs has no function absent"),
-    ("method_stubs:NOT_CALLABLE", "module method_stubs has no function NOT_CALLABLE"),
     ("method_stubs:", "expected package.module:function"),
     ("exec:", "no command"),
     ("exec: 'unbalanced", "no closing quotation"),

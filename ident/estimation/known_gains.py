@@ -89,8 +89,8 @@ class KnownGains:
             raise GainsError("gains: no joint has a gain; every one is refused")
 
 
-def check_signs(gains: KnownGains, other: KnownGains) -> None:
-    """Check that other gains have the same signs.
+def check_comparable(gains: KnownGains, other: KnownGains) -> None:
+    """Check that other gains can be those of the same drives: of the same sign and in the same unit.
 
     Raises:
         GainsError: Naming the joint.
@@ -102,15 +102,6 @@ def check_signs(gains: KnownGains, other: KnownGains) -> None:
                 f"gains to compare with: joint {joint + 1}: {stated[joint]:g}, but its gain is {value:.4g}; give both "
                 "the same sign, that of torque over current"
             )
-
-
-def check_comparable(gains: KnownGains, other: KnownGains) -> None:
-    """Check that other gains can be those of the same drives: of the same sign and in the same unit.
-
-    Raises:
-        GainsError: Naming the joint.
-    """
-    check_signs(gains, other)
     check_unit(gains, other, "gains to compare with")
 
 

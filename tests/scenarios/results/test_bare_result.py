@@ -1,11 +1,14 @@
 """Results of bare motions: their links, and the names of friction."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from ident.estimation.all_joints.terms import SHARES
-from ident.estimation.estimators.nls import FRICTIONS
+from ident.estimation.estimators.nls import FRICTION_TERMS
 from scenarios.results.bare import TERMS
-from scenarios.results.links import Link, LinkInertia, Links
+from scenarios.results.links import Link, LinkInertia, Links, links_document
 
 
 @pytest.mark.parametrize(
@@ -33,6 +36,27 @@ def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
 
 
 def test_every_term_of_friction_has_its_meaning():
-    known = {"Fv", "Fc", "off", *SHARES, *(name for terms in FRICTIONS.values() for name in terms)}
+    known = {"Fv", "Fc", "off", *SHARES, *FRICTION_TERMS}
     assert set(TERMS) == known
     assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())
+
+
+def test_the_parameter_that_gave_way_most_may_have_become_smaller():
+    own = np.array([[0.2, 0.01, 0.02, 0.3, 0.03, 0.25, 0.1, -0.2, 0.3, 2.5]])
+    found = SimpleNamespace(
+        own=own,
+        motor=np.array([0.7]),
+        motor_found=np.array([True]),
+        names=("MX1", "MY1", "ZZ1"),
+        moved=np.array([0.3, -4.5, 2.1]),
+    )
+    arm = SimpleNamespace(
+        n=1,
+        joint_names=("a",),
+        revolute=np.array([True]),
+        translation=np.zeros((1, 3)),
+        rotation=np.eye(3)[None],
+        axis=np.array([[0.0, 0.0, 1.0]]),
+    )
+    links = links_document(found, SimpleNamespace(carried=np.zeros((1, 10))), arm)
+    assert (links.farthest_parameter, links.farthest_deviations) == ("MY1", 4.5)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from protocols import protocol_setup
 from quick import RANDOM, quick_scenario
 from scipy import linalg
 
@@ -82,3 +83,9 @@ def test_the_bound_is_in_proportion_to_the_noise_and_none_without(scenario):
     np.testing.assert_allclose(gain_bound(noisy(current_white=0.15, current_coloured=0.0)), 3.0 * white, rtol=1e-9)
     coloured, both = gain_bound(noisy(current_white=0.0)), gain_bound(nominal)
     np.testing.assert_allclose(np.hypot(white, coloured), both, rtol=1e-9)  # variances of the same rows add up
+
+
+def test_the_bound_does_not_depend_on_the_order_of_the_motions(tmp_path):
+    names = ("bare", "heavy", "light", "bare", "heavy"), ("bare", "bare", "heavy", "heavy", "light")
+    one, other = (gain_bound(protocol_setup(tmp_path, each)) for each in names)
+    np.testing.assert_allclose(one[:5], other[:5], rtol=1e-6)

@@ -65,6 +65,10 @@ def test_gains_that_moved_are_named(weighed_cell, capsys):
             ["MOVED: joint 3 changed significantly (+10 %, 2 sigma 1.6 %).", "Only joint 3 has a gain in both files"],
         ),
         (
+            {1: 2.0, 2: 3.0}, {1: 2.02, 2: 2.94}, 0.0075, 0, [1, 2],  # 0.9 deviations up, and 1.9 down
+            ["SAME: no gain changed significantly (most: joint 2, -2 %, 2 sigma 2.1 %)."],
+        ),
+        (
             # Of 1.41 % each, 2.1 deviations are below the limit of 2.39; the mean has 0.82 % and leaves 1.15 % and 4 %.
             {1: 2.0, 2: 3.0, 3: 5.0},
             {1: 2.0 * np.exp(-0.029), 2: 3.0 * np.exp(-0.029), 3: 5.0 * np.exp(0.03)}, 0.01, 1, None,

@@ -97,6 +97,15 @@ def test_columns_of_files_are_on_no_screen():
         assert "0.9401234" in renderer(form)(report, Page())
 
 
+def test_a_column_of_files_is_not_repeated_where_a_table_is_continued():
+    columns = (Column(title="Joint"), Column(title="Trial", file_only=True), Column(title="Bias"), Column(title="Std"))
+    rows = tuple(cells(joint, trial, "+0.012", "0.0345") for joint in "12" for trial in "34")
+    table = Table(columns=columns, rows=rows)
+    assert table.keys == 2
+    lines = renderer("text")(Report("", (table,), {}), Page(width=14)).splitlines()
+    assert [line.split() for line in lines if "Joint" in line] == [["Joint", "Bias"], ["Joint", "Std"]]
+
+
 @pytest.mark.parametrize("width", [200, 80, 40, 12])
 def test_a_command_goes_on_as_a_shell_joins_it(width):
     words = ["rx90", "identify", "--model", "my arm.xml", "--loaded", "b1.csv", "b2.csv", "--payload", "it's.toml"]

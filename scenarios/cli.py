@@ -20,7 +20,7 @@ from scenarios.command_line.process import (
     MEANINGS,
     NoOutput,
     Status,
-    abandon_output,
+    abandon,
     complain,
     ending,
     foreign_packages,
@@ -63,11 +63,11 @@ def main(words: Sequence[str] | None = None) -> int:
         complain("stopped")
         return ending(interrupt)
     except BrokenPipeError:
-        abandon_output()
+        abandon(sys.stdout)
         return Status.NOBODY_READS
     except NoOutput as error:
         complain(str(error))
-        abandon_output()
+        abandon(sys.stdout)
         return Status.NO_OUTPUT
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))

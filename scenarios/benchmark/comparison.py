@@ -242,10 +242,18 @@ class Comparison(ResultModel):
         methods = many(len(self.scenarios[0].methods), "method")
         return f"{methods} compared on {', '.join(each.name for each in self.scenarios)}"
 
+    @property
+    def ran(self) -> bool:
+        """Whether a method was run on any trial."""
+        return any(each.unposed < each.trials for each in self.scenarios)
+
     def parts(self) -> Iterable[Part]:
         """The best methods of each scenario and the next one, every scenario, and how scores are counted."""
-        text = "; ".join(f"on {each.name} {_best(each.methods)}" for each in self.scenarios)
-        yield Paragraph(f"{text[0].upper()}{text[1:]}.", strong=True)
+        if self.ran:
+            text = "; ".join(f"on {each.name} {_best(each.methods)}" for each in self.scenarios)
+            yield Paragraph(f"{text[0].upper()}{text[1:]}.", strong=True)
+        else:
+            yield Paragraph("No method was run: every trial failed before.", Mood.BAD, strong=True)
         for each in self.scenarios:
             yield from each.parts()
         yield Paragraph(RULE)

@@ -240,10 +240,10 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
             "case": name,
             "name": p.name,
             "value": p.value,
-            "std": p.residual_std,
+            "std": p.std,
+            "residual_std": p.residual_std,
             "gain_std": p.gain_std,
             "known": p.known,
-            "total_std": p.std,
             "essential": p.essential,
         }
         for name, case in run.estimates.items()

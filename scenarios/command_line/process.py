@@ -10,6 +10,7 @@ from collections.abc import Generator
 from enum import IntEnum
 from importlib.machinery import PathFinder
 from types import FrameType
+from typing import TextIO
 
 from scenarios.support.import_path import COMPILED, FOREIGN
 
@@ -122,16 +123,18 @@ def write(text: str) -> None:
         raise NoOutput(f"standard output: {error.strerror or error}") from error
 
 
-def abandon_output() -> None:
-    """Redirect standard output to the null device, as buffered output cannot be written."""
+def abandon(stream: TextIO) -> None:
+    """Redirect a stream to the null device, as what it has buffered cannot be written; Python would exit with 120."""
     with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def complain(message: str, program: str = "rx90") -> None:
     """Write an error message in one line to stderr, with any characters."""
-    with contextlib.suppress(OSError):  # the reader may have ended
-        print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
+    try:
+        print(f"{program}: {printable(message)}", file=sys.stderr, flush=True)  # noqa: T201
+    except OSError:  # the reader may have ended
+        abandon(sys.stderr)
 
 
 def printable(text: str) -> str:

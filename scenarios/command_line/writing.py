@@ -8,7 +8,7 @@ from pathlib import Path
 import scenarios.command_line.arguments as arguments
 from scenarios.results.write_access import Claim, claim
 
-WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render", "seal"})
+WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render"})
 """Options that name written files."""
 
 

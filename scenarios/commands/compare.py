@@ -94,7 +94,7 @@ def main(options: argparse.Namespace) -> Status:
         write_report(report, options.out / REPORT)
         write_report(report, options.out / DOCUMENT)
     show(report, options)
-    return Status.PASSED
+    return Status.PASSED if found.ran else Status.MISSED
 
 
 def _saved(names: list[str]) -> str:

@@ -74,10 +74,21 @@ def _compared(options: argparse.Namespace) -> Status:
     from scenarios.experiments.gains_file import check_units, read_gains
     from scenarios.gains_in_use.changed_gains import GainComparison
 
-    if len(options.files) != 2 or options.model is not None or options.gains is not None or options.given:
-        raise ScenarioError(
-            f"{len(options.files)} files of gains; expected two and no recordings, or --gains G with recordings"
-        )
+    if len(options.files) != 2:
+        raise ScenarioError(f"{options.files[0]}: expected two files of gains, or --gains G with recordings")
+    unused = {
+        "--gains": options.gains,
+        "--model": options.model,
+        "--unloaded and --loaded": options.given,
+        "--unseen": options.unseen,
+        "--option": options.option,
+        "--observe": options.observe,
+        "--current-delay": options.current_delay,
+        "--columns": options.columns,
+    }
+    for name, value in unused.items():
+        if value:
+            raise ScenarioError(f"{name}: for recordings; two files of gains are compared without them")
     A, B = map(read_gains, options.files)
     found = compared(A.known, B.known)
     check_units(A, B)

@@ -55,7 +55,8 @@ class Progress:
         """Return the state as one line; `counted` work is told as a count, other work in percent."""
         lasted = time.monotonic() - self.began
         if not self.total or self.done <= self.before:
-            return f"{self.name}: for {duration(lasted)}"
+            known = f"{self.done:g} of {self.total:g}, " if counted and self.total else ""
+            return f"{self.name}: {known}for {duration(lasted)}"
         left = duration(lasted * max(self.total - self.done, 0.0) / (self.done - self.before))
         share = f"{self.done:g} of {self.total:g}" if counted else f"{100.0 * min(self.done / self.total, 1.0):.0f} %"
         return f"{self.name}: {share}, {left} left{', ' if self.note else ''}{self.note}"

@@ -1,6 +1,7 @@
 """Methods side by side: the study, the command and its report."""
 
 import hashlib
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -15,12 +16,14 @@ from rich.console import Console
 
 from scenarios import load
 from scenarios.benchmark.bound import gain_bound
+from scenarios.benchmark.comparison import ComparedScenario, Comparison
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
 from scenarios.benchmark.study import METHOD, comparison
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.setup import setup_of
 from scenarios.experiments.study import carry_out, study_identity
+from scenarios.rendering.content import Mood
 from scenarios.support.errors import MethodError
 
 QUIET = Console(quiet=True)
@@ -166,3 +169,13 @@ def test_what_cannot_be_compared_is_said_before_anything_is_simulated(words, mes
     assert main(["compare", *words]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(("unposed", "ran"), [((7, 7), False), ((7, 6), True)])
+def test_a_comparison_is_missed_only_if_no_trial_reached_a_method(unposed, ran):
+    scenarios = [ComparedScenario.model_construct(name="x", trials=7, unposed=each, methods=[]) for each in unposed]
+    found = Comparison.model_construct(about={}, scenarios=scenarios)
+    assert found.ran is ran
+    if not ran:
+        (first,) = itertools.islice(found.parts(), 1)
+        assert first.mood is Mood.BAD

@@ -249,7 +249,7 @@ def test_the_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(mo
     assert os.environ["OMP_NUM_THREADS"] == "3"
 
 
-WRITTEN = ("out", "save", "gains_out", "ros_params", "render", "seal")
+WRITTEN = ("out", "save", "gains_out", "ros_params", "render")
 
 
 def test_everything_on_a_command_line_is_read_but_what_is_written_and_words_that_name_nothing(tmp_path):

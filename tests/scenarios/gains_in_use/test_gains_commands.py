@@ -181,3 +181,12 @@ def test_gains_of_another_robot_and_a_data_sheet_of_another_sign_are_refused(wei
     ):
         assert main(words) == 2
         assert message in only_line(capsys)
+
+
+@pytest.mark.parametrize("option", [["--gains", "a.toml"], ["--model", "rx90"], ["--option", "loss=student"]])
+def test_two_files_are_compared_without_options_of_recordings(tmp_path, capsys, monkeypatch, option):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.toml", "b.toml"):
+        (tmp_path / name).write_text("")
+    assert main(["verify", "a.toml", "b.toml", *option]) == 2
+    assert f"{option[0]}: for recordings" in capsys.readouterr().err

@@ -54,6 +54,9 @@ def test_the_remaining_time_follows_from_the_pace_of_this_session(clock, total, 
 
 def test_counted_work_has_numbers_and_its_last_note(clock):
     state = Progress("a study", 1000, 100)
+    clock.now += 3.0
+    assert state.line(counted=True) == "a study: 100 of 1000, for 3 s"
+    clock.now -= 3.0
     clock.now += 20.0
     state.advance(30, "2 failed")
     state.advance(20, "7 failed")

@@ -10,7 +10,8 @@ payload do not. Hence b of
 
     g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
 
-is the ratio of the gain to the correct one, with any viscous and Coulomb friction.
+is the ratio of the gain to the correct one, with any viscous and Coulomb friction. In the same way the links of a model
+file give the ratio of each joint's bare torque, by its gain, to their own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,6 +23,7 @@ import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.link_masses import LinkWeight, weight_of_links
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
@@ -38,7 +40,7 @@ from ident.parameters.weighing import LEVEL, UNKNOWN
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.motion import Motion
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Mask
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
 BETTER: Final = "better"
@@ -375,12 +377,11 @@ def _gain_errors(
     those of arm, payload and gain.
     """
     known, found = payload.known_part(), dict[int, tuple[float, float]]()
-    names = unseen.parts[0].observation.structure.base.names
-    links = np.array([name.rstrip("0123456789") in (*INERTIAL, *ROTOR) for name in names])
+    links = _named(unseen.parts[0].observation.structure, (*INERTIAL, *ROTOR))
     for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
         at = np.flatnonzero(system.joint == j)
         W, W_L = system.W[at], system.W_L[at]
-        X = np.column_stack((W_L @ known.chi, W[:, ~links & W.any(axis=0)]))  # beside: friction and offset
+        X = np.column_stack((W_L @ known.chi, _beside(W, links)))
         if j not in model.fits or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
             continue
         torque, first = g * system.V[at] - W @ model.base, np.linalg.pinv(X)[0]  # whatever its friction, free here
@@ -390,3 +391,30 @@ def _gain_errors(
         moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
         found[j] = float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
     return found
+
+
+def link_weights(motions: Sequence[ObservedMotion], gains: KnownGains, base: Array) -> tuple[LinkWeight, ...]:
+    """Return the ratio of each joint's measured torque, by its gain, to that of the links in a model file.
+
+    Args:
+        motions: A bare motion, in parts.
+        gains: The gains to test.
+        base: Base parameters of the arm in the model file, shape (b,).
+    """
+    system, links = pooled_system(motions), _named(motions[0].observation.structure, INERTIAL)
+    rows = ((j, g, system.joint == j) for j, g in zip(gains.joints.tolist(), gains.value, strict=True))
+    found = (
+        weight_of_links(j, system.W[at][:, links] @ base[links], g * system.V[at], _beside(system.W[at], links))
+        for j, g, at in rows
+    )
+    return tuple(each for each in found if each is not None)
+
+
+def _named(structure: Structure, names: Sequence[str]) -> Mask:
+    """Return a mask of the base parameters with one of these names, joint numbers ignored, shape (b,)."""
+    return np.array([name.rstrip("0123456789") in names for name in structure.base.names])
+
+
+def _beside(W: Array, links: Mask) -> Array:
+    """Return the nonzero columns of a joint's rows (r, b) other than those of links: friction and offset."""
+    return W[:, ~links & W.any(axis=0)]

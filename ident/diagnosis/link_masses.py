@@ -9,7 +9,7 @@ Gains, and thus every k_j, are proportional to the payload's mass. For real arms
 a third.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import Problem
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
 from ident.numerics.least_squares import column_space
 from ident.support.arrays import Array
@@ -68,8 +68,7 @@ def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array
     Returns:
         The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
     """
-    gains = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
-    found = None if _alike(links) else judged(link_weights(problem.motions, gains, links))
+    found = None if _alike(links) else judged(link_weights(problem, estimate, links))
     if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
         return found
     masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
@@ -107,27 +106,27 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
     )
 
 
-def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> tuple[LinkWeight, ...]:
-    """Return the factor of every joint with a gain and a load by its links.
-
-    Args:
-        motions: Motions, of which the bare ones are used.
-        gains: Gains, by joint from 0.
-        links: As in `link_mass_consistency`.
-    """
-    bare = [each.observation for each in motions if each.payload is None]
-    if not bare:
-        return ()
-    base, found = bare[0].structure.base, list[LinkWeight | None]()
-    drawn = base.standard(links)
-    for joint, gain in gains.items():
-        rows = [each.joints[joint] for each in bare]
-        W, V = np.vstack([each.W for each in rows]), np.concatenate([each.V for each in rows])
-        own = [f"{name}{joint + 1}" for name in STANDARD[len(INERTIAL) :]]
-        beside = [k for k, name in enumerate(base.labels) if name in own or name.rstrip("0123456789") in COUPLING]
-        K = base.regrouping[rows[0].columns]
-        found.append(weight_of_links(joint, W @ (K @ drawn), gain * V, W @ K[:, beside]))
+def link_weights(problem: Problem, estimate: GainEstimate, links: Array) -> tuple[LinkWeight, ...]:
+    """Return the factor of every joint with a gain and a load by its links; arguments as `link_mass_consistency`."""
+    drawn = problem.structure.base.standard(links)
+    found = (
+        _link_weight(problem, joint, gain.value, drawn)
+        for joint, gain in enumerate(estimate.joints)
+        if isinstance(gain, IdentifiedGain)
+    )
     return tuple(each for each in found if each is not None)
+
+
+def _link_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> LinkWeight | None:
+    base = problem.structure.base
+    bare = [each.observation.joints[joint] for each in problem.motions if each.payload is None]
+    if not bare:
+        return None
+    K = base.regrouping[bare[0].columns]
+    W, V = np.vstack([each.W for each in bare]), np.concatenate([each.V for each in bare])
+    own = [f"{name}{joint + 1}" for name in STANDARD[len(INERTIAL) :]]
+    beside = [k for k, name in enumerate(base.labels) if name in own or name.rstrip("0123456789") in COUPLING]
+    return weight_of_links(joint, W @ (K @ drawn), gain * V, W @ K[:, beside])
 
 
 def weight_of_links(joint: int, links: Array, torque: Array, beside: Array) -> LinkWeight | None:

@@ -11,14 +11,14 @@ from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.link_masses import judged, link_weights
+from ident.diagnosis.link_masses import judged
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.model.structure import Structure
 from ident.preparation import joined
 from ident.recordings.motion import Motion
-from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
+from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
 from scenarios.experiments.gains_file import GainsFile
 from scenarios.experiments.robot_models import model_base, nominal_links
 from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
@@ -173,8 +173,7 @@ def predicted_by_models(
     found = predicted(unseen, *used)
     if log.payload is not None:
         return found
-    known = dict(zip(gains.known.joints.tolist(), gains.known.value.tolist(), strict=True))
-    said = judged(link_weights(unseen.parts, known, nominal_links(model, flange).whole))
+    said = judged(link_weights(unseen.parts, gains.known, model_base(model, flange, structure.base)))
     if said is None or said.severity is Severity.GOOD:
         return found
     doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")

@@ -42,7 +42,7 @@ def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
     ddq = acceleration(plant_model(plant, loaded=loaded, step=STEP), v)
     right = d.gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
     right -= d.coulomb_friction * np.sign(dq)
-    # At these speeds the friction constraint is saturated; what is left is the solver's tolerance.
+    # The friction force is at its limit at these speeds, so the error is the tolerance of the solver.
     np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 

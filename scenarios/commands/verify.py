@@ -144,7 +144,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     from ident.support.options import options_from_words
     from ident.unseen import predict_unseen
     from scenarios.commands.identify import recorded
-    from scenarios.gains_in_use.weighing import CrossValidation
+    from scenarios.gains_in_use.cross_validation import CrossValidation
 
     own = options_from_words(AllJointsOptions, options.option)
     observing = options_from_words(ObserveOptions, observe_words(options))

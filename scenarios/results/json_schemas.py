@@ -41,7 +41,7 @@ RESULTS = {
     "payload-design": "scenarios.design.payload_design:PayloadDesign",
     "identify-bare": "scenarios.results.bare:BareResult",
     "verify": "scenarios.gains_in_use.weighing:Verification",
-    "verify-motions": "scenarios.gains_in_use.weighing:CrossValidation",
+    "verify-motions": "scenarios.gains_in_use.cross_validation:CrossValidation",
     "verify-gains": "scenarios.gains_in_use.changed_gains:GainComparison",
     "payload-of": "scenarios.gains_in_use.weighing:FoundPayload",
     "torque": "scenarios.gains_in_use.torques:Torques",

@@ -12,8 +12,7 @@ from typing import Any
 
 import scenarios.command_line.arguments as arguments
 from ident.support.errors import IdentificationError
-from ident.support.extras import needed_extra
-from ident.support.naming import nearest
+from ident.support.naming import nearest, needed_extra
 from scenarios.command_line.arguments import escaped, is_text, quoted
 from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.process import (

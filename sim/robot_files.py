@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, ValidationError, model_validator
 
 from ident.support.arrays import Array
-from ident.support.toml_files import read_toml
+from ident.support.files import read_toml
 from sim.errors import PlantError, RobotError
 from sim.robot import Coupling, DriveTruth, GravitySpring, Robot
 

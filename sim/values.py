@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from ident.support.arrays import Array
-from ident.support.ranges import refuse_outside
+from ident.support.options import refuse_outside
 from sim.errors import PlantError
 
 

@@ -5,8 +5,7 @@ import numpy as np
 from ident.diagnosis.logs import LogHypothesis
 from ident.model.arm import Arm
 from ident.recordings.recording import Recording
-from ident.support.arrays import Array, readonly
-from ident.support.once import once_per_object
+from ident.support.arrays import Array, once_per_object, readonly
 
 SLACK = 0.1
 """Excess over a limit that is attributed to an error of the zero [rad or m]."""

@@ -7,8 +7,7 @@ from annotated_types import Interval
 
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.errors import OptionError
-from ident.support.options import NAMES, unknown_name
-from ident.support.ranges import refuse_outside
+from ident.support.options import NAMES, refuse_outside, unknown_name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

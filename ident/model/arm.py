@@ -13,8 +13,8 @@ import numpy as np
 from ident.model.files import minimal_model
 from ident.model.files.mjcf import NAME_IT
 from ident.support.arrays import Array, readonly
-from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
+from ident.support.files import captured_stderr
 from ident.support.naming import one_line
 
 if TYPE_CHECKING:

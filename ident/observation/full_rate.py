@@ -8,8 +8,7 @@ import numpy as np
 from ident.model.displacement import States
 from ident.numerics.signals import SHARE_OF_RATE, Decimator, group_means, smooth_motion
 from ident.recordings.recording import Recording
-from ident.support.arrays import Array, Indices, Mask
-from ident.support.once import once_per_object
+from ident.support.arrays import Array, Indices, Mask, once_per_object
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in multiples of the position cut-off; splines interpolate."""

@@ -33,8 +33,7 @@ from ident.recordings.checks import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
 from ident.support.arrays import Array, Indices, Mask, readonly
 from ident.support.errors import OptionError, RecordingError
-from ident.support.options import MEASURED
-from ident.support.ranges import refuse_outside
+from ident.support.options import MEASURED, refuse_outside
 
 PIECE = 128
 """Number of samples that D is applied to at once: D is banded, and longer pieces multiply mostly zeros."""

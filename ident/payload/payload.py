@@ -10,8 +10,8 @@ import numpy as np
 from ident.model.parameters import INERTIAL
 from ident.support.arrays import Array, Mask
 from ident.support.errors import PayloadError
+from ident.support.files import read_toml
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import read_toml
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOMENTS = INERTIA_KEYS[:3]

@@ -28,9 +28,8 @@ import numpy as np
 from ident.numerics.neighbours import long_runs, running_median
 from ident.recordings.description import ISO, TIME
 from ident.recordings.recording import LARGEST_GAP, Recording
-from ident.support.arrays import Array, Indices, Mask
+from ident.support.arrays import Array, Indices, Mask, once_per_object
 from ident.support.errors import RecordingError
-from ident.support.once import once_per_object
 
 SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
 """Plausible sampling intervals [s]: at 5 Hz motions of a robot cannot be differentiated."""

@@ -20,8 +20,8 @@ from ident.recordings.description import (
 )
 from ident.recordings.layouts import LAYOUTS
 from ident.support.errors import LogDescriptionError
+from ident.support.files import read_toml
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import read_toml
 
 UNKNOWN = "unknown"
 LARGEST = 1e12

@@ -6,9 +6,8 @@ import numpy as np
 import scipy  # its parts are imported at first use
 from numpy.typing import NDArray
 
-from ident.support.arrays import Array, readonly
+from ident.support.arrays import Array, once_per_object, readonly
 from ident.support.errors import RecordingError
-from ident.support.once import once_per_object
 
 LARGEST_GAP = 10.0
 """Sampling interval relative to the median above which samples are missing instead of late."""

@@ -1,6 +1,9 @@
-"""Array conventions: read-only once stored in a dataclass."""
+"""Arrays, read-only once stored in a dataclass, and results that are computed once for such a dataclass."""
 
-from typing import TypeAlias
+from collections.abc import Callable
+from functools import wraps
+from typing import TypeAlias, TypeVar, TypeVarTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +13,9 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 Indices: TypeAlias = npt.NDArray[np.intp]
 MaskedArray: TypeAlias = np.ma.MaskedArray[tuple[int, ...], np.dtype[np.float64]]
 """Numbers, some of which may be None."""
+Of = TypeVar("Of")
+More = TypeVarTuple("More")
+Result = TypeVar("Result")
 
 
 def readonly(values: npt.ArrayLike) -> Array:
@@ -17,3 +23,21 @@ def readonly(values: npt.ArrayLike) -> Array:
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
+
+
+def once_per_object(function: Callable[[Of, *More], Result]) -> Callable[[Of, *More], Result]:
+    """Call a function once for each object, its first argument, and each set of further arguments.
+
+    Results are kept as long as their object, and errors are not kept. The object is immutable and compared by identity,
+    further arguments are hashable; a result must not refer to the object, else neither is ever freed.
+    """
+    known = WeakKeyDictionary[Of, dict[tuple[*More], Result]]()
+
+    @wraps(function)
+    def called(of: Of, /, *more: *More) -> Result:
+        results = known.setdefault(of, {})
+        if more not in results:
+            results[more] = function(of, *more)
+        return results[more]
+
+    return called

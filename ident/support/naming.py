@@ -1,4 +1,4 @@
-"""Text for messages: nearest known name, values in one short line."""
+"""Text for messages: nearest known name, values in one short line, the command that installs a missing package."""
 
 import difflib
 import reprlib
@@ -6,6 +6,23 @@ from collections.abc import Iterable, Sequence
 
 LONGEST = 60
 """Largest number of characters of a value in a message."""
+PROJECT = "rx90-drive-gain-testbench"
+EXTRAS: dict[str, tuple[str, str]] = {
+    "pyarrow": ("parquet", "Parquet files and --save"),
+    "jinja2": ("pages", "pages"),
+    "cma": ("study", "searches"),
+    "filelock": ("study", "studies"),
+    "matplotlib": ("study", "figures"),
+    "pandas": ("study", "studies"),
+    "rosbags": ("ros", "ROS 2 bags and MCAP files"),
+    "imageio": ("film", "MP4"),
+    "imageio_ffmpeg": ("film", "MP4"),
+    "PIL": ("film", "pictures"),
+    "OpenGL": ("film", "pictures"),
+    "glfw": ("film", "windows"),
+    "distributed": ("cluster", "Dask"),
+}
+"""By import name: the extra, and its use."""
 
 
 def nearest(key: str, known: Iterable[str]) -> str:
@@ -45,3 +62,12 @@ def enumerated(words: Sequence[str]) -> str:
 def joint_list(joints: Sequence[int]) -> str:
     """`joint 2` or `joints 2, 3 and 5`, of joints from 0."""
     return f"{'joints' if joints[1:] else 'joint'} {enumerated([str(joint + 1) for joint in joints])}"
+
+
+def needed_extra(package: str | None, wider: str | None = None) -> str | None:
+    """Return the message for a missing package or module, None if it is in no extra; a wider extra may include it."""
+    name = (package or "").partition(".")[0]
+    if name not in EXTRAS:
+        return None
+    extra, what = EXTRAS[name]
+    return f"{name} is not installed, which is needed for {what}: pip install '{PROJECT}[{wider or extra}]'"

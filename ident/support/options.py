@@ -1,25 +1,42 @@
-"""Options of the identification: frozen dataclasses with validation, created from a table or from words."""
+"""Options of the identification: frozen dataclasses with validation, created from a table or from words.
+
+Ranges are annotations, `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`, of options, model errors and sensors;
+scenario files and their schema use the same ones.
+"""
 
 import sys
 import types
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
-from typing import TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from functools import lru_cache
+from math import isfinite
+from typing import TYPE_CHECKING, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+from annotated_types import Interval, Unit
 
 from ident.support.errors import OptionError
 from ident.support.naming import nearest
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 Options = TypeVar("Options")
 NAMES = "names"
 """Key of a field's metadata: the allowed names, which a command line lists."""
 MEASURED = "measured"
 """Key of a field's metadata: what `auto` estimates from the logs; the number may be negative."""
+DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
 
 
 def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
     """Return the message for an option whose value is not an allowed name."""
     return OptionError(f"{option} = {value!r}: expected one of {', '.join(known)}{nearest(value, known)}")
+
+
+def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
+    """Create an options object from words `KEY=VALUE`; raises as `table_from_words` and `options_from_table`."""
+    return options_from_table(kind, table_from_words(kind, words))
 
 
 def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
@@ -46,21 +63,8 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
     return kind(**values)
 
 
-def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
-    """Create an options object from words `KEY=VALUE`.
-
-    Raises:
-        OptionError: If a word has another form, a key is duplicate, and as `options_from_table`.
-    """
-    return options_from_table(kind, table_from_words(kind, words))
-
-
 def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     """Return keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
-
-    Args:
-        kind: Class of the options, whose fields determine the types.
-        words: Words of a command line.
 
     Raises:
         OptionError: If a word has another form or a key is duplicate.
@@ -91,8 +95,38 @@ def option_types(kind: type) -> dict[str, object]:
     return {field.name: hints[field.name] for field in fields(kind)}
 
 
-DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
-
-
 def _kinds(hint: object) -> tuple[type, ...]:
     return cast("tuple[type, ...]", get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,))
+
+
+def refuse_outside(values: "DataclassInstance", error: type[Exception], place: str = "") -> None:
+    """Check that every number of a dataclass is finite and inside its annotated range.
+
+    Args:
+        values: A dataclass; fields that are not numbers are ignored.
+        error: Class of the error that is raised.
+        place: Context for the message.
+    """
+    within = f"{place}: " if place else ""
+    for name, hint in _annotated(type(values)).items():
+        value = getattr(values, name)
+        if not isinstance(value, float | int):
+            continue
+        if not isfinite(value):
+            raise error(f"{within}{name} = {value}: expected a finite number")
+        details = get_args(hint)[1:]
+        unit = "".join(f" {each.unit}" for each in details if isinstance(each, Unit))
+        for each in details:
+            if not isinstance(each, Interval):
+                continue
+            low: Any = each.gt if each.ge is None else each.ge
+            high: Any = each.lt if each.le is None else each.le
+            above = value > low if each.ge is None else value >= low
+            if not (above and (value < high if each.le is None else value <= high)):
+                more, less = "more than " * (each.ge is None), "less than " * (each.le is None)
+                raise error(f"{within}{name} = {value:g}: expected {more}{low:g} to {less}{high:g}{unit}")
+
+
+@lru_cache(maxsize=64)
+def _annotated(kind: type) -> Mapping[str, object]:
+    return get_type_hints(kind, include_extras=True)

@@ -15,8 +15,8 @@ from ident.estimation.estimators import DEFAULT
 from ident.model.structure import structure_of
 from ident.payload.payload import MOMENTS, Payload, payload_to_table
 from ident.support.arrays import Array
+from ident.support.files import read_toml
 from ident.support.naming import shown
-from ident.support.toml_files import read_toml
 from scenarios.design.excitation import Design, Problem, finite, near_words, percents, robot_limits
 from scenarios.design.new_robot import CLEAR, DEFAULTS, Given, NewRobot, Stated, assumed, described, home_pose
 from scenarios.design.search import Found as Point

@@ -16,9 +16,8 @@ from ident.diagnosis.gain_symptoms import negative
 from ident.estimation.known_gains import KnownGains
 from ident.model.arm import Arm
 from ident.support.errors import GainsError
-from ident.support.file_access import read_bytes
+from ident.support.files import LARGEST, read_bytes, read_toml
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import LARGEST, read_toml
 from scenarios.support.errors import ScenarioError
 
 TURNING, SLIDING = "N m / drive unit", "N / drive unit"

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ident.support.arrays import Array
-from ident.support.file_access import read_bytes
+from ident.support.files import LARGEST as LARGEST_FILE
+from ident.support.files import read_bytes, read_toml
 from ident.support.naming import nearest, shown
-from ident.support.toml_files import LARGEST as LARGEST_FILE
-from ident.support.toml_files import read_toml
 from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, MOTION
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from scenarios.support.toml_text import schema_line

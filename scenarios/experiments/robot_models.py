@@ -18,8 +18,8 @@ from ident.model.structure import BaseParameters
 from ident.parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
-from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
+from ident.support.files import captured_stderr
 from ident.support.naming import one_line
 from sim.errors import ModelFileError
 from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced

@@ -13,9 +13,8 @@ from ident.model.regressor import regressor
 from ident.model.structure import Structure, structure_of
 from ident.payload.payload import standard_parameters
 from ident.support.errors import RobotModelError
-from ident.support.file_access import check_file
+from ident.support.files import LARGEST, check_file
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import LARGEST
 from scenarios.experiments.robot_models import ADVICE, STATES, TOLERANCE, read_arm
 from scenarios.experiments.scenario_files import CATALOG, ROBOT
 from scenarios.support.errors import UnknownName, UnreadableFile

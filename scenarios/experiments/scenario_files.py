@@ -8,9 +8,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident.support.file_access import check_file
+from ident.support.files import DEEPEST, LARGEST, check_file, read_toml
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
 
 CATALOG = Path(__file__).parents[1] / "catalog"

@@ -18,9 +18,8 @@ from ident.parameters.arm import BareArm
 from ident.parameters.links import ModelLinks, nearest_links
 from ident.support.arrays import Array
 from ident.support.errors import NoBody
-from ident.support.file_access import read_bytes
+from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
-from ident.support.toml_files import LARGEST
 from scenarios.experiments.gains_file import GainEntry, GainsFile
 from scenarios.experiments.robot_models import KINEMATICS_ONLY, is_placeholder, nominal_links
 from scenarios.results.links import FAR, Link, Links, links_document, same_frames

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ident.support.arrays import Array
-from ident.support.extras import needed_extra
+from ident.support.naming import needed_extra
 from scenarios.support.errors import ScenarioError
 
 CAPTION = 0.02

@@ -21,8 +21,7 @@ from ident.diagnosis.samples.noise import position_noise, position_quanta
 from ident.observation.observation import ObserveOptions
 from ident.recordings.checks import intervals_of
 from ident.recordings.recording import LARGEST_GAP, Recording
-from ident.support.arrays import Array, Indices, Mask
-from ident.support.once import once_per_object
+from ident.support.arrays import Array, Indices, Mask, once_per_object
 
 APART = 4
 """Number of steps to each side whose median speed a step is compared with."""

@@ -15,8 +15,7 @@ from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.full_rate import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
-from ident.support.arrays import Array, readonly
-from ident.support.once import once_per_object
+from ident.support.arrays import Array, once_per_object, readonly
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""

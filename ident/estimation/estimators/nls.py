@@ -22,8 +22,7 @@ from ident.estimation.estimate import GainEstimate
 from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 from ident.support.errors import OptionError
-from ident.support.options import NAMES, unknown_name
-from ident.support.ranges import refuse_outside
+from ident.support.options import NAMES, refuse_outside, unknown_name
 
 NAME = "nls"
 AUTO = "auto"

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from xml.parsers import expat
 
 from ident.support.errors import RobotModelError
-from ident.support.file_access import read_bytes
+from ident.support.files import read_bytes
 from ident.support.naming import nearest, one_line, shown
 
 LARGEST_FILE = 32_000_000

@@ -15,7 +15,7 @@ from ident.recordings.description import LogDescription
 from ident.recordings.formats.table import MOST_COLUMNS, MOST_VALUES, Columns, LogFormat, Table, entry, listed
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
-from ident.support.file_access import check_file
+from ident.support.files import check_file
 from ident.support.naming import one_line, shown
 
 LARGEST = 4_000_000_000

@@ -20,7 +20,7 @@ import numpy as np
 from ident.recordings.description import LogDescription
 from ident.recordings.formats.table import KNOWN, Columns, LogFormat, Table
 from ident.support.errors import RecordingError
-from ident.support.file_access import read_bytes
+from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
 
 LARGEST = 500_000_000

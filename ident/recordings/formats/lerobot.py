@@ -27,7 +27,7 @@ from ident.recordings.formats.table import MOST_COLUMNS, Columns, LogFormat, Tab
 from ident.recordings.recording import JITTER_TOL, Recording
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
-from ident.support.file_access import read_bytes
+from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
 
 ENDING = ".lerobot"

@@ -14,7 +14,7 @@ from ident.recordings.description import LogDescription
 from ident.recordings.formats.table import MOST_COLUMNS, MOST_VALUES, OURS, Columns, LogFormat, Table, entry
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
-from ident.support.file_access import check_file
+from ident.support.files import check_file
 from ident.support.naming import one_line
 
 if TYPE_CHECKING:

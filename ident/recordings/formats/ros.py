@@ -19,9 +19,8 @@ from ident.recordings.description import LogDescription
 from ident.recordings.formats.table import MOST_VALUES, Columns, LogFormat, Table, listed
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
-from ident.support.extras import needed_extra
-from ident.support.file_access import check_file
-from ident.support.naming import nearest, one_line, shown
+from ident.support.files import check_file
+from ident.support.naming import nearest, needed_extra, one_line, shown
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ident.support.extras import needed_extra
+from ident.support.naming import needed_extra
 from scenarios.experiments.workers.execute import SCHEDULER_GONE, WorkerKind, Workers
 from scenarios.support.errors import StudyError
 

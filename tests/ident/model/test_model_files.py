@@ -14,8 +14,8 @@ from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, loa
 from ident.model.files import minimal_model, xml_tree
 from ident.model.files import mjcf as mjcf_files
 from ident.model.files.xml_tree import LARGEST, vector
-from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
+from ident.support.files import captured_stderr
 
 JOINT_NAMES = tuple(f"{link[0]}_joint" for link in LINKS)
 LIMIT = 'lower="-2.97" upper="3.05"'

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.recordings.recording import Recording, resampled
-from ident.support.once import once_per_object
+from ident.support.arrays import once_per_object
 
 
 class Thing:

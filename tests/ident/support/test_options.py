@@ -8,8 +8,7 @@ from annotated_types import Interval, Unit
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import OptionError
-from ident.support.options import options_from_table, options_from_words, table_from_words
-from ident.support.ranges import refuse_outside
+from ident.support.options import options_from_table, options_from_words, refuse_outside, table_from_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

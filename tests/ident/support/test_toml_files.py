@@ -2,10 +2,10 @@ import time
 
 import pytest
 
-from ident.support import file_access
+from ident.support import files
 from ident.support.errors import PayloadError
+from ident.support.files import DEEPEST, LARGEST, read_toml
 from ident.support.naming import nearest, one_line, shown
-from ident.support.toml_files import DEEPEST, LARGEST, read_toml
 
 
 def read(path, content: str) -> dict[str, object]:
@@ -58,14 +58,14 @@ def test_a_file_that_may_not_be_read_is_named(tmp_path, monkeypatch):
     def denied(_: object) -> bytes:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(file_access.Path, "read_bytes", denied)  # whoever runs the tests may be allowed everything
+    monkeypatch.setattr(files.Path, "read_bytes", denied)  # whoever runs the tests may be allowed everything
     with pytest.raises(PayloadError, match=r"a\.toml: Permission denied"):
         read_toml(tmp_path / "a.toml", error=PayloadError)
 
 
 def test_a_name_that_no_file_can_have_is_named():
     with pytest.raises(PayloadError, match="embedded null byte"):
-        read_toml(file_access.Path("a\0.toml"), error=PayloadError)
+        read_toml(files.Path("a\0.toml"), error=PayloadError)
 
 
 def test_a_mark_at_the_beginning_does_not_matter(tmp_path):

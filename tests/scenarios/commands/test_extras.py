@@ -12,7 +12,7 @@ from quick import quick_scenario
 
 import rx90_mjcf
 from ident.recordings.files import read_recording, write_recording
-from ident.support.extras import EXTRAS, PROJECT, needed_extra
+from ident.support.naming import EXTRAS, PROJECT, needed_extra
 
 BLOCKED = """
 import sys

@@ -41,7 +41,6 @@ MODULES = {
         ),
         "Mathematics": (
             "model.regressor",
-            "model.inverse_dynamics",
             "model.parameters",
             "numerics.signals",
             "numerics.least_squares",

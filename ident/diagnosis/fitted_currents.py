@@ -20,7 +20,7 @@ from ident.estimation.fixed_gains import braked_gain
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.displacement import States
-from ident.model.inverse_dynamics import inverse_dynamics
+from ident.model.regressor import inverse_dynamics
 from ident.observation.full_rate import FullRate
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices

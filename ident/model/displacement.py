@@ -16,12 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.model.inverse_dynamics import drive_torques, joint_pose
 from ident.model.parameters import INERTIAL, STANDARD, labels, pseudo_inertia
+from ident.model.regressor import drive_torques, joint_pose
 from ident.support.arrays import Array
-
-BLOCK = 1024
-"""Number of samples per block, for the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,82 +37,96 @@ class States:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Moving:
-    """A block of samples on the last axis; twists and accelerations have shape (n, 2, 3, samples), angular part first.
+class Kinematics:
+    """States of an arm with quantities that do not depend on its masses.
+
+    Twists and accelerations have shape (n, 2, 3, N), angular part first.
 
     Attributes:
-        pose: Pose of each link's frame, shape (n, 3, 4, samples).
-        S: Twist of each joint.
-        dS: Rate of change of S.
-        ddS: Rate of change of that.
+        arm: The arm.
+        pose: Pose of each link's frame, shape (n, 3, 4, N).
+        S: Twist of each joint, its rate of change, and the rate of change of that.
         V: Twist of each link.
         A: Rate of change of V, minus gravity.
     """
 
+    arm: Arm
     pose: Array
-    S: Array
-    dS: Array
-    ddS: Array
+    S: tuple[Array, Array, Array]
     V: Array
     A: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Kinematics:
-    """States of an arm with quantities that do not depend on its masses.
-
-    Attributes:
-        arm: The arm.
-        states: The motion.
-        blocks: Samples in order.
-    """
-
-    arm: Arm
-    states: States
-    blocks: tuple[_Moving, ...]
 
     @classmethod
     def of(cls, arm: Arm, states: States) -> "Kinematics":
         """Of a motion."""
-        starts = range(0, len(states.q), BLOCK)
-        parts = ([x[k : k + BLOCK].T for x in (states.q, states.dq, states.ddq)] for k in starts)
-        return cls(arm, states, tuple(_moving(arm, *each) for each in parts))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Carried:
-    """A block of samples of composite bodies, each a joint's link and the following ones; samples last.
-
-    Attributes:
-        own: I S, shape (n, 2, 3, samples), then B' s + p x u, together (n, 3, 3, samples).
-        by_x: Derivatives of the wrench with respect to a displacement, its rate and its acceleration, each of shape (n,
-            2, 3, samples).
-    """
-
-    own: Array
-    by_x: tuple[Array, Array, Array]
+        pose = np.empty((arm.n, 3, 4, len(states.q)))
+        for j, q in enumerate(states.q.T):
+            E, arrow = joint_pose(arm, j, q)
+            if j == 0:
+                pose[j, :, :3] = E.swapaxes(0, 1)
+                for k, x in enumerate(arrow):
+                    pose[j, k, 3] = x
+            else:
+                pose[j, :, :3] = np.einsum("abs,cbs->acs", pose[j - 1, :, :3], E)
+                pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
+        S = np.zeros((arm.n, 2, 3, len(states.q)))
+        axis = np.einsum("jabs,jb->jas", pose[:, :, :3], arm.axis)
+        turns = np.asarray(arm.revolute, bool)
+        S[turns, 0] = axis[turns]
+        S[turns, 1] = _cross(pose[turns, :, 3], axis[turns])
+        S[~turns, 1] = axis[~turns]
+        dq, ddq = (each.T[:, None, None, :] for each in (states.dq, states.ddq))
+        own = dq * S
+        V = _from_base(own)
+        before = V - own
+        dS = _bracket(before, S)
+        own = dq * dS + ddq * S
+        A = _from_base(own)
+        A[:, 1] -= arm.gravity[:, None]
+        return cls(arm, pose, (S, dS, _bracket(A - own, S) + _bracket(before, dS)), V, A)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dynamics:
-    """An arm of known parameters along a motion.
+    """An arm of known parameters along a motion, with composite bodies, each a joint's link and the following ones.
 
     Attributes:
         moving: The motion.
         chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
-        blocks: Samples in order.
+        own: I S, then B' s + p x u, together (n, 3, 3, N).
+        by_x: Derivatives of the wrench f by a displacement, its rate and its acceleration, (n, 2, 3, N) each.
     """
 
     moving: Kinematics
     chi: Array
-    blocks: tuple[_Carried, ...]
+    own: Array
+    by_x: tuple[Array, Array, Array]
 
     @classmethod
     def of(cls, moving: Kinematics, chi: Array) -> "Dynamics":
         """Of an arm of n joints and c couplings."""
         inertial = chi[: len(STANDARD) * moving.arm.n].reshape(moving.arm.n, -1)[:, : len(INERTIAL)]
         masses = np.array([pseudo_inertia(each) for each in inertial])
-        return cls(moving, chi, tuple(_carried(masses, each) for each in moving.blocks))
+        (S, dS, ddS), V, A = moving.S, moving.V, moving.A
+        turned = masses[:, None] @ moving.pose  # (n, 3, 4, N)
+        P, h, m = np.einsum("jacs,jbcs->jabs", turned, moving.pose), turned[:, :, 3], masses[:, 3, 3, None, None]
+        J = _around(P)
+        momentum = _momentum(J, h, m, V)
+        B = np.einsum("jas,jbs->jabs", V[:, 1], h)
+        for k in range(3):
+            B[:, :, k] += _cross(V[:, 0], P[:, :, k])
+        f = _momentum(J, h, m, A) + _moved(V, momentum)
+        J, h, m, p, B, f = (_from_base(x[::-1])[::-1] for x in (J, h, m, momentum[:, 1], _around(B), f))
+
+        def rate(w: Array) -> Array:
+            """Wrench due to an additional angular velocity w: moment B w, force w x p."""
+            return np.stack((np.einsum("jabs,jbs->jas", B, w), _cross(w, p)), axis=1)
+
+        IS = _momentum(J, h, m, S)
+        turning = np.einsum("jbas,jbs->jas", B, S[:, 0]) + _cross(p, S[:, 1])
+        by_dx = 2.0 * (_momentum(J, h, m, dS) + rate(S[:, 0]))
+        by_x = _momentum(J, h, m, ddS) + 2.0 * rate(dS[:, 0]) + _moved(S, f)
+        return cls(moving, chi, np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
 
     def displaced(self, further: States) -> Array:
         """Return the first-order change of the joint torques due to a displacement of each joint.
@@ -125,82 +136,22 @@ class Dynamics:
                 included.
 
         Returns:
-            Change of each joint's torque due to the displacement of each joint, shape (N, n, n), torque first.
+            Change of each joint's torque by each joint's displacement [N m or N], shape (N, n, n).
         """
-        arm, change = self.moving.arm, np.empty((*further.q.shape, self.moving.arm.n))
-        for k, (moving, carried) in enumerate(zip(self.moving.blocks, self.blocks, strict=True)):
-            part = slice(k * BLOCK, (k + 1) * BLOCK)
-            x, dx, ddx = (each[part].T for each in (further.q, further.dq, further.ddq))
-            change[part] = _displaced(moving, carried, x, dx, ddx)
+        arm, (S, dS, ddS) = self.moving.arm, self.moving.S
+        x, dx, ddx = (each.T[:, None, None, :] for each in (further.q, further.dq, further.ddq))
+        D = np.concatenate((ddx * S + 2.0 * dx * dS + x * ddS, 2.0 * (dx * S[:, :1] + x * dS[:, :1])), axis=1)
+        by_x, by_dx, by_ddx = self.by_x
+        wrench = x * by_x + dx * by_dx + ddx * by_ddx
+        change = np.empty((len(further.q), arm.n, arm.n))
+        for k in range(arm.n):
+            change[:, k:, k] = np.einsum("jabs,abs->sj", self.own[k:], D[k])
+            change[:, :k, k] = np.einsum("jabs,abs->sj", S[:k], wrench[k])
         steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
         linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))
         change += drive_torques(arm, linear, each, none).T * further.dq[:, None]
         change += drive_torques(arm, linear, none, each).T * further.ddq[:, None]
         return change
-
-
-def _moving(arm: Arm, q: Array, dq: Array, ddq: Array) -> _Moving:
-    """Motion of joints, (n, samples) each."""
-    pose = np.empty((arm.n, 3, 4, q.shape[1]))
-    for j in range(arm.n):
-        E, arrow = joint_pose(arm, j, q[j])
-        if j == 0:
-            pose[j, :, :3] = E.swapaxes(0, 1)
-            for k, x in enumerate(arrow):
-                pose[j, k, 3] = x
-        else:
-            pose[j, :, :3] = np.einsum("abs,cbs->acs", pose[j - 1, :, :3], E)
-            pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
-    S = np.zeros((arm.n, 2, 3, q.shape[1]))
-    axis = np.einsum("jabs,jb->jas", pose[:, :, :3], arm.axis)
-    turns = np.asarray(arm.revolute, bool)
-    S[turns, 0] = axis[turns]
-    S[turns, 1] = _cross(pose[turns, :, 3], axis[turns])
-    S[~turns, 1] = axis[~turns]
-    dq, ddq = (each[:, None, None, :] for each in (dq, ddq))
-    own = dq * S
-    V = _from_base(own)
-    before = V - own
-    dS = _bracket(before, S)
-    own = dq * dS + ddq * S
-    A = _from_base(own)
-    A[:, 1] -= arm.gravity[:, None]
-    return _Moving(pose, S, dS, _bracket(A - own, S) + _bracket(before, dS), V, A)
-
-
-def _carried(masses: Array, at: _Moving) -> _Carried:
-    """Return composite bodies for links with pseudo-inertias, shape (n, 4, 4)."""
-    turned = masses[:, None] @ at.pose  # (n, 3, 4, samples)
-    P, h, m = np.einsum("jacs,jbcs->jabs", turned, at.pose), turned[:, :, 3], masses[:, 3, 3, None, None]
-    J = _around(P)
-    momentum = _momentum(J, h, m, at.V)
-    B = np.einsum("jas,jbs->jabs", at.V[:, 1], h)
-    for k in range(3):
-        B[:, :, k] += _cross(at.V[:, 0], P[:, :, k])
-    f = _momentum(J, h, m, at.A) + _moved(at.V, momentum)
-    J, h, m, p, B, f = (_from_base(x[::-1])[::-1] for x in (J, h, m, momentum[:, 1], _around(B), f))
-    s, ds = at.S[:, 0], at.dS[:, 0]
-    IS = _momentum(J, h, m, at.S)
-    turning = np.einsum("jbas,jbs->jas", B, s) + _cross(p, at.S[:, 1])
-    by_dx = 2.0 * (_momentum(J, h, m, at.dS) + _rate(B, p, s))
-    by_x = _momentum(J, h, m, at.ddS) + 2.0 * _rate(B, p, ds) + _moved(at.S, f)
-    return _Carried(np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
-
-
-def _displaced(at: _Moving, carried: _Carried, x: Array, dx: Array, ddx: Array) -> Array:
-    """Return the change of the torques of links due to displacements (n, samples), shape (samples, n, n)."""
-    n, shape = len(x), (len(x), 1, 1, x.shape[1])
-    x, dx, ddx = (each.reshape(shape) for each in (x, dx, ddx))
-    D, wrench = np.empty((n, 3, 3, shape[-1])), x * carried.by_x[0]
-    D[:, :2] = ddx * at.S + 2.0 * dx * at.dS + x * at.ddS
-    D[:, 2:] = 2.0 * (dx * at.S[:, :1] + x * at.dS[:, :1])
-    wrench += dx * carried.by_x[1]
-    wrench += ddx * carried.by_x[2]
-    change = np.empty((n, n, shape[-1]))
-    for k in range(n):
-        change[k:, k] = np.einsum("jabs,abs->js", carried.own[k:], D[k])
-        change[:k, k] = np.einsum("jabs,abs->js", at.S[:k], wrench[k])
-    return change.transpose(2, 0, 1)
 
 
 def _around(x: Array) -> Array:
@@ -220,11 +171,6 @@ def _momentum(J: Array, h: Array, m: Array, motion: Array) -> Array:
     out[:, 0] += _cross(h, v)
     out[:, 1] += _cross(w, h)
     return out
-
-
-def _rate(B: Array, p: Array, w: Array) -> Array:
-    """Return the wrench of moving links due to an additional angular velocity w: moment B w, force w x p."""
-    return np.stack((np.einsum("jabs,jbs->jas", B, w), _cross(w, p)), axis=1)
 
 
 def _moved(motion: Array, wrench: Array) -> Array:

@@ -1,24 +1,211 @@
-"""The vectorised inverse dynamic regressor: joint torque is linear in the standard parameters (paper, eq. 9).
+"""Inverse dynamics and its regressor: a Newton-Euler recursion over links, vectorised over samples (paper, eq. 9).
 
-In the frame of link i, with w, dw and a its motion (`inverse_dynamics`), and u, p the angular velocity of link i and
-the velocity of its origin for unit speed of joint j, the torque of joint j is
+The outward recursion gives the motion of each link in its own frame: w and dw its angular velocity and acceleration, a
+the acceleration of its origin minus gravity. Relative to its origin, a link of inertia J, first moment MS and mass M
+requires (d'Alembert's principle)
 
-    tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
+    force M a + L MS,  L x = dw x x + w x (w x x)       moment J dw + w x J w + MS x a
 
-The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` has them as matrices.
+For torques, the inward recursion sums these of a joint's link and of all following links. For the regressor, with u, p
+the angular velocity of link i and the velocity of its origin for unit speed of joint j,
+
+    tau_j = p . force_i + u . moment_i
+
+which is linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M. Samples are on the last axis.
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
 from ident.model.arm import Arm
-from ident.model.inverse_dynamics import LinkMotion, add_cross, link_motions
 from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.support.arrays import Array
 
 BLOCK = 2048
-"""Number of samples per block: limits the overhead of NumPy calls, and fits the processor's cache."""
+"""Number of samples per block of the regressor: limits the overhead of NumPy calls, and fits the processor's cache."""
+ROUNDING = 1e-15
+"""Size below which an entry of a rotation matrix is a rounding error of the model file's quaternion."""
+Vector: TypeAlias = list[Array | float]
+"""Three components, each of shape (samples,), or 0.0 if zero: these are skipped."""
+
+
+@dataclass(slots=True)
+class LinkMotion:
+    """A link's pose in the preceding frame, and its motion in its own frame.
+
+    Attributes:
+        E: Rotation from the preceding frame to its own, (3, 3, samples).
+        arrow: Its origin in the preceding frame.
+        vectors: w, dw and a, (3, 3, samples).
+        L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
+    """
+
+    E: Array
+    arrow: Vector
+    vectors: Array
+    L: Array
+
+
+def link_motions(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[LinkMotion]:
+    """Yield the motion of each link, from the base on; positions, velocities and accelerations are (n, samples)."""
+    vectors, L = np.zeros((3, 3, q.shape[1])), np.zeros((3, 3, q.shape[1]))
+    vectors[2] = -arm.gravity[:, None]
+    for j in range(arm.n):
+        E, arrow = joint_pose(arm, j, q[j])
+        moved = vectors.copy()
+        _add_product(moved[2], L, arrow)
+        vectors = np.einsum("kbs,abs->kas", moved, E)
+        w, dw, a = vectors
+        if arm.revolute[j]:
+            _add_cross(dw, w, _along(arm.axis[j], dq[j]))
+        else:
+            _add_cross(a, w, _along(arm.axis[j], 2.0 * dq[j]))
+        for k in np.flatnonzero(arm.axis[j]):
+            (dw if arm.revolute[j] else a)[k] += arm.axis[j, k] * ddq[j]
+            if arm.revolute[j]:
+                w[k] += arm.axis[j, k] * dq[j]
+        L, square = np.empty((3, *w.shape)), w * w
+        for k in range(3):
+            b, c = (k + 1) % 3, (k + 2) % 3
+            product = w[b] * w[c]
+            L[k, k] = -(square[b] + square[c])
+            L[c, b] = product + dw[k]
+            L[b, c] = product - dw[k]
+        yield LinkMotion(E, arrow, vectors, L)
+
+
+def joint_pose(arm: Arm, j: int, q: Array) -> tuple[Array, Vector]:
+    """Return rotation from frame j - 1 to frame j, (3, 3, samples), and origin of frame j in frame j - 1.
+
+    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `q` has the shape (samples,).
+    """
+    arrow, turn = _along(arm.translation[j], 1.0), np.zeros(len(q))
+    if arm.revolute[j]:
+        turn = q
+    else:
+        arrow = [x + y for x, y in zip(arrow, _along(arm.rotation[j] @ arm.axis[j], q), strict=True)]
+    axis, placed = (np.asarray(each[j], np.float64) for each in (arm.axis, arm.rotation))
+    c, s, E = np.cos(turn), np.sin(turn), np.zeros((3, 3, len(q)))
+    for row, column, constant, cosine, sine in _rotation_terms(axis.tobytes(), placed.tobytes()):
+        for factor, x in ((constant, 1.0), (cosine, c), (sine, s)):
+            if factor:
+                E[row, column] += factor * x
+    return E, arrow
+
+
+@lru_cache(maxsize=256)  # for the joints of an arm
+def _rotation_terms(of_axis: bytes, of_rotation: bytes) -> list[tuple[int, int, float, float, float]]:
+    """Return row, column, constant, cosine and sine part of nonzero entries; with parallel axes, most are zero."""
+    axis, rotation = np.frombuffer(of_axis), np.frombuffer(of_rotation).reshape(3, 3)
+    x, y, z = axis
+    back, kept = rotation.T, np.outer(axis, axis)
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    terms = np.stack((kept @ back, (np.eye(3) - kept) @ back, -skew @ back))  # (3 terms, 3, 3)
+    terms[np.abs(terms) < ROUNDING] = 0.0
+    return [(r, c, *terms[:, r, c].tolist()) for r in range(3) for c in range(3) if terms[:, r, c].any()]
+
+
+def _along(direction: Array, amount: Array | float) -> Vector:
+    """Return the components of `amount` along a constant direction."""
+    return [float(x) * amount if x else 0.0 for x in direction]
+
+
+def _add_cross(out: Array, x: Array, y: Vector) -> None:
+    """Add x cross y to `out`, shape (..., 3, samples)."""
+    for k in range(3):
+        if not isinstance(y[k], float) or y[k]:
+            out[..., (k + 1) % 3, :] += x[..., (k + 2) % 3, :] * y[k]
+            out[..., (k + 2) % 3, :] -= x[..., (k + 1) % 3, :] * y[k]
+
+
+def _add_product(out: Array, L: Array, x: Vector) -> None:
+    """Add L x to `out`, shape (3, samples)."""
+    for k in range(3):
+        if not isinstance(x[k], float) or x[k]:
+            out += L[:, k] * x[k]
+
+
+def _drive_columns(arm: Arm, dq: Array, ddq: Array) -> Iterator[tuple[int, int, Array]]:
+    """Yield joint, column and values (samples,) of the regressor of rotors, friction and offsets."""
+    n, p = arm.n, len(STANDARD)
+    for j in range(n):
+        for k, values in enumerate((ddq[j], dq[j], np.sign(dq[j]), np.ones_like(dq[j])), len(INERTIAL)):
+            yield j, p * j + k, values
+    for c, (first, second) in enumerate(arm.couplings):
+        both = np.sign(dq[first] + dq[second])
+        for j, other in ((first, second), (second, first)):
+            for k, values in enumerate((ddq[other], dq[other], both), p * n + 3 * c):
+                yield j, k, values
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkMotions:
+    """The motion of every link along that of an arm, for torques of many sets of parameters.
+
+    Attributes:
+        arm: The arm, n joints.
+        dq: Joint velocities [rad/s or m/s], shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+        links: Links, from the base on.
+    """
+
+    arm: Arm
+    dq: Array
+    ddq: Array
+    links: tuple[LinkMotion, ...]
+
+    @classmethod
+    def of(cls, arm: Arm, q: Array, dq: Array, ddq: Array) -> "LinkMotions":
+        """Of a motion, positions, velocities and accelerations of shape (N, n)."""
+        return cls(arm, dq, ddq, tuple(link_motions(arm, q.T, dq.T, ddq.T)))
+
+    def torques(self, chi: Array) -> Array:
+        """As `inverse_dynamics` gives them, shape (N, n)."""
+        arm, samples = self.arm, len(self.dq)
+        torque, carried = np.empty((arm.n, samples)), np.zeros((2, 3, samples))  # moment, force
+        for j, link in reversed(list(enumerate(self.links))):
+            XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M = chi[len(STANDARD) * j :][: len(INERTIAL)]
+            J = np.array([[XX, XY, XZ], [XY, YY, YZ], [XZ, YZ, ZZ]])
+            MS: Vector = [float(MX), float(MY), float(MZ)]
+            w, dw, a = link.vectors
+            wrench = np.stack((J @ dw, M * a))
+            _add_cross(wrench[0], w, list(J @ w))
+            _add_cross(wrench[0], -a, MS)
+            _add_product(wrench[1], link.L, MS)
+            carried += wrench
+            torque[j] = arm.axis[j] @ carried[0 if arm.revolute[j] else 1]
+            carried = np.einsum("kas,abs->kbs", carried, link.E)
+            _add_cross(carried[0], -carried[1], link.arrow)  # lever arm times force
+        return torque.T + drive_torques(arm, chi, self.dq, self.ddq)
+
+
+def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
+    """Return the torque of standard parameters, `regressor(arm, q, dq, ddq) @ chi`.
+
+    Args:
+        arm: The arm, n joints, c couplings.
+        chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
+        q: Joint positions [rad or m], shape (N, n).
+        dq: Joint velocities, shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+
+    Returns:
+        Joint torques [N m] or forces [N], shape (N, n).
+    """
+    return LinkMotions.of(arm, q, dq, ddq).torques(chi)
+
+
+def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
+    """Return the torque of rotors, friction and offsets, a part of `inverse_dynamics`, shape (N, n)."""
+    torque = np.zeros(dq.shape)
+    for j, k, values in _drive_columns(arm, dq.T, ddq.T):
+        if chi[k]:
+            torque[:, j] += chi[k] * values
+    return torque
 
 
 def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
@@ -72,41 +259,33 @@ def regressor_blocks(
     n, p = arm.n, len(STANDARD)
     buffer = np.zeros((n, len(labels(n, arm.couplings)), size))
     weight = np.ones_like(q) if weight is None else weight
-    rows = np.arange(n)
     for start in range(0, len(q), size):
         block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
         dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
         up = np.empty((0, 2, 3, len(share.T)))  # u and p of each joint up to link i, times its weight
         for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block)):
-            add_cross(up[:, 1], up[:, 0], link.arrow)
+            _add_cross(up[:, 1], up[:, 0], link.arrow)
             own = np.zeros((1, *up.shape[1:]))
             own[0, 0 if arm.revolute[i] else 1] = arm.axis[i][:, None] * share[i]
             up = np.concatenate((np.einsum("jkbs,abs->jkas", up, link.E), own))
-            _link_columns(link, up, columns[: i + 1, p * i : p * i + len(INERTIAL)])
-        columns[rows, p * rows + STANDARD.index("Ia")] = share * ddq_block
-        columns[rows, p * rows + STANDARD.index("Fv")] = share * dq_block
-        columns[rows, p * rows + STANDARD.index("Fc")] = share * np.sign(dq_block)
-        columns[rows, p * rows + STANDARD.index("off")] = share
-        for c, (first, second) in enumerate(arm.couplings):
-            Iam, Fvm, Fcm = range(p * n + 3 * c, p * n + 3 * c + 3)
-            pair, other = [first, second], [second, first]
-            columns[pair, Iam] = share[pair] * ddq_block[other]
-            columns[pair, Fvm] = share[pair] * dq_block[other]
-            columns[pair, Fcm] = share[pair] * np.sign(dq_block[first] + dq_block[second])
+            out, (by_inertia, by_mass) = columns[: i + 1, p * i : p * i + len(INERTIAL)], _link_matrices(link)
+            # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
+            np.einsum("jas,bas->jbs", up[:, 0], by_inertia, out=out[:, :6])
+            np.einsum("jas,bas->jbs", up.reshape(i + 1, 6, -1), by_mass, out=out[:, 6:])
+        for j, k, values in _drive_columns(arm, dq_block, ddq_block):
+            np.multiply(share[j], values, out=columns[j, k])
         yield block, columns
 
 
-def _link_columns(link: LinkMotion, up: Array, out: Array) -> None:
-    """Write the ten inertial columns of one link into `out`, shape (joints up to it, 10, samples)."""
-    w, dw, a = link.vectors
-    # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
-    np.einsum("jas,bas->jbs", up[:, 0], _inertia_matrix(w, dw, link.L), out=out[:, :6])
-    np.einsum("jas,bas->jbs", up.reshape(len(up), 6, -1), _mass_matrix(a, link.L), out=out[:, 6:])
+def _link_matrices(link: LinkMotion) -> tuple[Array, Array]:
+    """Transposed matrices of the wrench that a link requires.
 
-
-def _inertia_matrix(w: Array, dw: Array, L: Array) -> Array:
-    """Transposed matrix of (XX, XY, XZ, YY, YZ, ZZ) -> J dw + w x J w, shape (6, 3, samples)."""
+    Returns:
+        Of (XX, XY, XZ, YY, YZ, ZZ) -> moment J dw + w x J w, shape (6, 3, samples), and of (MX, MY, MZ, M) -> moment
+        MS x a, then force M a + L MS, shape (4, 6, samples).
+    """
+    (w, dw, a), L = link.vectors, link.L
     xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
     K = np.empty((6, 3, w.shape[1]))
     K[0, 0], K[0, 1], K[0, 2] = dw[0], xz, -xy
@@ -115,14 +294,9 @@ def _inertia_matrix(w: Array, dw: Array, L: Array) -> Array:
     K[3, 0], K[3, 1], K[3, 2] = -yz, dw[1], xy
     K[4, 0], K[4, 1], K[4, 2] = L[1, 1] - L[2, 2], -L[0, 1], L[0, 2]
     K[5, 0], K[5, 1], K[5, 2] = yz, -xz, dw[2]
-    return K
-
-
-def _mass_matrix(a: Array, L: Array) -> Array:
-    """Transposed matrix of (MX, MY, MZ, M) -> moment MS x a, then force M a + L MS, shape (4, 6, samples)."""
-    F = np.empty((4, 6, a.shape[1]))
+    F = np.empty((4, 6, w.shape[1]))
     for b in range(3):
         F[b, b], F[b, (b + 2) % 3], F[b, (b + 1) % 3] = 0.0, a[(b + 1) % 3], -a[(b + 2) % 3]
         F[b, 3:] = L[:, b]
     F[3, :3], F[3, 3:] = 0.0, a
-    return F
+    return K, F

@@ -13,9 +13,8 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.model.displacement import Kinematics
-from ident.model.inverse_dynamics import LinkMotions
 from ident.model.parameters import STANDARD
-from ident.model.regressor import BLOCK, regressor_blocks
+from ident.model.regressor import BLOCK, LinkMotions, regressor_blocks
 from ident.model.structure import Structure
 from ident.numerics.neighbours import widened
 from ident.numerics.signals import (

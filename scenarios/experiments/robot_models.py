@@ -13,7 +13,7 @@ import numpy as np
 
 from ident.model.arm import Arm, load_arm
 from ident.model.files import minimal_model
-from ident.model.inverse_dynamics import joint_pose
+from ident.model.regressor import joint_pose
 from ident.model.structure import BaseParameters
 from ident.parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters

@@ -14,7 +14,7 @@ from ident.estimation.known_gains import KnownGains, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import identify
 from ident.model.arm import load_arm
-from ident.model.inverse_dynamics import inverse_dynamics
+from ident.model.regressor import inverse_dynamics
 from ident.model.structure import Structure, structure_of
 from ident.numerics.least_squares import least_squares
 from ident.numerics.signals import smooth_motion

@@ -10,8 +10,8 @@ from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.displacement import Dynamics, States
-from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import STANDARD
+from ident.model.regressor import drive_torques, inverse_dynamics
 from ident.model.structure import Structure
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array, Indices, Mask

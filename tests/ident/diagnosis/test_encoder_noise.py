@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.encoder_noise import noise_in_load
 from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification, identify
-from ident.model.inverse_dynamics import inverse_dynamics
+from ident.model.regressor import inverse_dynamics
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import standard_parameters
 from ident.recordings.recording import Recording

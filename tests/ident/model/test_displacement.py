@@ -8,9 +8,9 @@ import pytest
 from pinocchio_arms import random_arm, standard_parameters_of
 
 from ident.model.arm import Arm, arm_from_pinocchio
-from ident.model.displacement import BLOCK, Dynamics, Kinematics, States
-from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
+from ident.model.displacement import Dynamics, Kinematics, States
 from ident.model.parameters import labels
+from ident.model.regressor import drive_torques, inverse_dynamics
 
 
 def lopsided(rng: np.random.Generator, samples: int, n: int) -> tuple[States, States]:
@@ -40,7 +40,7 @@ def coupled(arm: Arm) -> Arm:
 
 def test_a_little_displacement_of_a_joint_changes_torques_by_its_share(coupled, rng):
     chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
-    states, further = lopsided(rng, BLOCK + 17, 6)
+    states, further = lopsided(rng, 1041, 6)
     change = Dynamics.of(Kinematics.of(coupled, states), chi).displaced(further)
     h = 1e-5
     for k, only in enumerate(np.eye(6)):

@@ -8,10 +8,8 @@ import pytest
 from pinocchio_arms import random_arm, reference_regressor, standard_parameters_of
 
 from ident.model.arm import arm_from_pinocchio
-from ident.model.inverse_dynamics import BLOCK as TORQUE_BLOCK
-from ident.model.inverse_dynamics import LinkMotions, inverse_dynamics
 from ident.model.parameters import STANDARD, labels
-from ident.model.regressor import BLOCK, regressor, regressor_blocks
+from ident.model.regressor import BLOCK, LinkMotions, inverse_dynamics, regressor, regressor_blocks
 
 STATES = 200
 
@@ -104,7 +102,7 @@ def test_torques_are_pinocchio_s_on_random_arms(seed):
 def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, rng):
     coupled = replace(arm, couplings=((1, 2), (4, 5)))
     chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
-    q, dq, ddq = rng.uniform(-2, 2, (3, TORQUE_BLOCK + 17, 6))
+    q, dq, ddq = rng.uniform(-2, 2, (3, BLOCK + 17, 6))
     expected = regressor(coupled, q, dq, ddq) @ chi
     motions = LinkMotions.of(coupled, q, dq, ddq)
     for torque in (

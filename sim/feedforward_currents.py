@@ -16,8 +16,8 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
-import scipy
 
+from ident.numerics.splines import CubicSpline
 from ident.support.arrays import Array
 from sim.compile import bare_arm, lean_model
 from sim.controller import inverse_dynamics
@@ -52,6 +52,8 @@ RATE = 100.0
 """Sampling rate [Hz] of a check of limits; ten samples are the largest time at a limit."""
 SAMPLES_PER_HARMONIC, INERTIAS_PER_HARMONIC = 20, 10
 """Samples of torque (splines between) and of inertia (lines between) per period of a motion's highest harmonic."""
+PERIODIC = 30
+"""Samples of the periods before and after: the effect of a spline's ends falls to 27 % from one knot to the next."""
 YIELD_ITERATIONS = 4
 """Number of iterations; each multiplies the error by the ratio of the load's stiffness to the transmission's."""
 PROBE = 1e-6
@@ -290,8 +292,9 @@ def _torque_along(rigid: _Frictionless, motion: FourierTrajectory, rate_hz: floa
     driven = [x[:-1] for x in motion(coarse)]
     free = model.nv - n
     torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
-    closed = np.vstack((torque, torque[:1]))[:, free:]
-    return scipy.interpolate.CubicSpline(coarse, closed, bc_type="periodic")(t % coarse[-1])
+    beyond = np.arange(-PERIODIC, count + PERIODIC + 1)
+    periodic = torque[:, free:].take(beyond, axis=0, mode="wrap")
+    return CubicSpline.through(motion.duration / count * beyond, periodic)(t % motion.duration)
 
 
 def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy
 from scipy import linalg
 
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
@@ -21,6 +20,7 @@ from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.displacement import States
 from ident.model.regressor import inverse_dynamics
+from ident.numerics.splines import CubicSpline
 from ident.observation.full_rate import FullRate
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices
@@ -174,7 +174,7 @@ class ReferenceMotion:
     def rate(self) -> Array:
         """Rate of change of the torques and of viscous friction [N m / s], shape (S, n)."""
         t = self.behind.t[self.behind.at]
-        rate = scipy.interpolate.CubicSpline(t, self.along.sampled)(t, 1)
+        rate = CubicSpline.through(t, self.along.sampled)(t, 1)
         return rate + self._viscous() / self.reference.h * self.states.ddq
 
     def _viscous(self) -> Array:

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy  # its parts are imported at first use
 from numpy.typing import NDArray
 
+from ident.numerics.splines import CubicSpline
 from ident.support.arrays import Array, once_per_object, readonly
 from ident.support.errors import RecordingError
 
@@ -85,7 +85,7 @@ def _resampled(recording: Recording) -> Recording:
             f"usually {np.median(intervals):.3g} s; use the part before or after the gap"
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
-    q = scipy.interpolate.CubicSpline(recording.t, recording.q)(t)
+    q = CubicSpline.through(recording.t, recording.q)(t)
     v = np.column_stack([np.interp(t, recording.t, each) for each in recording.v.T])
     return Recording(t, q, v, recording.name)
 

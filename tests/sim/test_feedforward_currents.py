@@ -247,3 +247,11 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
 def test_play_that_a_motion_goes_through_is_refused():
     with pytest.raises(PlantError, match="joint 1 is inside its backlash gap"):
         feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)
+
+
+def test_currents_of_a_periodic_motion_are_as_exact_at_its_ends():
+    motion = motion_of()
+    d, (_, _, dq, _) = RX90.drives, states(motion)
+    expected = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
+    off = np.abs(drive_torque(motion, feedforward_currents(motion, RATE)) - expected).max(axis=1)
+    assert max(off[:8].max(), off[-8:].max()) <= off[8:-8].max()

@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy
 
 from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.problem import ObservedMotion, Problem
@@ -13,6 +12,7 @@ from ident.model.displacement import Dynamics, States
 from ident.model.parameters import STANDARD
 from ident.model.regressor import drive_torques, inverse_dynamics
 from ident.model.structure import Structure
+from ident.numerics.splines import CubicSpline
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array, Indices, Mask
 
@@ -84,7 +84,7 @@ class Torques:
         given = self.sampled if torque is None else torque[behind.at]
         times, states = behind.t[behind.at], behind.states
         links = given - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
-        transmitted = scipy.interpolate.CubicSpline(times, links)
+        transmitted = CubicSpline.through(times, links)
         behind_motor = States(*(-transmitted(times, order) for order in range(3)))
         return self._at_full_rate(self.links.displaced(behind_motor))
 
@@ -106,7 +106,7 @@ class Torques:
 
     def _at_full_rate(self, x: Array) -> Array:
         behind = self._behind
-        return scipy.interpolate.CubicSpline(behind.t[behind.at], x)(behind.t)
+        return CubicSpline.through(behind.t[behind.at], x)(behind.t)
 
 
 def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:

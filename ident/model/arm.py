@@ -1,33 +1,51 @@
-"""The kinematics of a fixed-base serial arm, read from MJCF or URDF through Pinocchio.
+"""A fixed-base serial arm and its model file, MJCF or URDF, read through Pinocchio.
 
-Identification needs only the joint axes, no nominal inertias, so an `Arm` has only these.
+Identification needs only the joint axes, no nominal inertias, so an `Arm` has only these, and `minimal_model` reduces a
+file to them. Pinocchio's reader checks a URDF; what it ignores is checked here.
 """
 
+import math
 import tempfile
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from ident.model.files import minimal_model
-from ident.model.files.mjcf import NAME_IT
+from ident.model.mjcf import NAME_IT, MinimalModel, minimal_mjcf, refuse_unknown_flange
+from ident.model.xml_tree import check_attributes, read_xml, title, where
 from ident.support.arrays import Array, readonly
 from ident.support.errors import RobotModelError
 from ident.support.files import captured_stderr
-from ident.support.naming import one_line
+from ident.support.naming import nearest, one_line, shown
 
 if TYPE_CHECKING:
     import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
 
 MOST_JOINTS = 24
 """Largest number of joints of an arm; the computing time grows with its fourth power and is seconds here."""
+MOST_LINKS = 1000
+"""Largest number of links of a URDF, as the readers are recursive."""
 FARTHEST = 50.0
 """Largest plausible distance between neighbouring joints along an axis [m]."""
+FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
+"""Limits of a revolute joint between these values [rad] are probably in degrees; larger ones mean no limit."""
 STRONGEST_GRAVITY = 100.0
 """Largest plausible gravity [m/s^2]."""
 NOT_TURNED = 1e-6
 """Largest difference of a rotation times its transpose from 1."""
+PARTS = {
+    "parent": {"link": 0},
+    "child": {"link": 0},
+    "origin": {"xyz": 3, "rpy": 3},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 0, "upper": 0, "effort": 0, "velocity": 0},
+    "mimic": {},
+}
+"""Kinematic elements of a joint of a URDF with their attributes; a misspelt one would leave a default."""
+EXPAND = "this is a xacro template; run xacro first, and give the file that it writes"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,43 +94,15 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
         flange: Last body of the arm; joints outside the chain to it are locked at their initial positions. None if all
             joints belong to the arm.
 
-    Returns:
-        The arm's kinematics.
-
     Raises:
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
             and prismatic joints, or a coupling names a joint that does not exist.
     """
     model = load_pinocchio(path, flange=flange)
     try:
-        arm = replace(arm_from_pinocchio(model), couplings=couplings)
-        _check_plausible(arm)
+        return arm_from_pinocchio(model, couplings)
     except RobotModelError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
-    return arm
-
-
-def _check_plausible(arm: Arm) -> None:
-    far = np.flatnonzero(~(np.abs(arm.translation) <= FARTHEST).all(axis=1))
-    if len(far):
-        place = " ".join(f"{x:g}" for x in arm.translation[far[0]])
-        raise RobotModelError(
-            f"joint {arm.joint_names[far[0]]} is at {place} m from the one before, beyond {FARTHEST:g}; check the "
-            "numbers and their unit"
-        )
-    weight = float(np.linalg.norm(arm.gravity))
-    if not weight:
-        raise RobotModelError("gravity is 0 or disabled; without weight no gain can be identified")
-    if weight > STRONGEST_GRAVITY:
-        raise RobotModelError(f"gravity is {weight:g} m/s^2, beyond {STRONGEST_GRAVITY:g}; check the number")
-    if len(set(arm.couplings)) < len(arm.couplings):
-        raise RobotModelError("a coupling is given twice")
-    for first, second in arm.couplings:
-        if not 0 <= first < second < arm.n:
-            raise RobotModelError(
-                f"cannot couple joints {first + 1} and {second + 1}; expected two of its {arm.n} joints, the one "
-                "nearer to the base first"
-            )
 
 
 def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
@@ -146,21 +136,21 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model
     raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {said}") from reason
 
 
-def arm_from_pinocchio(model: "pin.Model") -> Arm:
+def arm_from_pinocchio(model: "pin.Model", couplings: tuple[tuple[int, int], ...] = ()) -> Arm:
     """Take the kinematics of a Pinocchio model.
 
     Raises:
-        RobotModelError: If the model is not a fixed-base serial arm of revolute and prismatic joints.
+        RobotModelError: If the model is not a fixed-base serial arm of revolute and prismatic joints, or implausible.
     """
-    n = model.njoints - 1
+    n, names = model.njoints - 1, tuple(model.names[1:])
     if n < 1:
         raise RobotModelError(f"robot {model.name}: it has no moving joint")
     if n > MOST_JOINTS:
         raise RobotModelError(f"robot {model.name}: {n} joints; arms of up to {MOST_JOINTS} are identified")
     axis, revolute = np.zeros((n, 3)), np.zeros(n, dtype=bool)
     lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
-    for j in range(n):
-        joint, name = model.joints[j + 1], model.names[j + 1]
+    for j, name in enumerate(names):
+        joint, place = model.joints[j + 1], model.jointPlacements[j + 1]
         if model.parents[j + 1] != j:
             raise RobotModelError(
                 f"robot {model.name}: joint {name} branches off; only serial arms are supported; {NAME_IT}"
@@ -170,13 +160,30 @@ def arm_from_pinocchio(model: "pin.Model") -> Arm:
             lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
         if lower[j] > upper[j]:
             raise RobotModelError(f"joint {name}: its range is reversed: from {lower[j]:.6g} to {upper[j]:.6g}")
-        R = model.jointPlacements[j + 1].rotation
-        if not np.abs(R @ R.T - np.eye(3)).max() < NOT_TURNED:
+        if not np.abs(place.rotation @ place.rotation.T - np.eye(3)).max() < NOT_TURNED:
             raise RobotModelError(f"joint {name}: its body has no orientation; check its axes and angles")
+        if not np.all(np.abs(place.translation) <= FARTHEST):
+            raise RobotModelError(
+                f"joint {name} is at {' '.join(f'{x:g}' for x in place.translation)} m from the one before, beyond "
+                f"{FARTHEST:g}; check the numbers and their unit"
+            )
+    weight = float(np.linalg.norm(model.gravity.linear))
+    if not weight:
+        raise RobotModelError("gravity is 0 or disabled; without weight no gain can be identified")
+    if weight > STRONGEST_GRAVITY:
+        raise RobotModelError(f"gravity is {weight:g} m/s^2, beyond {STRONGEST_GRAVITY:g}; check the number")
+    if len(set(couplings)) < len(couplings):
+        raise RobotModelError("a coupling is given twice")
+    for first, second in couplings:
+        if not 0 <= first < second < n:
+            raise RobotModelError(
+                f"cannot couple joints {first + 1} and {second + 1}; expected two of its {n} joints, the one "
+                "nearer to the base first"
+            )
     stated = (lower < upper) & (np.abs(lower) < 1e3) & (np.abs(upper) < 1e3)
     return Arm(
         name=model.name,
-        joint_names=tuple(model.names[1:]),
+        joint_names=names,
         rotation=readonly([model.jointPlacements[j + 1].rotation for j in range(n)]),
         translation=readonly([model.jointPlacements[j + 1].translation for j in range(n)]),
         axis=readonly(axis),
@@ -184,6 +191,7 @@ def arm_from_pinocchio(model: "pin.Model") -> Arm:
         gravity=readonly(model.gravity.linear),
         lower=readonly(np.where(stated, lower, -np.inf)),
         upper=readonly(np.where(stated, upper, np.inf)),
+        couplings=couplings,
     )
 
 
@@ -198,3 +206,138 @@ def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
             return (angular, True) if angular.any() else (linear, False)
         raise RobotModelError(f"joint {name}: its axis has no direction")
     raise RobotModelError(f"joint {name}: type {kind} is not supported; use revolute or prismatic joints")
+
+
+def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce a URDF, to the chain to a flange if named; changes `root`.
+
+    Raises:
+        RobotModelError: If an attribute, the number of links or their order is wrong; the message names the line.
+    """
+    if root.tag != "robot":
+        raise RobotModelError(
+            f"{where(root)}: the root element is {root.tag}, expected robot; MJCF files end in .xml or .mjcf"
+        )
+    if flange is not None:
+        urdf_to_flange(root, flange)
+    links, joints = root.findall("link"), root.findall("joint")
+    if not 0 < len(links) <= MOST_LINKS:
+        raise RobotModelError(f"{title(root)}: {len(links)} links, expected 1 to {MOST_LINKS}")
+    arm = ET.Element("robot", {"name": root.get("name") or path.stem})
+    arm.extend([ET.Element("link", {"name": link.get("name", "")}) for link in links])
+    arm.extend([_joint(joint) for joint in joints])
+    above: dict[str, str] = {}
+    for joint in joints:
+        link = _end(joint, "child")
+        if link in above:
+            raise RobotModelError(
+                f"{title(joint)}: link {link!r} has two parent joints; closed loops are not supported"
+            )
+        if link:
+            above[link] = _end(joint, "parent")
+    for link in above:
+        at, steps = link, 0
+        while at in above and steps <= len(above):
+            at, steps = above[at], steps + 1
+        if steps > len(above):
+            raise RobotModelError(f"{title(root)}: link {link!r} is its own ancestor through its joints")
+    return MinimalModel("urdf", ET.tostring(arm, encoding="unicode"))
+
+
+def urdf_to_flange(root: ET.Element, flange: str) -> None:
+    """Remove the links and joints outside the chain from the base to a flange.
+
+    Raises:
+        RobotModelError: If no link has that name.
+    """
+    refuse_unknown_flange(root, flange, [link.get("name", "") for link in root.findall("link")])
+    above = {_end(joint, "child"): joint for joint in root.findall("joint")}
+    joints, links = list[ET.Element](), [flange]
+    while links[-1] in above and above[links[-1]] not in joints:
+        joints.append(above[links[-1]])
+        links.append(_end(joints[-1], "parent"))
+    root[:] = [each for each in root if each in joints or (each.tag == "link" and each.get("name") in links)]
+
+
+def _end(joint: ET.Element, end: str) -> str:
+    part = joint.find(end)
+    return "" if part is None else part.get("link", "")
+
+
+def _joint(joint: ET.Element) -> ET.Element:
+    """Return the kinematics of a joint of a URDF."""
+    kind, name = joint.get("type", ""), f"joint {one_line(joint.get('name', ''))!r}"
+    if not joint.get("name"):
+        raise RobotModelError(f"{where(joint)}: a joint without a name")
+    found = ET.Element("joint", {"name": joint.get("name", ""), "type": kind})
+    for part in joint:
+        if kind == "fixed" and part.tag in ("axis", "limit"):
+            continue
+        if part.tag not in PARTS:
+            if close := nearest(part.tag.lower(), PARTS):
+                raise RobotModelError(f"{title(part)} in {name} is unknown{close}")
+            continue
+        if part.tag == "mimic":
+            raise RobotModelError(
+                f"{title(joint)}: it mimics another joint; only arms with a drive on every joint are read; {NAME_IT}"
+            )
+        if found.find(part.tag) is not None:
+            raise RobotModelError(f"{where(part)}: {name} has a second {part.tag}")
+        check_attributes(part, PARTS[part.tag])
+        if part.tag == "axis" and "xyz" not in part.attrib:
+            raise RobotModelError(f"{title(part)}: xyz is missing")
+        stated = {key: value for key, value in part.attrib.items() if key in PARTS[part.tag]}
+        if part.tag == "limit":
+            stated |= {"effort": "0", "velocity": "0"}  # required by the reader but not used
+            for key in ("lower", "upper") if kind == "revolute" else ():
+                try:
+                    value = abs(float(part.get(key, "0")))
+                except ValueError:  # Pinocchio's reader names it
+                    continue
+                if FARTHEST_TURN < value <= ENDLESS:
+                    raise RobotModelError(
+                        f"{where(part)}: limit: {key} = {shown(float(part.attrib[key]))} rad is "
+                        f"{value / math.tau:.2g} turns; a URDF is in radians, and a joint that turns without end is of "
+                        "type continuous"
+                    )
+        ET.SubElement(found, part.tag, stated)
+    return found
+
+
+MODEL_FILES: dict[str, Callable[[ET.Element, Path, str | None], MinimalModel]] = {
+    ".urdf": minimal_urdf,
+    ".xml": minimal_mjcf,
+    ".mjcf": minimal_mjcf,
+}
+"""Readers by the ending of a file's name."""
+
+
+def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce a robot model to its kinematics.
+
+    Args:
+        path: The file.
+        flange: Last body of the arm; joints that do not lead to it are locked. None where all joints are the arm's.
+
+    Raises:
+        RobotModelError: If the file is missing, of an unknown kind, unreadable, or not valid.
+    """
+    check_ending(path)
+    root = read_xml(path)
+    for element in root.iter():
+        left = next((value for value in element.attrib.values() if "${" in value), None)
+        if left is not None or element.tag.startswith("xacro:"):
+            raise RobotModelError(f"{title(element)}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
+    return MODEL_FILES[path.suffix.lower()](root, path, flange)
+
+
+def check_ending(path: Path) -> None:
+    """Check that a file's name has the ending of a robot model.
+
+    Raises:
+        RobotModelError: If it has not.
+    """
+    ending = path.suffix.lower()
+    if ending not in MODEL_FILES:
+        what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"
+        raise RobotModelError(f"robot model {one_line(path)}: {what}")

@@ -101,7 +101,7 @@ def main(options: argparse.Namespace) -> Status:
 
 def _check_files(model: Path, written: Sequence[Path]) -> None:
     """Check that copy and model have the same ending, and that no file is written twice or over the model."""
-    from ident.model.files import check_ending
+    from ident.model.arm import check_ending
 
     check_ending(model)
     if written[0].suffix.lower() != model.suffix.lower():

@@ -13,8 +13,8 @@ from xml.etree.ElementTree import Element
 import mujoco
 import numpy as np
 
-from ident.model.files.urdf import urdf_to_flange
-from ident.model.files.xml_tree import read_xml, title, vector
+from ident.model.arm import urdf_to_flange
+from ident.model.xml_tree import read_xml, title, vector
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.errors import RobotModelError
 from ident.support.naming import shown

@@ -3,7 +3,7 @@
 Parsers support different parts of a format and silently ignore the rest. A misread link gives wrong gains with small
 standard deviations. A model is therefore used only if Pinocchio and MuJoCo agree on all joint axes, on gravity, and,
 for a simulated robot, on the place of a payload. MuJoCo reads an MJCF file itself, and of a URDF the reduced form of
-`ident.model.files`: links and joints without meshes. If MuJoCo cannot read a URDF, only Pinocchio's result is used.
+`ident.model.arm`: links and joints without meshes. If MuJoCo cannot read a URDF, only Pinocchio's result is used.
 """
 
 from pathlib import Path
@@ -11,8 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.model.arm import Arm, load_arm
-from ident.model.files import minimal_model
+from ident.model.arm import Arm, load_arm, minimal_model
 from ident.model.regressor import joint_pose
 from ident.model.structure import BaseParameters
 from ident.parameters.links import ModelLinks
@@ -36,7 +35,7 @@ UNUSED = (
 """Elements of a model that do not affect joint axes; mesh files are often missing."""
 ADVICE = "save it with MuJoCo (mj_saveLastXML) and use that file"
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-"""Placeholder of every link in a model that `ident.model.files` reduced to its kinematics."""
+"""Placeholder of every link in a model that `ident.model.arm` reduced to its kinematics."""
 KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 

@@ -63,7 +63,7 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
         near = f"; did you mean {one_line(own)}?" if own.is_file() else nearest(name, builtin_names())
         raise UnknownName(f"unknown scenario {shown(name)}{near}; `rx90 list` shows all")
     if path.suffix != ".toml":
-        from ident.model.files import MODEL_FILES  # not at the top: it imports NumPy
+        from ident.model.arm import MODEL_FILES  # not at the top: it imports NumPy
 
         if path.suffix.lower() in MODEL_FILES:
             raise UnknownName(f"{one_line(path)} is a robot model; `rx90 new-robot` writes a scenario for it")

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from ident.model.files.xml_tree import read_document
+from ident.model.xml_tree import read_document
 from ident.payload.payload import INERTIA_KEYS
 from scenarios.gains_in_use.model_values import JointValues, Known, Unknown, Value
 from scenarios.results.links import Link

@@ -10,10 +10,10 @@ from model_files import FINGERS, GRIPPER, HAND, LINKS, TABLE, menagerie, mjcf, r
 from pinocchio_arms import random_arm
 
 import rx90_mjcf
-from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, load_arm
-from ident.model.files import minimal_model, xml_tree
-from ident.model.files import mjcf as mjcf_files
-from ident.model.files.xml_tree import LARGEST, vector
+from ident.model import mjcf as mjcf_files
+from ident.model import xml_tree
+from ident.model.arm import FARTHEST, STRONGEST_GRAVITY, arm_from_pinocchio, load_arm, minimal_model
+from ident.model.xml_tree import LARGEST, vector
 from ident.support.errors import RobotModelError
 from ident.support.files import captured_stderr
 

@@ -31,21 +31,21 @@ class _Located(ET.Element):
 
 
 def read_xml(path: Path) -> ET.Element:
+    """Return the root element of an XML file, as `read_document`."""
+    return read_document(path)[0]
+
+
+def read_document(path: Path, *, comments: bool = False) -> ET.Element:
     """Read an XML file in the encoding that it declares, in UTF-8, or in Latin-1 where it is not UTF-8.
 
     Names of an arm must be in UTF-8, as MuJoCo requires.
 
     Returns:
-        The root element.
+        An element around the root, and around its comments if wanted.
 
     Raises:
         RobotModelError: If the file cannot be read, is not XML, declares entities, or is too large or deep.
     """
-    return read_document(path)[0]
-
-
-def read_document(path: Path, *, comments: bool = False) -> ET.Element:
-    """Read an XML file, as `read_xml`, into an element around its root, and around its comments if wanted."""
     content = read_bytes(path, most_bytes=LARGEST_FILE, error=RobotModelError)
     try:
         content.decode("utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8")
@@ -56,34 +56,35 @@ def read_document(path: Path, *, comments: bool = False) -> ET.Element:
     builder = ET.TreeBuilder(element_factory=_Located, insert_comments=comments)
     file, depth, count = f"robot model {one_line(path)}", 0, 0
 
+    def refuse(why: str) -> None:
+        raise RobotModelError(f"{file}: line {parser.CurrentLineNumber}: {why}")
+
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal count, depth
         count, depth = count + 1, depth + 1
-        where = f"{file}: line {parser.CurrentLineNumber}"
         if depth > DEEPEST:
-            raise RobotModelError(f"{where}: elements are nested deeper than {DEEPEST}")
+            refuse(f"elements are nested deeper than {DEEPEST}")
         if count > MOST_ELEMENTS:
-            raise RobotModelError(f"{where}: more than {MOST_ELEMENTS} elements")
-        strange = next((value for value in attributes.values() if old and not value.isascii()), None)
-        if strange is not None:
-            raise RobotModelError(f"{where}: {tag}: {shown(strange)} is not in UTF-8; save the file as UTF-8")
+            refuse(f"more than {MOST_ELEMENTS} elements")
+        for value in attributes.values():
+            if old and not value.isascii():
+                refuse(f"{tag}: {shown(value)} is not in UTF-8; save the file as UTF-8")
         element = builder.start(tag, attributes)
         assert isinstance(element, _Located)
-        element.where = where
+        element.where = f"{file}: line {parser.CurrentLineNumber}"
 
     def end(tag: str) -> None:
         nonlocal depth
         depth -= 1
         builder.end(tag)
 
-    def refuse(*_: object) -> None:
-        line = parser.CurrentLineNumber
-        raise RobotModelError(f"{file}: line {line}: document type declarations are not supported; remove this one")
+    def doctype(*_: object) -> None:
+        refuse("document type declarations are not supported; remove this one")
 
     builder.start("document", {})
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = builder.data, refuse
-    parser.CommentHandler = builder.comment
+    parser.CharacterDataHandler, parser.CommentHandler = builder.data, builder.comment
+    parser.StartDoctypeDeclHandler = doctype
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
@@ -127,10 +128,7 @@ def check_attributes(element: ET.Element, known: Mapping[str, int]) -> None:
 
 
 def vector(element: ET.Element, attribute: str, count: int, *, largest: float = LARGEST) -> tuple[float, ...] | None:
-    """Return the numbers of an attribute, checked for count, finiteness and plausible size.
-
-    Returns:
-        The numbers, None without the attribute.
+    """Return the numbers of an attribute, checked for count, finiteness and plausible size; None without it.
 
     Raises:
         RobotModelError: If a number is wrong; the message names line, element, attribute and word.

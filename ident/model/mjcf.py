@@ -1,0 +1,319 @@
+"""An MJCF file reduced to the bodies and joints of its arm, with includes, default classes and the flange resolved.
+
+Pinocchio's reader of MJCF knows no includes, gravity, unnamed bodies or fixed Euler axes, ignores the orientation of a
+base body without joint, reads invalid numbers as memory, and takes ends of a range relative to `ref`. The reduced file
+has one root body, explicit joints, radians and quaternions; gravity and ranges are returned beside it. What MuJoCo
+refuses and Pinocchio misreads is found by the comparison of both (`scenarios.experiments.robot_models`).
+
+Many files contain a gripper, a second arm or objects. If the flange is named, joints outside the chain to it are locked
+at their initial positions, and bodies behind them are ignored. Otherwise, only free-floating bodies are ignored.
+"""
+
+import math
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from ident.model.xml_tree import DEEPEST, LARGEST_FILE, check_attributes, read_xml, title, vector, where
+from ident.support.errors import RobotModelError
+from ident.support.naming import nearest, shown
+
+NAME_IT = (
+    "if it is not part of the arm, name the arm's last body as flange (in robot.toml, or --flange): joints outside the "
+    "chain to it are locked"
+)
+"""Advice for a joint that a serial arm cannot have."""
+EARTH = (0.0, 0.0, -9.81)
+"""Gravity of a model that states none [m/s^2]."""
+ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+BODY = {"name": 0, "childclass": 0, "pos": 3, **ORIENTATIONS}
+JOINT = {"name": 0, "class": 0, "type": 0, "limited": 0, "axis": 3, "pos": 3, "range": 2, "ref": 1}
+"""Attributes that decide the kinematics, with how many numbers each has."""
+COMPILER = {
+    "angle": ("degree", "degree|radian", "degree or radian"),
+    "coordinate": ("local", "local", "local"),
+    "eulerseq": ("xyz", "[xyz]{3}|[XYZ]{3}", "three of x, y, z, all lower or all upper case"),
+    "autolimits": ("true", ".*", "true or false"),
+}
+"""Options with their default, what is accepted, and how a message says so."""
+JOINTS = ("joint", "freejoint")
+MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
+"""Elements that MuJoCo expands to bodies and Pinocchio ignores."""
+IN_BODY = ("body", "inertial", "geom", "site", "camera", "light", "plugin", *JOINTS, *MANIFOLD)
+"""Elements of a body; a misspelt one would leave out a part of the arm."""
+INERTIA = {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"}
+"""Not used, but required by readers."""
+
+
+@dataclass(frozen=True, slots=True)
+class MinimalModel:
+    """A robot model reduced to its kinematics: links and joints, with checked numbers.
+
+    Attributes:
+        kind: The format of `text`, "mjcf" or "urdf".
+        text: A complete document of that format.
+        gravity: Gravity in the world frame [m/s^2].
+        ranges: Ends of joints by their names [rad or m], where Pinocchio would read others.
+    """
+
+    kind: str
+    text: str
+    gravity: tuple[float, ...] = EARTH
+    ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
+
+
+def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce an MJCF file with its includes, to the chain to a flange if named; changes `root`.
+
+    Raises:
+        RobotModelError: If a number, name or class is wrong or not supported; the message names line and element.
+    """
+    if root.tag != "mujoco":
+        raise RobotModelError(
+            f"{where(root)}: the root element is {root.tag}, expected mujoco; URDF files end in .urdf"
+        )
+    _expand(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
+    compiler = {key: value for section in root.findall("compiler") for key, value in section.attrib.items()}
+    for key, (default, pattern, expected) in COMPILER.items():
+        if not re.fullmatch(pattern, compiler.setdefault(key, default)):
+            raise RobotModelError(f"{title(root)}: compiler {key} = {shown(compiler[key])}; expected {expected}")
+    _cut(root, flange)
+    reading = _Reading(compiler, _classes(root))
+    bodies = [reading.body(body, "main") for world in root.findall("worldbody") for body in _bodies(world)]
+    around = "world root"
+    while ("body", around) in reading.seen:  # an already reduced file has one
+        around = f"around {around}"
+    gravity = EARTH
+    for option in root.findall("option"):
+        gravity = vector(option, "gravity", 3) or gravity
+        if any(flag.get("gravity", "enable") != "enable" for flag in option.findall("flag")):
+            gravity = (0.0, 0.0, 0.0)
+    arm = ET.Element("mujoco", {"model": root.get("model", path.stem)})
+    ET.SubElement(arm, "compiler", {"angle": "radian"})
+    ET.SubElement(arm, "option", {"gravity": " ".join(map(repr, gravity))})
+    ET.SubElement(ET.SubElement(arm, "worldbody"), "body", {"name": around}).extend(bodies)
+    return MinimalModel("mjcf", ET.tostring(arm, encoding="unicode"), gravity, reading.ranges)
+
+
+def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int) -> None:
+    """Replace every `<include file="..."/>` by the children of the file's root element.
+
+    Args:
+        parent: An element, changed in place.
+        folder: Folder of the main file, the base of names.
+        sizes: Files read so far [bytes].
+        room: Number of further nesting levels.
+    """
+    children = list(parent)
+    parent[:] = []
+    for child in children:
+        if room <= 1:
+            raise RobotModelError(
+                f"{where(child)}: elements, including those of included files, are nested deeper than {DEEPEST}"
+            )
+        found = child
+        if child.tag == "include":
+            name = child.get("file", "")
+            if not name:
+                raise RobotModelError(f"{where(child)}: include lacks the attribute file")
+            path = folder / name
+            if path.resolve() in sizes:
+                raise RobotModelError(f"{where(child)}: include file = {shown(name)} is included a second time")
+            try:
+                found = read_xml(path)
+            except RobotModelError as error:
+                raise RobotModelError(f"{where(child)}: include: {error}") from error
+            sizes[path.resolve()] = path.stat().st_size
+            if sum(sizes.values()) > LARGEST_FILE:
+                raise RobotModelError(f"{where(child)}: more than {LARGEST_FILE / 1e6:g} MB are included")
+        _expand(found, folder, sizes, room - 1)
+        parent.extend([child] if found is child else found)
+
+
+def _classes(root: ET.Element) -> dict[str, list[ET.Element]]:
+    """Return the elements that state attributes of joints, by default class, outer ones first."""
+    classes: dict[str, list[ET.Element]] = {"main": []}
+
+    def add(section: ET.Element, name: str) -> None:
+        classes[name] += section.findall("joint")
+        for inner in section.findall("default"):
+            own = inner.get("class", "")
+            classes[own] = list(classes[name])
+            add(inner, own)
+
+    for section in root.findall("default"):
+        add(section, "main")
+    return classes
+
+
+def _cut(root: ET.Element, flange: str | None) -> None:
+    """Remove bodies outside the chain to a flange, or free-floating objects; refuse constraints of moving joints."""
+    worlds = root.findall("worldbody")
+    parent = {child: each for each in root.iter() for child in each}
+    places = [each for world in worlds for each in world.iter() if each.tag in ("body", "site")]
+    if flange is not None:
+        refuse_unknown_flange(root, flange, [each.get("name", "") for each in places if each.tag == "body"])
+
+    def leads(element: ET.Element) -> bool:
+        """Whether an element is, or contains, the flange; removes bodies in it that do not."""
+        found = element.tag == "body" and element.get("name") == flange
+        for child in [each for each in element if each.tag in ("body", *MANIFOLD)]:
+            if leads(child):
+                found = True
+            else:
+                element.remove(child)
+        return found
+
+    def is_object(body: ET.Element) -> bool:
+        """Whether a body has a free joint and no other moving part."""
+        free = [j for j in body if j.tag == "freejoint" or (j.tag == "joint" and j.get("type") == "free")]
+        return bool(free) and sum(e.tag in JOINTS for e in body.iter()) == len(free)
+
+    for world in worlds:
+        for child in list(world):
+            outside = is_object(child) if flange is None else not leads(child)
+            if outside and child.tag in ("body", *MANIFOLD):
+                world.remove(child)
+    joints = [each for world in worlds for each in world.iter() if each.tag in JOINTS]
+    moving = {each.get("name", "") for each in joints}
+    joints_below = {("body", "world"): 0}  # number of moving joints between the world and each body or site
+    for place in places:
+        above = [place]
+        while above[-1] in parent:
+            above.append(parent[above[-1]])
+        joints_below[place.tag, place.get("name", "")] = sum(parent[joint] in above for joint in joints)
+
+    def held(tie: ET.Element) -> bool:
+        """Whether an equality constrains only locked joints, or bodies without relative motion."""
+        ends = [tie.attrib[key] for key in (f"{tie.tag}1", f"{tie.tag}2") if key in tie.attrib]
+        if tie.tag == "joint":
+            return moving.isdisjoint(ends)
+        if tie.tag == "tendon":
+            fixed = [tendon for tendon in root.findall("tendon/fixed") if tendon.get("name") in ends]
+            used = {joint.get("joint", "") for tendon in fixed for joint in tendon.findall("joint")}
+            return len(fixed) == len(set(ends)) and moving.isdisjoint(used)
+        kind = "body" if "body1" in tie.attrib else "site"
+        first, second = (joints_below.get((kind, tie.get(f"{kind}{number}", "world"))) for number in (1, 2))
+        return first is not None and first == second
+
+    for tie in [each for section in root.findall("equality") for each in section]:
+        active = tie.tag in ("connect", "weld", "joint", "tendon") and tie.get("active", "true") != "false"
+        if active and (flange is None or not held(tie)):
+            raise RobotModelError(
+                f"{title(tie)}: an equality of kind {tie.tag} ties joints; only arms with a drive on every joint "
+                f"and no closed loop are read; {NAME_IT}"
+            )
+
+
+def refuse_unknown_flange(root: ET.Element, flange: str, known: list[str]) -> None:
+    """Refuse a flange that is not among the known names."""
+    if flange not in known:
+        raise RobotModelError(f"{title(root)}: flange {shown(flange)}: no body has that name{nearest(flange, known)}")
+
+
+def _bodies(parent: ET.Element) -> list[ET.Element]:
+    """Return the bodies in an element; refuse elements that expand to bodies."""
+    for child in parent:
+        if child.tag not in IN_BODY:
+            raise RobotModelError(f"{title(child)}: unknown element{nearest(child.tag, IN_BODY)}")
+        moves = any(each.tag in ("body", *JOINTS) for each in child.iter())
+        if child.tag in MANIFOLD and (moves or child.tag not in ("frame", "replicate")):
+            raise RobotModelError(
+                f"{title(child)}: {child.tag} is not supported; save the model with MuJoCo (mj_saveLastXML), which "
+                "expands it, and use that file"
+            )
+    return parent.findall("body")
+
+
+class _Reading:
+    """Bodies and joints with all used attributes explicit, in radians and metres.
+
+    Attributes:
+        compiler: Options of `COMPILER`.
+        classes: Elements that state attributes of joints, by default class.
+        seen: Bodies and joints by kind and name.
+        ranges: Ends of the joints that have any [rad or m].
+    """
+
+    def __init__(self, compiler: dict[str, str], classes: dict[str, list[ET.Element]]) -> None:
+        self.compiler, self.classes = compiler, classes
+        self.seen: dict[tuple[str, str], ET.Element] = {}
+        self.ranges: dict[str, tuple[float, float]] = {}
+
+    def name(self, element: ET.Element, kind: str, default: str) -> str:
+        """Return the unique name of a body or joint."""
+        name = element.get("name", default)
+        if (kind, name) in self.seen:
+            line = where(self.seen[kind, name]).split(": ")[-1]
+            raise RobotModelError(f"{title(element)} appears twice; the first one is in {line}")
+        self.seen[kind, name] = element
+        return name
+
+    def body(self, body: ET.Element, inherited: str) -> ET.Element:
+        """Return a body with its place, an orientation that Pinocchio reads, its joint and its bodies."""
+        stated = {"name": self.name(body, "body", f"body {len(self.seen) + 1}")}
+        check_attributes(body, BODY)
+        if "pos" in body.attrib:
+            stated["pos"] = body.attrib["pos"]
+        found = ET.Element("body", stated | self.orientation(body))
+        ET.SubElement(found, "inertial", INERTIA)
+        inherited = body.get("childclass", inherited)
+        joints = [each for each in body if each.tag in JOINTS]
+        if len(joints) > 1:
+            raise RobotModelError(
+                f"{title(joints[1])}: a second joint in one body; put it in a separate body around this one"
+            )
+        found.extend([self.joint(joint, inherited) for joint in joints])
+        found.extend([self.body(inner, inherited) for inner in _bodies(body)])
+        return found
+
+    def orientation(self, body: ET.Element) -> dict[str, str]:
+        """Return the orientation of a body, a quaternion for axes and angles; `scipy.spatial` would take 0.1 s."""
+        stated = [key for key in ORIENTATIONS if key in body.attrib]
+        if not stated or stated[0] not in ("euler", "axisangle"):
+            return {key: body.attrib[key] for key in stated}
+        values = np.array([float(word) for word in body.attrib[stated[0]].split()])
+        angles = np.deg2rad(values) if self.compiler["angle"] == "degree" else values
+        if stated[0] == "euler":
+            sequence = self.compiler["eulerseq"]  # lower case: axes that turn with the body, upper case: fixed ones
+            steps = [(np.eye(3)["xyz".index(k.lower())], x) for k, x in zip(sequence, angles.tolist(), strict=True)]
+            steps = steps if sequence.islower() else steps[::-1]
+        elif length := float(np.linalg.norm(values[:3])):
+            steps = [(values[:3] / length, float(angles[3]))]
+        else:
+            raise RobotModelError(f"{title(body)}: axisangle has no direction")
+        w, u = 1.0, np.zeros(3)
+        for axis, angle in steps:
+            x, v = math.cos(0.5 * angle), math.sin(0.5 * angle) * axis
+            w, u = w * x - float(u @ v), w * v + x * u + np.cross(u, v)
+        return {"quat": " ".join(repr(float(x)) for x in (w, *u))}
+
+    def joint(self, joint: ET.Element, inherited: str) -> ET.Element:
+        """Return a joint with the attributes of its default classes."""
+        number = sum(kind == "joint" for kind, _ in self.seen) + 1
+        name, of_class = self.name(joint, "joint", f"joint{number}"), joint.get("class", inherited)
+        if of_class not in self.classes:
+            known = nearest(of_class, self.classes)
+            raise RobotModelError(f"{title(joint)}: unknown default class {shown(of_class)}{known}")
+        stated: dict[str, str] = {"type": "hinge"}
+        for element in (*self.classes[of_class], joint):
+            check_attributes(element, JOINT)
+            stated |= {key: value for key, value in element.attrib.items() if key in JOINT}
+        kind = "free" if joint.tag == "freejoint" else stated["type"]
+        if kind not in ("hinge", "slide"):
+            raise RobotModelError(
+                f"{title(joint)}: type {shown(kind)} is not supported, only hinge and slide joints are"
+            )
+        scale = math.radians(1.0) if self.compiler["angle"] == "degree" and kind == "hinge" else 1.0
+        found = {key: stated[key] for key in ("type", "axis", "pos") if key in stated} | {"name": name}
+        if "ref" in stated:
+            found["ref"] = repr(scale * float(stated["ref"]))
+        limited = stated.get("limited", "auto")
+        limited = self.compiler["autolimits"] if limited == "auto" else limited
+        if "range" in stated and limited == "true":
+            lower, upper = (scale * float(end) for end in stated["range"].split())
+            found["range"], self.ranges[name] = f"{lower!r} {upper!r}", (lower, upper)
+        return ET.Element("joint", found)

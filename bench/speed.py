@@ -19,19 +19,16 @@ from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
 from ident.recordings.motion import Motion
-from scenarios.experiments.run import run, simulate
-from scenarios.experiments.scenario import load_scenario, with_method
-from scenarios.experiments.setup import setup_of
-from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.experiments.run import Trial, run, simulate
+from scenarios.experiments.scenario import load_scenario, setup_of, with_method
+from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.prediction.budget import predicted_budget
-from sim.compile import lean_model, resting
 from sim.controller import Law
 from sim.effects import ModelErrors
-from sim.engine import Engine, Simulation
-from sim.plant import Plant
+from sim.engine import Engine, Simulation, varied
+from sim.plant import Plant, lean_model, resting
 from sim.record import record
 from sim.sensors import noise_streams
-from sim.varying import varied
 
 RUNS, PERIODS = 5, 400
 SCENARIOS = ("nominal", "field", "panda")
@@ -192,8 +189,8 @@ def runs_and_trials(name: str) -> None:
     one = processor_s(lambda: run(setup, 1))
     print(f"{name}, {len(first.estimate.joints)} joints: a run takes {one:.2f} s; a trial", end="")
     for size, times in BATCHES.items():
-        batch = [Trial(number=k, seed=k) for k in range(size)]
-        whole = processor_s(lambda batch=batch: run_trials(scenario, batch, schema, threads=1), times)
+        batch = tuple(Trial(number=k, seed=k) for k in range(size))
+        whole = processor_s(lambda batch=batch: run_task(Task(scenario, batch, schema)), times)
         print(f"{' ' if size == 1 else ', '}{whole / size:.2f} s in a batch of {size}", end="")
     print()
 

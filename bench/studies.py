@@ -18,16 +18,15 @@ import numpy as np
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
-from scenarios.experiments.run import motion_streams
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.run import Trial, motion_streams
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.study import CHUNK, monte_carlo, study_identity
 from scenarios.experiments.study_folder import study_folder
-from scenarios.experiments.trials import Task, Trial, run_task, run_trials, trial_schema
-from scenarios.experiments.workers.processes import local_processes
+from scenarios.experiments.trials import Task, run_task, trial_schema
+from scenarios.experiments.workers import local_processes
 from scenarios.support.versions import versions
-from sim.compile import lean_model
 from sim.engine import Engine, Simulation
+from sim.plant import lean_model
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -94,7 +93,7 @@ def study_over_stepping() -> None:
 def besides_trials() -> None:
     """Writing rows of many trials, and the command on the finished study: imports, resuming, summary, pictures."""
     study = monte_carlo(SCENARIO, MANY, 0)
-    rows = pa.concat_tables([run_trials(SCENARIO, trials(0)[:1], SCHEMA, threads=1)] * CHUNK)
+    rows = pa.concat_tables([run_task(Task(SCENARIO, trials(0)[:1], SCHEMA))] * CHUNK)
     places = [(SCHEMA.get_field_index(name), name) for name in ("trial", "seed")]
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "study"

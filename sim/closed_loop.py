@@ -6,7 +6,7 @@
     s    <- s + Ki T (q_ref - q)                       integral action, if any
     v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all divided by g_assumed
 
-limited by the drive to |v| <= v_max (`sim.compile`). q is the encoder reading, so encoder noise enters v through the
+limited by the drive to |v| <= v_max (`sim.plant`). q is the encoder reading, so encoder noise enters v through the
 loop. The part that does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_assumed`, is tabulated with the
 motion (`sim.controller`) and called reference.
 
@@ -36,7 +36,7 @@ from sim.errors import PlantError
 from sim.experiment import Experiment
 from sim.robot import DriveTruth
 from sim.sensors import SENSORS, SensorOptions
-from sim.sensors.encoder import drawn_noise, rounded
+from sim.sensors.readings import drawn_noise, rounded
 from sim.sensors.sensor import NoiseStreams
 
 CHUNK = 100

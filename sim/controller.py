@@ -8,19 +8,19 @@ where M is the mean diagonal of the assumed inertia matrix, including rotors, al
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import mujoco
 import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.compile import bare_arm
+from ident.support.options import refuse_outside
 from sim.errors import PlantError
 from sim.model_spec import file_stamp, silenced
+from sim.plant import bare_arm
 from sim.robot import LARGEST
 from sim.trajectory import FourierTrajectory
-from sim.values import Values
 
 Law = Literal["filtered", "native"]
 TABLES_KEPT = 16
@@ -28,7 +28,7 @@ TABLES_KEPT = 16
 
 
 @dataclass(frozen=True, kw_only=True)
-class ControllerOptions(Values):
+class ControllerOptions:
     """Tuning of the controller.
 
     Attributes:
@@ -43,7 +43,6 @@ class ControllerOptions(Values):
             in the loop.
     """
 
-    table: ClassVar[str] = "controller"
     rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
     bandwidth_hz: Annotated[float, Interval(gt=0.0, le=1e4), Unit("Hz")] = 8.0
     damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.8
@@ -54,7 +53,7 @@ class ControllerOptions(Values):
 
     def __post_init__(self) -> None:
         """Check the values."""
-        super().__post_init__()
+        refuse_outside(self, PlantError, "controller")
         if self.law not in get_args(Law):
             raise PlantError(f"controller: law = {self.law!r}: expected one of {', '.join(get_args(Law))}")
 

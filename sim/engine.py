@@ -1,4 +1,9 @@
-"""Stepping of one or many closed loops: the only module that uses `mujoco.batch`.
+"""Effects that act in every control period, written into the models of a batch.
+
+MuJoCo's dry and viscous friction are constants of the model. If they vary in time, they are computed from state and
+currents at the start of the control period, written into the model of that simulation, and held over the period.
+
+Stepping of one or many closed loops: the only module that uses `mujoco.batch`.
 
 The batch is new in MuJoCo 4. It steps simulations on a thread pool with bitwise the same results as a loop over
 `mj_step`.
@@ -13,7 +18,156 @@ import numpy as np
 from mujoco.batch import Batch
 
 from ident.support.arrays import Array
-from sim.varying import Varied, Varying
+from sim.effects import EFFECTS, ModelErrors
+from sim.effects.effect import Build, ControlStep, each_drive
+from sim.effects.transmissions import coupling_tendons
+from sim.plant import Plant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Varied:
+    """A simulation with effects that act in every control period.
+
+    Attributes:
+        errors: Their values.
+        build: The plant of its model.
+        constant: Dry friction without these effects: joints, then coupled motors [N m], shape (n + c,).
+        damping: Viscous friction without these effects [N m s/rad], shape (n + c,).
+        inertia: Rotor inertias [kg m^2], shape (n + c,).
+        turns: Matrix from joint speeds to the speeds at which friction acts, shape (n + c, n).
+        warmth: Temperature rise of the drives at the start of the motion [K], shape (n,).
+    """
+
+    errors: ModelErrors
+    build: Build
+    constant: Array
+    damping: Array
+    inertia: Array
+    turns: Array
+    warmth: Array
+
+
+def varied(
+    plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None
+) -> Varied | None:
+    """Return the effects that act on a plant in every control period, None if there are none.
+
+    Args:
+        plant: The truth.
+        model: The compiled plant.
+        step: Physics step [s].
+        earlier: Number of earlier motions, as when compiled.
+        warmth: Temperature rise of the drives at the start [K], shape (n,); None for cold ones.
+    """
+    if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
+        return None
+    return acting(plant, model, step=step, earlier=earlier, warmth=warmth)
+
+
+def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
+    """Return the effects in a control period, constant friction if nothing varies; arguments as `varied`."""
+    coupled, n = coupling_tendons(model), plant.robot.n
+    constant, damping, inertia = (
+        np.concatenate((getattr(model, f"dof_{name}")[-model.nu :], getattr(model, f"tendon_{name}")[coupled]))
+        for name in ("frictionloss", "damping", "armature")
+    )
+    turns = np.eye(len(constant), n)
+    for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
+        row[[coupling.motor, coupling.turns_with]] = 1.0
+    return Varied(
+        errors=plant.errors,
+        build=Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step),
+        constant=constant,
+        damping=damping,
+        inertia=inertia,
+        turns=turns,
+        warmth=np.zeros(n) if warmth is None else warmth,
+    )
+
+
+class Varying:
+    """The effects of several simulations of one layout, as one function of their states.
+
+    Attributes:
+        warmth: Temperature rise of the drives, now [K], shape (B, n).
+    """
+
+    def __init__(self, members: Sequence[Varied], models: Sequence[mujoco.MjModel], *, period: float) -> None:
+        """Stack the constant arrays.
+
+        Args:
+            members: One per simulation.
+            models: Their models, one per simulation.
+            period: Control period [s].
+        """
+        errors, builds = [m.errors for m in members], [m.build for m in members]
+        active = [effect for effect in EFFECTS.values() if any(effect.varies(each) for each in errors)]
+        self._terms = [effect.term(errors, builds) for effect in active]
+        self._constant, self._damping, self._inertia, self._turns, self.warmth = (
+            np.stack([getattr(m, name) for m in members])
+            for name in ("constant", "damping", "inertia", "turns", "warmth")
+        )
+        self._drive = each_drive(builds, "gain", "amplifier_offset", "coulomb_asymmetry")
+        self._period = period
+        self._written = [_friction_fields(model) for model in models]
+        self._before: ControlStep | None = None
+
+    def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
+        """Write the friction of a control period, and return the additional torque.
+
+        Args:
+            t: Time since the start of the motion [s].
+            q: Positions of the driven joints at the start of the period [rad], shape (B, n).
+            dq: Their speeds [rad/s], shape (B, n).
+            v: Currents [drive units], shape (B, n).
+            ddq: Accelerations in the last physics step [rad/s^2], shape (B, n).
+            rubbing: Torque of dry friction in the last physics step [N m], shape (B, n).
+
+        Returns:
+            Torques [N m], shape (B, n).
+        """
+        step = ControlStep(
+            t=t,
+            period=self._period,
+            q=q,
+            dq=dq,
+            v=v,
+            constant=self._constant,
+            speed=(self._turns @ dq[:, :, None])[:, :, 0],
+            friction=self._constant.copy(),
+            damping=self._damping.copy(),
+            torque=np.zeros_like(dq),
+            turns=self._turns,
+            transmitted=self._transmitted(ddq, rubbing),
+            warmth=self.warmth,
+        )
+        for add in self._terms:
+            add(step)
+        self._before = step
+        for fields, dry, viscous in zip(self._written, step.friction, step.damping, strict=True):
+            for (joints, couplings), row in zip(fields, (dry, viscous), strict=True):
+                joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
+        return step.torque
+
+    def _transmitted(self, ddq: Array, rubbing: Array) -> Array:
+        """Return the torque transmitted to the links in the preceding period, without inertial torque of the rotors."""
+        before = self._before
+        if before is None:
+            return np.zeros_like(ddq)
+        gain, offset, asymmetry = self._drive
+        spun = self._inertia * (self._turns @ ddq[:, :, None])[:, :, 0] + before.damping * before.speed
+        motors = gain * (before.v - offset) - asymmetry + before.torque + rubbing
+        return motors - (self._turns.transpose(0, 2, 1) @ spun[:, :, None])[:, :, 0]
+
+
+def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return views of a model's dry and viscous friction, each for driven joints (n,) and coupled motors (c,)."""
+    driven, coupled = slice(-model.nu, None), coupling_tendons(model)
+    return (
+        (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),
+        (model.dof_damping[driven], model.tendon_damping[coupled]),
+    )
+
 
 DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of MuJoCo when it resets a bad state."""

@@ -19,12 +19,12 @@ import numpy as np
 
 from ident.numerics.splines import CubicSpline
 from ident.support.arrays import Array
-from sim.compile import bare_arm, lean_model
 from sim.controller import inverse_dynamics
 from sim.effects import EFFECTS, ModelErrors, Temperature
 from sim.effects.effect import ControlStep
 from sim.effects.motors import warming
 from sim.effects.transmissions import coupling_tendons
+from sim.engine import Varied, acting
 from sim.errors import PlantError, Saturated, SimulationError
 from sim.experiment import (
     SATURATED_TOO_LONG,
@@ -36,9 +36,8 @@ from sim.experiment import (
     warmth_before,
 )
 from sim.model_spec import file_stamp, silenced
-from sim.plant import PayloadBody, Plant
+from sim.plant import PayloadBody, Plant, bare_arm, lean_model
 from sim.trajectory import FourierTrajectory
-from sim.varying import Varied, acting
 
 FEEDBACK_ITERATIONS = 100
 """Largest number of iterations for friction that depends on the current."""

@@ -11,9 +11,8 @@ import numpy as np
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from sim.closed_loop import Advanced, check_native, closed_loop, no_progress, servo_loop, servo_model
-from sim.compile import lean_model, resting
 from sim.controller import Controller, Law, tuned
-from sim.engine import Engine, Simulation
+from sim.engine import Engine, Simulation, varied
 from sim.errors import PlantError, SimulationError
 from sim.experiment import (
     Experiment,
@@ -26,10 +25,9 @@ from sim.experiment import (
     warmth_before,
 )
 from sim.model_spec import silenced
-from sim.plant import Layout, layout
+from sim.plant import Layout, layout, lean_model, resting
 from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.sensor import NoiseStreams
-from sim.varying import varied
 
 
 def record(

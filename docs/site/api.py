@@ -48,7 +48,7 @@ MODULES = {
         "Errors": ("support.errors",),
     },
     "sim": {
-        "Plant": ("plant", "robot", "robot_files"),
+        "Plant": ("plant", "robot"),
         "Record": ("record", "experiment", "trajectory", "controller", "sensors"),
         "Write an effect or a sensor": ("effects", "effects.effect", "sensors.sensor"),
         "Errors": ("errors",),
@@ -57,8 +57,6 @@ MODULES = {
         "Run": (
             "experiments.run",
             "experiments.judge",
-            "assertions",
-            "experiments.setup",
             "experiments.trials",
             "experiments.loaded_scenario",
         ),
@@ -70,9 +68,7 @@ MODULES = {
         ),
         "Studies": (
             "experiments.study",
-            "experiments.sensitivity",
             "experiments.statistics",
-            "experiments.calibration",
         ),
         "Folders that are left": ("results.run_folder", "experiments.study_folder", "results.problem_folder"),
         "Write a command, a report, workers": (
@@ -80,9 +76,7 @@ MODULES = {
             "rendering",
             "rendering.content",
             "rendering.result",
-            "experiments.workers.execute",
-            "experiments.workers.processes",
-            "experiments.workers.dask",
+            "experiments.workers",
             "benchmark.methods",
         ),
         "Errors": ("support.errors",),

@@ -23,8 +23,8 @@ from ident.observation.observation import observe
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.experiments.run import as_identified, motion_streams
+from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import grouped
-from scenarios.experiments.setup import Setup
 from sim.record import record
 from sim.sensors import SensorOptions
 

@@ -15,8 +15,8 @@ from scenarios.benchmark.methods import Limits, Method, call
 from scenarios.experiments.draws import places_of
 from scenarios.experiments.judge import Claim, judge_claims
 from scenarios.experiments.run import Failure, Simulated
+from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.setup import Setup
 from scenarios.experiments.study import Study, monte_carlo
 from scenarios.experiments.trials import Rows, Work, failed_rows, setting_columns, trial_schema
 from scenarios.results.problem_folder import write_problem

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from scenarios.support.seeds import SEEDS
+from scenarios.experiments.scenario_files import SEEDS
 
 LONGEST = 40
 """Number of characters of an argument in a message."""

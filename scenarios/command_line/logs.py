@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ident.recordings.files import Log
     from ident.recordings.motion import Motion
     from ident.recordings.recording import Recording
-    from scenarios.experiments.named_robots import NamedRobot
+    from scenarios.experiments.robots import NamedRobot
 
 UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
 HELP = {
@@ -46,7 +46,7 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
 
 def robot_of(options: argparse.Namespace, word: str) -> "NamedRobot":
     """Return the robot of the command line, read as its arguments say; raises as `named_robot`."""
-    from scenarios.experiments.named_robots import named_robot
+    from scenarios.experiments.robots import named_robot
 
     couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
     return named_robot(word, couplings, flange=options.flange)

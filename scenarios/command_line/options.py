@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import scenarios.command_line.arguments as arguments
 from ident.observation.observation import ObserveOptions
 from ident.support.options import MEASURED, NAMES
-from scenarios.support.attribute_docs import attribute_docs
+from scenarios.support.texts import attribute_docs
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scenarios.command_line.output import console
-from scenarios.experiments.workers.processes import PROCESSES
+from scenarios.experiments.workers import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design

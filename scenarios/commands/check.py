@@ -40,7 +40,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.payload.payload import read_payload
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
-    from scenarios.experiments.robot_models import model_links
+    from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
     from scenarios.results.check import Check
     from scenarios.results.record import save_result

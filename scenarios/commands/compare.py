@@ -50,8 +50,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
     from scenarios.benchmark.study import comparison
     from scenarios.command_line.writing import right_to_write
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report
     from scenarios.rendering.content import Paragraph

@@ -38,7 +38,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
     from ident.recordings.formats.lerobot import write_dataset
-    from scenarios.experiments.robot_models import read_arm
+    from scenarios.experiments.robots import read_arm
     from scenarios.results.written import Converted
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)

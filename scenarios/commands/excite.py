@@ -12,15 +12,15 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status, complain, ending, printable
 from scenarios.command_line.searching import searched
 from scenarios.command_line.writing import right_to_write
-from scenarios.experiments.workers.processes import PROCESSES
+from scenarios.experiments.workers import PROCESSES
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from ident.support.arrays import Mask
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.search import Searchable, Series
+    from scenarios.experiments.scenario import Setup
     from scenarios.experiments.schema import Scenario
-    from scenarios.experiments.setup import Setup
     from sim.trajectory import FourierTrajectory
 
 PROTOCOLS = {
@@ -72,8 +72,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.excitation import Design, finite, percents
     from scenarios.design.search import Searched, Series, best_fitted
     from scenarios.experiments.motions import write_motion
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.setup import setup_without_motion
+    from scenarios.experiments.scenario import load_scenario, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
     from sim.errors import TrajectoryError
 
@@ -173,7 +172,7 @@ def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Probl
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
     """Return the problem with the error sources of the options."""
     from scenarios.design.excitation import SEARCHED_HZ, design_problem
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import setup_of
     from scenarios.prediction.sources_along import SourcesAlong
 
     problem = design_problem(setup)

@@ -63,7 +63,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.parameters.weighing import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
     from ident.unseen import predict_unseen
-    from scenarios.experiments.robot_models import model_links
+    from scenarios.experiments.robots import model_links
     from scenarios.results.gains import Result
 
     files = mounted_files(options.given)

@@ -10,7 +10,7 @@ from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.experiments.named_robots import NamedRobot
+    from scenarios.experiments.robots import NamedRobot
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:

@@ -10,7 +10,7 @@ from ident.payload.payload import HEAVIEST, LIGHTEST
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.process import Status
 from scenarios.command_line.searching import searched
-from scenarios.experiments.workers.processes import PROCESSES
+from scenarios.experiments.workers import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design

@@ -54,7 +54,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
     from scenarios.experiments.gains_file import read_gains
-    from scenarios.experiments.robot_models import nominal_links, read_arm
+    from scenarios.experiments.robots import nominal_links, read_arm
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.model_values import joint_values, link_values, read_bare
     from scenarios.gains_in_use.patched import Patched, predicted_by_models

@@ -32,10 +32,9 @@ def main(options: argparse.Namespace) -> Status:
         held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 payload")
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.support.progress import progress_of
-    from scenarios.support.toml_text import schema_line
+    from scenarios.support.texts import schema_line
 
     setup = setup_of(load_scenario(options.scenario))
     with progress_of("weights", console(options), STEPS) as say:

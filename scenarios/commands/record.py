@@ -41,8 +41,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.diagnosis.diagnose import horizon
     from scenarios.design.controller_files import controller_files, sampled
     from scenarios.design.record import Recorded, instructions
-    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report
     from sim.feedforward_currents import check_torque_limits
@@ -75,7 +74,7 @@ def _write_payloads(payloads: "Mapping[str, Payload]", folder: "Path") -> tuple[
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
     from scenarios.results.run_folder import payload_file
-    from scenarios.support.toml_text import schema_line
+    from scenarios.support.texts import schema_line
 
     written, different = list[str](), list[str]()
     for mounting, payload in payloads.items():

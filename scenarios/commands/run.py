@@ -22,8 +22,7 @@ def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; status 1 if a tolerance is missed."""
     from scenarios.command_line.writing import right_to_write
     from scenarios.experiments.run import run
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.rendering.content import Line, Paragraph
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Print a schema, or list all of them."""
     from scenarios.results.json_schemas import FILES, RESULTS, schema
-    from scenarios.support.toml_text import ENDING, FOLDER
+    from scenarios.support.texts import ENDING, FOLDER
 
     if options.name is not None:
         write(json.dumps(schema(options.name), indent=2) + "\n")

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Run both designs, rank the error sources."""
     from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.sensitivity import sensitivity
+    from scenarios.experiments.study import sensitivity
 
     scenario = load_scenario(options.scenario)
     study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)

@@ -35,8 +35,7 @@ def main(options: argparse.Namespace) -> Status:
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo selects a window system at import unless this is set
     _check_opengl()
     from scenarios.command_line.writing import right_to_write
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.setup import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.rendering.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted

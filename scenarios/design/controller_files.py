@@ -9,7 +9,7 @@ from io import StringIO
 import numpy as np
 
 from ident.support.arrays import Array
-from scenarios.experiments.setup import Setup
+from scenarios.experiments.scenario import Setup
 from scenarios.support.errors import ScenarioError
 
 MOST = 1_000_000

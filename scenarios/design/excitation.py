@@ -17,8 +17,8 @@ from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Indices
+from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import mountings
-from scenarios.experiments.setup import Setup
 from scenarios.prediction.deviations import (
     ROWS_PER_SECOND,
     ArmModel,
@@ -29,12 +29,10 @@ from scenarios.prediction.deviations import (
     prediction_of,
 )
 from scenarios.support.errors import ScenarioError
-from sim.clearance import CLEARANCE, Clearance
-from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError, TrajectoryError
-from sim.plant import Plant
-from sim.shapes import Solid
+from sim.plant import Plant, bare_arm
+from sim.shapes import CLEARANCE, Clearance, Solid
 from sim.trajectory import FourierTrajectory
 
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}

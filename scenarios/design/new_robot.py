@@ -20,13 +20,12 @@ from ident.support.arrays import Array
 from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN
 from scenarios.design.model_facts import ArmEnd, ModelFacts, arm_end, check_stated_numbers, model_facts
-from scenarios.experiments.robot_models import read_arm
-from scenarios.experiments.setup import body_of
-from sim.clearance import CLEARANCE
-from sim.compile import bare_arm
+from scenarios.experiments.robots import read_arm
+from scenarios.experiments.scenario import body_of
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError
-from sim.plant import PayloadBody
+from sim.plant import PayloadBody, bare_arm
+from sim.shapes import CLEARANCE
 
 
 class Default(NamedTuple):

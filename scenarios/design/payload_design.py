@@ -17,14 +17,13 @@ from ident.payload.payload import Known, Payload, payload_to_table
 from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, finite, objective
 from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
+from scenarios.experiments.scenario import Setup, body_of
 from scenarios.experiments.schema import mountings
-from scenarios.experiments.setup import Setup, body_of
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows
 from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Table, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
-from sim.clearance import CLEARANCE, Clearance
-from sim.shapes import Flange, flange_of
+from sim.shapes import CLEARANCE, Clearance, Flange, flange_of
 from sim.trajectory import FourierTrajectory
 
 NEAR_HZ, TORQUE_HZ = 10.0, 50.0

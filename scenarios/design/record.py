@@ -13,8 +13,8 @@ from ident.observation.observation import REGRESSOR_RATE
 from ident.payload.payload import Payload
 from ident.support.naming import one_line
 from scenarios.design.controller_files import SampledMotion
+from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import BARE
-from scenarios.experiments.setup import Setup
 from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import horizon_paragraphs

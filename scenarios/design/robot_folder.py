@@ -27,12 +27,11 @@ from scenarios.prediction.deviations import Carried, prediction_of
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError, UnreadableFile
-from scenarios.support.toml_text import schema_line, toml_value
-from sim.clearance import CLEARANCE, Clearance
+from scenarios.support.texts import schema_line, toml_value
 from sim.errors import NoPositionError, RobotError, TrajectoryError
 from sim.plant import Plant
-from sim.robot import Robot
-from sim.robot_files import read_robot
+from sim.robot import Robot, read_robot
+from sim.shapes import CLEARANCE, Clearance
 from sim.trajectory import FourierTrajectory
 
 ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"

@@ -22,9 +22,9 @@ from ident.parameters.weighing import GainsOutcome, gains_outcome, with_unknown_
 from ident.payload.payload import Payload
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from scenarios.experiments.robot_models import nominal_links
+from scenarios.experiments.robots import nominal_links
+from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import ToleranceTable
-from scenarios.experiments.setup import Setup
 from sim.plant import PayloadBody
 
 

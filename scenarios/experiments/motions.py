@@ -13,7 +13,7 @@ from ident.support.files import read_bytes, read_toml
 from ident.support.naming import nearest, shown
 from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, MOTION
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
-from scenarios.support.toml_text import schema_line
+from scenarios.support.texts import schema_line
 from sim.trajectory import FourierTrajectory, at_rest
 
 LONGEST = 600.0

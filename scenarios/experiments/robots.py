@@ -1,28 +1,208 @@
-"""Access to simulated robots by a built-in name or a `robot.toml`."""
+"""Model files of robots: verified with both parsers, and their links.
+
+Parsers support different parts of a format and silently ignore the rest. A misread link gives wrong gains with small
+standard deviations. A model is therefore used only if Pinocchio and MuJoCo agree on all joint axes, on gravity, and,
+for a simulated robot, on the place of a payload. MuJoCo reads an MJCF file itself, and of a URDF the reduced form of
+`ident.model.arm`: links and joints without meshes. If MuJoCo cannot read a URDF, only Pinocchio's result is used.
+
+Access to simulated robots by a built-in name or a `robot.toml`.
+
+Robots of the command line: a model file, `robot.toml`, or a built-in robot's name.
+"""
 
 import hashlib
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+import mujoco
 import numpy as np
 
 import rx90_mjcf
-from ident.model.arm import Arm
+from ident.model.arm import Arm, load_arm, minimal_model
 from ident.model.parameters import INERTIAL, STANDARD
-from ident.model.regressor import regressor
-from ident.model.structure import Structure, structure_of
+from ident.model.regressor import joint_pose, regressor
+from ident.model.structure import BaseParameters, Structure, structure_of
+from ident.parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
+from ident.support.arrays import Array
 from ident.support.errors import RobotModelError
-from ident.support.files import LARGEST, check_file
+from ident.support.files import LARGEST, captured_stderr, check_file
 from ident.support.naming import nearest, one_line, shown
-from scenarios.experiments.robot_models import ADVICE, STATES, TOLERANCE, read_arm
 from scenarios.experiments.scenario_files import CATALOG, ROBOT
-from scenarios.support.errors import UnknownName, UnreadableFile
-from sim.compile import bare_arm
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.controller import inverse_dynamics
-from sim.plant import PayloadBody
-from sim.robot import Robot
-from sim.robot_files import read_robot
+from sim.errors import ModelFileError
+from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
+from sim.plant import PayloadBody, bare_arm
+from sim.robot import Robot, read_robot
+
+STATES = 4
+"""Number of random positions of all joints for a comparison; a single one could miss a difference by coincidence."""
+TOLERANCE = 1e-6
+"""Largest difference of an axis, of gravity or of a torque, relative to its size, and of an anchor, relative to the
+arm's reach."""
+UNUSED = (
+    "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
+    "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
+)  # fmt: skip
+"""Elements of a model that do not affect joint axes; mesh files are often missing."""
+ADVICE = "save it with MuJoCo (mj_saveLastXML) and use that file"
+PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""Placeholder of every link in a model that `ident.model.arm` reduced to its kinematics."""
+KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
+
+
+def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
+    """Read an arm and check its kinematics with MuJoCo.
+
+    Args:
+        path: MJCF or URDF file.
+        couplings: Pairs of coupled joints, from 0.
+        flange: Last body of the arm; joints outside the chain to it are locked.
+
+    Raises:
+        RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint that
+            differs.
+    """
+    arm, minimal = load_arm(path, couplings, flange=flange), minimal_model(path, flange)
+    mjcf = minimal.kind == "mjcf"
+    try:
+        with captured_stderr():
+            spec = mujoco.MjSpec.from_file(str(path)) if mjcf else mujoco.MjSpec.from_string(minimal.text)
+            hold_all_but_arm(spec, flange if mjcf else None)
+            for kind in UNUSED:
+                for element in list(getattr(spec, kind)):
+                    spec.delete(element)
+            spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+            spec.compiler.balanceinertia = True
+            model = spec.compile()
+    except ModelFileError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    except ValueError as error:
+        if not mjcf:
+            return arm
+        reason = one_line(" ".join(str(error).split()))
+        raise RobotModelError(f"robot model {one_line(path)}: MuJoCo cannot read it: {reason}") from error
+    check_same_kinematics(arm, model, path)
+    return arm
+
+
+def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
+    """Compare joints, their anchors and axes at random states, and gravity of both parsers.
+
+    Raises:
+        RobotModelError: If they differ; the message names the difference.
+    """
+
+    def differ(what: str) -> RobotModelError:
+        where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
+        return RobotModelError(f"{where}: {what}; {ADVICE}")
+
+    if model.njnt != arm.n:
+        raise differ(f"{arm.n} joints against {model.njnt}")
+    for j, own in enumerate(arm.joint_names):
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j)
+        if name not in (None, own):
+            raise differ(f"joint {j + 1} is {own} against {name}")
+        if (model.jnt_type[j] == int(mujoco.mjtJoint.mjJNT_HINGE)) != arm.revolute[j]:
+            raise differ(f"joint {own} is revolute in one and prismatic in the other")
+    if np.abs(arm.gravity - model.opt.gravity).max() > TOLERANCE * max(1.0, float(np.abs(arm.gravity).max())):
+        raise differ(f"gravity is {arm.gravity} against {model.opt.gravity} m/s^2")
+    data, reach = mujoco.MjData(model), 1.0 + float(np.linalg.norm(arm.translation, axis=1).sum())
+    for q in np.random.default_rng(0).uniform(-2.0, 2.0, (STATES, arm.n)):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        anchor, axis = joint_places(arm, q)
+        turned = data.xmat[model.jnt_bodyid].reshape(-1, 3, 3)
+        there = data.xpos[model.jnt_bodyid] + np.einsum("nij,nj->ni", turned, model.jnt_pos)
+        off = np.abs(anchor - there).max(axis=1) / reach, np.abs(axis - data.xaxis).max(axis=1)
+        for j in np.flatnonzero(np.maximum(*off) > TOLERANCE):
+            raise differ(f"the {'axis' if off[1][j] > TOLERANCE else 'place'} of joint {arm.joint_names[j]}")
+
+
+def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
+    """Return anchor [m] (of prismatic joints on the moving part) and axis of every joint in the world, both (n, 3).
+
+    Positions `q` [rad or m] have the shape (n,).
+    """
+    R, p = np.eye(3), np.zeros(3)
+    anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
+    for j in range(arm.n):
+        E, arrow = joint_pose(arm, j, q[j : j + 1])
+        p = p + R @ [float(np.squeeze(x)) for x in arrow]
+        R = R @ E[..., 0].T
+        anchor[j], axis[j] = p, R @ arm.axis[j]
+    return anchor, axis
+
+
+@silenced()
+def nominal_links(path: Path, flange: str | None) -> ModelLinks:
+    """Read the links of a model file with MuJoCo; joints outside the chain to the flange are locked.
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass.
+    """
+    return _links(_compiled(path, flange))
+
+
+def model_links(path: Path, flange: str | None) -> Array | None:
+    """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
+    try:
+        return nominal_links(path, flange).whole
+    except ModelFileError:  # identification needs no masses
+        return None
+
+
+@silenced()
+def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
+    """Return the base parameters of a model file, including armature, damping and friction loss of its joints.
+
+    Returns:
+        Their values, shape (b,).
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
+    """
+    model = _compiled(path, flange)
+    links = _links(model)
+    if is_placeholder(links):
+        raise ModelFileError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
+    damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
+    own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
+    return base.regrouping @ base.standard(links.whole, own)
+
+
+def is_placeholder(links: ModelLinks) -> bool:
+    """Return whether the links are placeholders, as in the kinematics file of `rx90 run --save`."""
+    return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
+
+
+def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
+    try:
+        return lean_spec(path, flange).compile()
+    except ValueError as error:
+        raise ModelFileError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
+
+
+def _links(model: mujoco.MjModel) -> ModelLinks:
+    """Return the links, each with standard parameters in the axes of its body and with the origin on its joint."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    own, carried = np.zeros((2, model.njnt, 10))
+    joint_of = {int(body): j for j, body in enumerate(model.jnt_bodyid)}
+    for body in range(1, model.nbody):
+        root = int(model.body_weldid[body])  # the moving body to which it is fixed
+        if root:
+            j = joint_of[root]
+            R = data.xmat[root].reshape(3, 3)
+            axes = R.T @ data.ximat[body].reshape(3, 3)
+            J = (axes * model.body_inertia[body]) @ axes.T
+            inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+            com = R.T @ (data.xipos[body] - data.xanchor[j])
+            (own if body == root else carried)[j] += standard_parameters(float(model.body_mass[body]), com, inertia)
+    return ModelLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())
+
 
 ROBOTS = {ROBOT: rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(CATALOG.glob("robots/*/robot.toml"))}}
 """Robot files of the built-in robots."""
@@ -130,3 +310,46 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
         drawn.update(getattr(model, field).tobytes())
     own = hashlib.sha256(robot_file(name, folder).read_bytes())
     return {"robot": own.hexdigest()[:16], "model": drawn.hexdigest()[:16]}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedRobot:
+    """A robot of a command line and its known properties.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        gain: A-priori drive gains [N m / drive unit], None if unknown.
+        model: Path of the model file.
+        flange: Last body of the arm, None if all joints belong to the arm.
+    """
+
+    structure: Structure
+    gain: Array | None
+    model: Path
+    flange: str | None
+
+
+def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
+    """Return the robot of a command-line argument.
+
+    Args:
+        word: MJCF or URDF file, `robot.toml`, or a name in `robots.ROBOTS`.
+        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
+        flange: Last body of the arm in a model file; None if all joints belong to the arm.
+
+    Raises:
+        UnknownName: If it is none of these.
+        ScenarioError: If a flange is given for a robot whose file states it.
+        RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
+        RobotError: If the robot's file cannot be read.
+    """
+    if not word:
+        raise UnknownName("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
+    if Path(word).suffix.lower() not in ("", ".toml"):
+        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
+
+    named = robot(word)
+    if flange is not None:
+        raise ScenarioError(f"--flange: for model files only; {shown(word)} states its own last body, so remove it")
+    own = tuple((each.turns_with, each.motor) for each in named.couplings)
+    return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

@@ -1,6 +1,6 @@
-"""From scenario and seed to a verdict: draw, simulate, identify and judge. One run is a study of one trial.
+"""From scenario and seed to a verdict: draw, simulate, identify and judge; one run is a study of one trial.
 
-Trials of a study are simulated many in one batch; their recordings depend neither on the batch nor on threads.
+Trials of a study are simulated many in one batch; their recordings do not depend on the batch.
 """
 
 import time
@@ -20,9 +20,8 @@ from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge
-from scenarios.experiments.scenario import Value
+from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
-from scenarios.experiments.setup import Setup, changed
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
 from sim.errors import SimulationError
@@ -168,9 +167,9 @@ def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
         return identified(simulated)
 
 
-def simulate(setup: Setup, seed: int, *, threads: int = 1, cost: bool = False, stages: Progress = SILENT) -> Simulated:
+def simulate(setup: Setup, seed: int, *, cost: bool = False, stages: Progress = SILENT) -> Simulated:
     """Draw and simulate one trial; raises as `run`, except errors of identification."""
-    (outcome,) = simulate_trials(setup, [Trial(seed=seed, cost=cost)], threads=threads, stages=stages)
+    (outcome,) = simulate_trials(setup, [Trial(seed=seed, cost=cost)], stages=stages)
     if isinstance(outcome, Simulated):
         return outcome
     assert outcome.error is not None, "it failed in this process"
@@ -178,7 +177,7 @@ def simulate(setup: Setup, seed: int, *, threads: int = 1, cost: bool = False, s
 
 
 def simulate_trials(
-    setup: Setup, trials: Sequence[Trial], *, threads: int = 1, stages: Progress = SILENT
+    setup: Setup, trials: Sequence[Trial], *, stages: Progress = SILENT
 ) -> Iterator[Simulated | Failure]:
     """Draw and simulate trials, in batches whose logs do not exceed `LOGS_AT_ONCE`, with at least one trial each.
 
@@ -196,15 +195,15 @@ def simulate_trials(
             continue
         own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in ready.motions)
         if batch and size + own > LOGS_AT_ONCE:
-            yield from _simulated(batch, threads, stages)
+            yield from _simulated(batch, stages)
             batch, size = [], 0.0
         batch.append(ready)
         size += own
     if batch:
-        yield from _simulated(batch, threads, stages)
+        yield from _simulated(batch, stages)
 
 
-def _simulated(batch: Sequence[Simulated], threads: int, stages: Progress) -> Iterator[Simulated | Failure]:
+def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulated | Failure]:
     """Simulate the motions of prepared trials in one batch."""
     started, simulate_s = time.perf_counter(), 0.0
     places = [(i, m) for i, ready in enumerate(batch) for m in range(len(ready.motions))]
@@ -212,7 +211,7 @@ def _simulated(batch: Sequence[Simulated], threads: int, stages: Progress) -> It
     streams = [each for b in batch for each in motion_streams(b.seed, b.trial.streams, len(b.motions))]
     waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
     stages.begin("simulating", sum(each.trajectory.duration for each in experiments))
-    for k, outcome in each_record(experiments, streams, threads=threads, advanced=stages.advance):
+    for k, outcome in each_record(experiments, streams, threads=1, advanced=stages.advance):
         simulate_s = simulate_s or (time.perf_counter() - started) / len(batch)
         i, m = places[k]
         waiting[i][m], ready = outcome, batch[i]
@@ -228,16 +227,10 @@ def _simulated(batch: Sequence[Simulated], threads: int, stages: Progress) -> It
         yield replace(ready, recordings=tuple(used), check=check[0] if check else None, simulate_s=simulate_s)
 
 
-def failure_of(simulated: Simulated, error: Exception) -> Failure:
+def failure_of(of: Simulated, error: Exception) -> Failure:
     """Return the failure of a trial with drawn values."""
-    return Failure(
-        trial=simulated.trial,
-        kind=type(error).__name__,
-        reason=str(error),
-        settings=simulated.settings,
-        setup=simulated.setup,
-        error=error,
-    )
+    kind, reason = type(error).__name__, str(error)
+    return Failure(trial=of.trial, kind=kind, reason=reason, settings=of.settings, setup=of.setup, error=error)
 
 
 def identified(simulated: Simulated) -> Run:

@@ -1,11 +1,12 @@
-"""A scenario: loaded once, with every number stated, and then changed by key path, as `plant.payload.mass` = 7.0.
+"""A scenario: loaded once, with every number stated; changed by key path; converted to the inputs of a run.
 
-Names of payloads and omitted drives are replaced by their numbers at loading, so repetitions read no file again.
+Names of payloads and omitted drives are replaced by their numbers at loading, so repetitions read no file again. A key
+path is `plant.payload.mass`. The inputs of `sim` and `ident` keep true and assumed values separate.
 """
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -13,24 +14,33 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 import rx90_mjcf
 from ident.estimation.estimators import ESTIMATORS
+from ident.model.structure import Structure
 from ident.payload.payload import INERTIA_KEYS, Payload, payload_from_table, payload_to_table, read_payload
+from ident.support.arrays import Array, readonly
 from ident.support.errors import PayloadError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table, table_from_words
+from scenarios.experiments.motions import read_motion
 from scenarios.experiments.robots import robot
-from scenarios.experiments.scenario_files import BUILT_IN, LOADED, scenario_table, stating_file
+from scenarios.experiments.robots import structure as believed_structure
+from scenarios.experiments.scenario_files import BUILT_IN, LOADED, MOTION, scenario_table, stating_file
 from scenarios.experiments.schema import (
+    BARE,
     BodyTable,
     InertiaTable,
     Scenario,
     ScenarioTable,
     by_mounting,
     check_lengths,
+    motion_names,
     mountings,
     refusal,
     validated,
 )
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from sim.controller import ControllerBelief
+from sim.experiment import Experiment
+from sim.plant import PayloadBody, Plant
 from sim.robot import DriveTruth, Robot
 
 Value = float | str | list[float]
@@ -40,23 +50,17 @@ UNNAMED = "scenario"
 OPTIONAL = "plant.errors."
 """Keys whose omitted array means zeros, one per joint."""
 NOTHING = (0.0, 0.0, 0.0)
-
-
-def load_scenario(name: str) -> Scenario:
-    """Read, validate and resolve a built-in scenario or a user's file.
-
-    Raises:
-        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
-        RobotError: If the file of its robot is not valid.
-    """
-    return resolved(scenario_as_stated(name))
+CHECK = "check-weight"
+"""Name of the motion that is not used for identification; no mounting can have a name with a hyphen."""
+DRIVES_KEPT = 16
+"""Number of cached drives; one takes a kilobyte."""
 
 
 def scenario_as_stated(name: str) -> Scenario:
     """Return a scenario as specified by its file and the extended ones, without the numbers that they leave out.
 
     Raises:
-        ScenarioError: As `load_scenario`.
+        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
     """
     table, path = scenario_table(name)
     wanted = stating_file(name, "tolerance.identifiable")
@@ -69,17 +73,25 @@ def scenario_as_stated(name: str) -> Scenario:
     )
 
 
-def resolved(scenario: Scenario) -> Scenario:
-    """Return a scenario with all numbers filled in, and without payloads that are never mounted.
+def load_scenario(name: str) -> Scenario:
+    """Read a built-in scenario or a user's file, with all numbers, and without payloads that are never mounted.
 
     Raises:
-        UnknownName: If its robot or payload does not exist.
-        RobotError: If the robot's file cannot be read.
-        ScenarioError: If the assumed payload is impossible.
+        ScenarioError: If it is missing, has an unknown key or a wrong value, names a robot or payload that does not
+            exist, or assumes an impossible payload.
+        RobotError: If the file of its robot is not valid.
     """
-    table, name, nominal = scenario.table, scenario.name, robot_of(scenario).drives
-    believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
-    true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
+    scenario = scenario_as_stated(name)
+    table, nominal, exact = scenario.table, robot_of(scenario).drives, scenario.table.belief.exact
+    certain = {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
+    believed = {
+        key: payload_to_table(
+            replace(payload, **certain) if (exact.get(key) if isinstance(exact, Mapping) else exact) else payload
+        )
+        for key, payload in stated_payloads(scenario).items()
+    }
+    bodies = by_mounting(table.plant.payload, table.plant.payloads)
+    true = {key: _body(body, scenario.name) for key, body in bodies.items()}
     used = mountings(table.experiment.protocol) or tuple(true)  # a draw of a payload that is never mounted is an error
     plant, belief = (
         {"payload": of.get(LOADED) if LOADED in used else None, "payloads": {k: of[k] for k in used if k != LOADED}}
@@ -95,7 +107,7 @@ def resolved(scenario: Scenario) -> Scenario:
         "belief": table.belief.model_copy(update={**belief, "exact": False}),  # a specified value is replaced by zero
     }
     if table.cost is not None:
-        update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, name)})
+        update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, scenario.name)})
     return replace(scenario, table=table.model_copy(update=update))
 
 
@@ -113,22 +125,13 @@ def robot_of(scenario: Scenario) -> Robot:
         raise type(error)(f"{scenario.asking.get('robot', scenario.name)}: robot: {error}") from error
 
 
-def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """Return the assumed payloads, by mounting; without standard deviations if taken as exact.
+def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """Return the assumed payloads with specified standard deviations, by mounting.
 
     Raises:
         UnknownName: If a name does not exist.
         ScenarioError: If a payload is impossible.
     """
-    exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
-    return {
-        key: replace(payload, **certain) if (exact.get(key) if isinstance(exact, Mapping) else exact) else payload
-        for key, payload in stated_payloads(scenario).items()
-    }
-
-
-def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """Return the assumed payloads with specified standard deviations, by mounting; raises as `believed_payloads`."""
     belief, found = scenario.table.belief, dict[str, Payload]()
     for key, stated in by_mounting(belief.payload, belief.payloads).items():
         try:
@@ -153,11 +156,9 @@ def _named(payload: str, name: str) -> Payload:
 def _body(body: str | BodyTable, name: str) -> BodyTable:
     if not isinstance(body, str):
         return body
-    payload = _named(body, name)
-    assert payload.com is not None, "the shipped payloads are complete"
-    assert payload.inertia is not None, "the shipped payloads are complete"
-    inertia = InertiaTable(**dict(zip(INERTIA_KEYS, payload.inertia, strict=True)))
-    return BodyTable(mass=payload.mass, com=payload.com, inertia=inertia)
+    rigid = body_of(_named(body, name))
+    inertia = InertiaTable(**dict(zip(INERTIA_KEYS, rigid.inertia, strict=True)))
+    return BodyTable(mass=rigid.mass, com=rigid.com, inertia=inertia)
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
@@ -255,13 +256,8 @@ def _entries(node: object) -> dict[str, Any]:
     if isinstance(node, BaseModel):
         return dict(node.__dict__)
     if is_dataclass(node):
-        return {name: getattr(node, name) for name in _names(type(node))}
+        return {field.name: getattr(node, field.name) for field in fields(node)}
     return {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
-
-
-@lru_cache(maxsize=32)
-def _names(kind: type) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
 
 
 def _is_number(value: object) -> bool:
@@ -287,3 +283,140 @@ def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) ->
     options_from_table(ESTIMATORS[name].options, options)
     chosen = stated.model_copy(update={"method": name, "options": options})
     return replace(scenario, table=scenario.table.model_copy(update={"identification": chosen}))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Setup:
+    """All inputs for running a scenario, for any seed.
+
+    Attributes:
+        scenario: The scenario.
+        plants: The true plants, by mounting.
+        structure: Identifiable structure of the arm, from its kinematics.
+        payloads: The assumed payloads, by mounting.
+        experiments: The motions, in order of time; empty if the robot has no motion yet.
+        check: One more motion, which is not used for identification; None without a table `cost`.
+    """
+
+    scenario: Scenario
+    plants: Mapping[str, Plant]
+    structure: Structure
+    payloads: Mapping[str, Payload]
+    experiments: tuple[Experiment, ...] = ()
+    check: Experiment | None = None
+
+    @property
+    def plant(self) -> Plant:
+        """The plant of the first mounting; drives and model errors are equal in all of them."""
+        return next(iter(self.plants.values()))
+
+    @property
+    def true_gain(self) -> Array:
+        """The injected drive gains [N m / drive unit], shape (n,)."""
+        return self.plant.drives.gain
+
+    @property
+    def protocol(self) -> tuple[str, ...]:
+        """The mounting of each motion, `bare` or a name."""
+        return self.scenario.table.experiment.protocol
+
+    @property
+    def mounted(self) -> tuple[Payload | None, ...]:
+        """The assumed payload of each motion, None for a bare flange; motions of one mounting share one object."""
+        return tuple(self.payloads.get(name) for name in self.protocol)
+
+    @property
+    def true_payloads(self) -> dict[str, PayloadBody]:
+        """The true payloads, by mounting."""
+        pairs = zip(self.protocol, self.experiments, strict=True)
+        return {carried: experiment.plant.payload for carried, experiment in pairs if experiment.loaded}
+
+
+def setup_without_motion(scenario: Scenario) -> Setup:
+    """Prepare a scenario's robot without motions.
+
+    Raises:
+        ScenarioError: If arrays do not fit the arm; if the scenario names a robot or payload that does not exist or is
+            impossible.
+        SimulationError: If robot or plant are impossible.
+        RobotModelError: If the robot's model file is not an arm.
+    """
+    table, arm = scenario.table, robot_of(scenario)
+    if len(table.tolerance.gain) != arm.n:
+        raise ScenarioError(
+            f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
+            "joints; state arrays of plant, belief and tolerance for this robot, one value per joint"
+        )
+    structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
+    believed = stated_payloads(scenario)
+    payloads = {name: believed[name] for name in mountings(table.experiment.protocol)}
+    drives = _drives(**{field.name: getattr(table.plant, field.name) for field in fields(DriveTruth)})
+    plants = {
+        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=table.plant.errors)
+        for name, body in by_mounting(table.plant.payload, table.plant.payloads).items()
+    }
+    return Setup(scenario, plants, structure, payloads)
+
+
+def setup_of(scenario: Scenario) -> Setup:
+    """Prepare a scenario; raises as `setup_without_motion`, and if the motion does not exist or fit the arm."""
+    setup = setup_without_motion(scenario)
+    table, plant = scenario.table, setup.plant
+    protocol, n = table.experiment.protocol, plant.robot.n
+    try:
+        motion = read_motion(table.experiment.motion, scenario.folder)
+    except UnknownName as error:
+        raise UnknownName(f"{scenario.asking.get(MOTION, scenario.name)}: {MOTION}: {error}") from error
+    if motion.n != n:
+        raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
+    belief = ControllerBelief(
+        mjcf=plant.robot.model,
+        gain=table.belief.controller_gain,
+        rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
+        flange=plant.robot.flange,
+    )
+    experiments = tuple(
+        Experiment(
+            name=name,
+            plant=setup.plants.get(carried, plant),
+            loaded=carried != BARE,
+            trajectory=motion,
+            belief=belief,
+            controller=table.experiment.controller,
+            sensors=table.experiment.sensors,
+            step=table.experiment.step,
+            earlier=earlier,
+            warm_up=table.experiment.warm_up,
+            pause=table.experiment.pause,
+        )
+        for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
+    )
+    check = None
+    if table.cost is not None:
+        weighed = replace(plant, payload=_true_payload(table.cost.payload))
+        check = replace(experiments[-1], name=CHECK, plant=weighed, loaded=True, earlier=len(experiments))
+    return replace(setup, experiments=experiments, check=check)
+
+
+def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
+    """Return the setup with changed values of its scenario; raises as `with_settings` and `setup_of`."""
+    return setup_of(with_settings(setup.scenario, settings)) if settings else setup
+
+
+@lru_cache(maxsize=DRIVES_KEPT)
+def _drives(**stated: tuple[float, ...]) -> DriveTruth:
+    """Return the drives of given numbers, cached, so that scenarios that differ in something else share them."""
+    return DriveTruth(**{name: readonly(values) for name, values in stated.items()})
+
+
+def _true_payload(body: str | BodyTable) -> PayloadBody:
+    assert not isinstance(body, str), "a loaded scenario states its numbers"
+    J = body.inertia
+    return PayloadBody(mass=body.mass, com=body.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))
+
+
+def body_of(payload: Payload) -> PayloadBody:
+    """Return a complete payload as a rigid body."""
+    assert payload.com is not None, "its centre is stated"
+    assert payload.inertia is not None, "its moments are stated"
+    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

@@ -26,6 +26,8 @@ BUILT_IN = {
 """Keys whose value is the path of a file or one of these names."""
 LOADED = "loaded"
 """Name of the payload in key `payload` of plant and belief."""
+SEEDS = 2**31
+"""Upper bound of seeds of trials, exclusive."""
 DEVIATIONS = ("mass_std", "com_std", "inertia_std")
 
 Table = dict[str, object]

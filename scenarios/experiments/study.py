@@ -1,33 +1,38 @@
 """Studies: a numbered list of trials of one scenario, run on any executor, with rows in a folder or in memory.
 
-Trial k of a Monte Carlo study has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats
-that trial. A sweep runs every combination of some values, with the same seeds each time.
+Monte Carlo: trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
+Sweep: every combination of some values, with the same seeds each time.
+Sensitivity: uniform numbers determine the value of a drawn source, or the seed of a noise, whose size stays the same.
+There are two designs. One at a time: no source, each source alone at its declared size, and all together. Sobol
+(Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and, for each source, on A with that
+source's columns taken from B.
 """
 
 import itertools
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, closing
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pyarrow as pa
 from rich.console import Console
 
-from scenarios.experiments.draws import check_draws, drawn_settings, places_of
+from ident.support.arrays import Array
+from scenarios.experiments.draws import check_draws, drawn_settings, places_of, settings_with, sources_of
 from scenarios.experiments.motions import motion_digest
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Failure, Trial
-from scenarios.experiments.scenario import Value, place_of, with_settings
-from scenarios.experiments.scenario_files import MOTION
+from scenarios.experiments.scenario import Value, place_of, setup_of, with_settings
+from scenarios.experiments.scenario_files import MOTION, SEEDS
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.setup import setup_of
 from scenarios.experiments.study_folder import StudyFolder, study_folder
 from scenarios.experiments.trials import IDENTIFY, Task, Work, run_task, trial_schema
-from scenarios.experiments.workers.execute import GivenUp, Workers, completed
+from scenarios.experiments.workers import GivenUp, Workers, completed
 from scenarios.support.errors import StudyError
 from scenarios.support.progress import progress_of
-from scenarios.support.seeds import SEEDS
 from scenarios.support.versions import versions
 
 if TYPE_CHECKING:
@@ -39,6 +44,14 @@ CHUNKS_EACH = 4
 """Number of chunks per worker of a small study, so that all workers end at about the same time."""
 MOST_TRIALS = 10**8
 """Largest number of trials of a study: names of parts have eight digits."""
+NONE, ALL = "(none)", "(all)"
+"""Labels of trials that are not of one source alone."""
+ALONE, SOBOL = "one-at-a-time", "sobol"
+TOGETHER = 4
+"""Ratio of the number of trials with all sources to that of one source alone."""
+LABELS: tuple[str, ...] = ("design", "source", "sample")
+LARGEST = 2**16
+"""Largest number of repeats or samples: such a Sobol design takes two hundred core hours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +90,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         raise StudyError(f"a study has {MOST_TRIALS} trials at most; request fewer")
     if seed + count > SEEDS:
         raise StudyError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
-    check_draws(scenario, setup_of)
+    check_draws(scenario)
     return Study(
         kind="monte-carlo",
         scenario=scenario,
@@ -100,7 +113,7 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
         ScenarioError: If a key path does not exist or is ambiguous, a value is not valid, or the scenario's draws are
             wrong.
     """
-    check_draws(scenario, setup_of)
+    check_draws(scenario)
     places = [place_of(scenario.table, name) for name in values]
     points = [dict(zip(places, point, strict=True)) for point in itertools.product(*values.values())]
     for point in points:
@@ -121,6 +134,77 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
     )
 
 
+def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
+    """Return the study of both designs.
+
+    Trials by number: no source, each source alone, all together, then Saltelli's matrices row by row.
+
+    Args:
+        scenario: The scenario with its `sources`.
+        repeats: Trials of each source alone, a power of 2 from 2 to `LARGEST`; all together get four times as many.
+        samples: Rows of the Sobol matrices, also a power of 2; the design has (sources + 2) times as many trials.
+        seed: Seed of both designs.
+
+    Raises:
+        StudyError: If a number is not such a power of 2; if the scenario expects no gain.
+        ScenarioError: If the scenario declares no sources or wrong ones.
+    """
+    for name, number in (("repeats", repeats), ("samples", samples)):
+        if not 2 <= number <= LARGEST or number & (number - 1):
+            text = str(number) if number < 10**20 else f"{str(number)[:6]}... ({len(str(number))} digits)"
+            raise StudyError(f"{name} = {text}: expected a power of 2 up to {LARGEST}, such as 16 or 64")
+    check_draws(scenario)
+    if not any(scenario.table.tolerance.identifiable):
+        raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
+    sources = sources_of(scenario)
+    names, width = list(sources.width), sum(sources.width.values())
+
+    def every(row: Array) -> dict[str, Array]:
+        return {name: row[sources.columns(name)] for name in names}
+
+    def trial(number: int) -> Trial:
+        index, sample = divmod(number - 1, repeats)
+        rest = number - 1 - (len(names) + TOGETHER) * repeats
+        if number == 0:
+            design, source, sample, on = ALONE, NONE, 0, dict[str, Array]()
+        elif index < len(names):
+            design, source = ALONE, names[index]
+            on = {source: _uniform(sources.width[source], repeats, seed, 2 + index)[sample]}
+        elif rest < 0:
+            sample = rest + TOGETHER * repeats
+            design, source, on = ALONE, ALL, every(_uniform(width, TOGETHER * repeats, seed, 1)[sample])
+        else:
+            sample, column = divmod(rest, len(names) + 2)
+            design, source = SOBOL, ("A", "B", *names)[column]
+            A, B = np.split(_uniform(2 * width, samples, seed, 0)[sample], 2)
+            row = B if source == "B" else A.copy()
+            if column > 1:
+                row[sources.columns(source)] = B[sources.columns(source)]
+            on = every(row)
+        switched = settings_with(sources, on)
+        labels = dict(zip(LABELS, (design, source, str(sample)), strict=True))
+        return Trial(number=number, seed=seed, settings=switched.settings, streams=switched.streams, labels=labels)
+
+    return Study(
+        kind="sensitivity",
+        scenario=scenario,
+        count=1 + (len(names) + TOGETHER) * repeats + (len(names) + 2) * samples,
+        trial=trial,
+        schema=trial_schema(scenario, places_of(scenario.table.sources), LABELS),
+        identity={"seed": seed, "repeats": repeats, "samples": samples},
+    )
+
+
+@lru_cache(maxsize=64)
+def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
+    """Return a scrambled Sobol sequence, shape (count, width), strictly inside (0, 1)."""
+    from scipy.stats import qmc  # half a second, which the other studies need not wait
+
+    rng = np.random.default_rng(np.random.SeedSequence(entropy=seed, spawn_key=(stream,)))
+    points = qmc.Sobol(width, scramble=True, rng=rng).random(count)
+    return np.clip(points, 2.0**-30, 1.0 - 2.0**-30)
+
+
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
     """Run the missing trials of a study and write them part by part.
 
@@ -135,26 +219,19 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         The folder of the finished study.
 
     Raises:
-        StudyError: One of its kinds, if the folder holds another study or cannot be written, or workers cannot run
-            trials.
-        ScenarioError: One of its kinds, if the scenario or its draws are wrong.
+        StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.
+        ScenarioError: If the scenario or its draws are wrong.
     """
     setup_of(study.scenario)  # an error of the scenario itself is raised, instead of a thousand failed trials
-    joints = len(study.scenario.table.tolerance.gain)
-    with study_folder(
-        folder,
-        study_identity(study),
-        count=study.count,
-        command=command,
-        rows_per_trial=study.rows_per_joint * joints,
-    ) as place:
+    rows_per_trial = study.rows_per_joint * len(study.scenario.table.tolerance.gain)
+    identity = study_identity(study)
+    with study_folder(folder, identity, count=study.count, command=command, rows_per_trial=rows_per_trial) as place:
         missing = place.missing(study.count)
         if missing:
             place.forget_lost()
             before, failed = study.count - sum(map(len, missing)), 0
-            label = f"{study.kind} {study.scenario.name}"
             with (
-                progress_of(label, console, study.count, before) as progress,
+                progress_of(f"{study.kind} {study.scenario.name}", console, study.count, before) as progress,
                 closing(_results(study, missing, workers)) as results,
             ):
                 for trials, rows in results:
@@ -162,40 +239,6 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
                     failed += len(rows.filter(rows["failure"].is_valid())["trial"].unique())
                     progress.advance(trials, f"{failed} failed")
         return place
-
-
-def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> "StudyRows":
-    """Run a study and keep its rows in memory. Without workers, trials run in this process; rows do not depend on this.
-
-    Raises:
-        StudyError: If there is no trial to run; if workers cannot run trials.
-    """
-    if study.count < 1:
-        raise StudyError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
-    every = [range(study.count)]
-    if workers is None:
-        tables = [run_task(task) for task in _tasks(study, every, 1)]
-    else:
-        with workers as opened:
-            tables = [rows for _, rows in _results(study, every, opened)]
-    rows = pa.concat_tables([study.schema.empty_table(), *tables])
-    return StudyRows(rows.sort_by([("trial", "ascending"), ("joint", "ascending")]))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StudyRows:
-    """Result of a study.
-
-    Attributes:
-        rows: One row per trial and joint, in that order, with the columns of `trials.CONTRACT` and those of the varied
-            values.
-    """
-
-    rows: pa.Table
-
-    def to_frame(self) -> "pd.DataFrame":
-        """Return the rows as a pandas DataFrame."""
-        return self.rows.to_pandas()
 
 
 def study_identity(study: Study) -> dict[str, object]:
@@ -218,23 +261,53 @@ def study_identity(study: Study) -> dict[str, object]:
     }
 
 
-def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
-    """Return chunks of consecutive trials, small enough for all workers to have some."""
-    size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
-    here = versions()
-    for gap in missing:
-        for start in range(gap.start, gap.stop, size):
-            trials = tuple(study.trial(number) for number in range(start, min(start + size, gap.stop)))
-            yield Task(study.scenario, trials, study.schema, here, study.work)
+def _results(study: Study, missing: Sequence[range], workers: Workers | None) -> Generator[tuple[int, pa.Table]]:
+    """Yield the number of trials and the rows of each chunk of consecutive trials, small enough for all workers.
 
-
-def _results(study: Study, missing: Sequence[range], workers: Workers) -> Generator[tuple[int, pa.Table]]:
-    """Yield the number of trials and the rows of each task; a task whose worker failed has rows with its reason."""
-    with closing(completed(workers, run_task, _tasks(study, missing, workers.count()))) as results:
+    A chunk whose worker failed has rows with its reason. Without workers, trials run in this process.
+    """
+    count, here = 1 if workers is None else workers.count(), versions()
+    size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * count))))
+    chunks = (
+        range(start, min(start + size, gap.stop)) for gap in missing for start in range(gap.start, gap.stop, size)
+    )
+    tasks = (Task(study.scenario, tuple(map(study.trial, chunk)), study.schema, here, study.work) for chunk in chunks)
+    if workers is None:
+        yield from ((len(task.trials), run_task(task)) for task in tasks)
+        return
+    with closing(completed(workers, run_task, tasks)) as results:
         for task, outcome in results:
             if isinstance(outcome, GivenUp):
                 lost = [Failure(trial=trial, kind=outcome.failure, reason=outcome.reason) for trial in task.trials]
                 rows = [row for failure in lost for row in study.work.failed(study.scenario, failure)]
-                yield len(task.trials), pa.Table.from_pylist(rows, study.schema)
-            else:
-                yield len(task.trials), outcome
+                outcome = pa.Table.from_pylist(rows, study.schema)
+            yield len(task.trials), outcome
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyRows:
+    """Result of a study in memory.
+
+    Attributes:
+        rows: One row per trial and joint, in that order, with the columns of `trials.CONTRACT` and those of the varied
+            values.
+    """
+
+    rows: pa.Table
+
+    def to_frame(self) -> "pd.DataFrame":
+        """Return the rows as a pandas DataFrame."""
+        return self.rows.to_pandas()
+
+
+def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
+    """Run a study and keep its rows in memory; they do not depend on the workers, this process if None.
+
+    Raises:
+        StudyError: If there is no trial to run; if workers cannot run trials.
+    """
+    if study.count < 1:
+        raise StudyError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
+    with nullcontext() if workers is None else workers as opened:
+        tables = [rows for _, rows in _results(study, [range(study.count)], opened)]
+    return StudyRows(pa.concat_tables(tables).sort_by([("trial", "ascending"), ("joint", "ascending")]))

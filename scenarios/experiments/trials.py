@@ -7,7 +7,7 @@ import ctypes
 import gc
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
@@ -15,30 +15,23 @@ from threadpoolctl import threadpool_limits
 from ident.estimation.estimate import IdentifiedGain
 from ident.support.errors import IdentificationError
 from scenarios.experiments.run import Failure, Simulated, Trial, failure_of, identified, simulate_trials
-from scenarios.experiments.scenario import Value, value_at
+from scenarios.experiments.scenario import Value, setup_of, value_at
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import StudyError
 from scenarios.support.versions import versions
 
+SHARES = ("residual_std", "payload_std", "model_std")
 CONTRACT = pa.schema(
     [
-        ("trial", pa.int64()),
-        ("seed", pa.int64()),
-        ("joint", pa.int32()),
-        ("true", pa.float64()),
-        ("estimate", pa.float64()),
-        ("std", pa.float64()),
-        ("rel_error", pa.float64()),
-        ("z", pa.float64()),
-        ("tolerance", pa.float64()),
-        ("identifiable", pa.bool_()),
-        ("passed", pa.bool_()),
-        ("reason", pa.string()),
-        ("residual_std", pa.float64()),
-        ("payload_std", pa.float64()),
-        ("model_std", pa.float64()),
-        ("failure", pa.string()),
+        ("trial", "int64"),
+        ("seed", "int64"),
+        ("joint", "int32"),
+        *((name, "double") for name in ("true", "estimate", "std", "rel_error", "z", "tolerance")),
+        ("identifiable", "bool"),
+        ("passed", "bool"),
+        ("reason", "string"),
+        *((name, "double") for name in SHARES),
+        ("failure", "string"),
     ]
 )
 """Columns of every study.
@@ -62,8 +55,8 @@ def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str
         ScenarioError: If a key path does not exist in the scenario.
     """
     columns = setting_columns({place: value_at(scenario.table, place) for place in places})
-    settings = [(name, pa.string() if isinstance(value, str) else pa.float64()) for name, value in columns.items()]
-    return pa.schema([*CONTRACT, *((name, pa.string()) for name in labels), *settings])
+    settings = {name: "string" if isinstance(value, str) else "double" for name, value in columns.items()}
+    return pa.schema([*CONTRACT, *((name, "string") for name in labels), *settings.items()])
 
 
 def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
@@ -81,37 +74,23 @@ def judged_rows(simulated: Simulated) -> Rows:
     """Identify a simulated trial, and return the verdict on each joint."""
     run, trial = identified(simulated), simulated.trial
     common = {"trial": trial.number, "seed": trial.seed, **trial.labels, **setting_columns(simulated.settings)}
-    return [
-        {
-            **common,
-            **asdict(verdict),
-            **{
-                name: getattr(gain, name)
-                for name in ("residual_std", "payload_std", "model_std")
-                if isinstance(gain, IdentifiedGain)
-            },
-        }
-        for verdict, gain in zip(run.verdict.gains, run.estimate.joints, strict=True)
+    shares = [
+        {name: getattr(gain, name) for name in SHARES if isinstance(gain, IdentifiedGain)}
+        for gain in run.estimate.joints
     ]
+    return [{**common, **asdict(verdict), **own} for verdict, own in zip(run.verdict.gains, shares, strict=True)]
 
 
 def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
     """Return the rows of a trial without estimate, one per joint: not identifiable, not passed, with the reason."""
-    trial, true_gain = failure.trial, None if failure.setup is None else failure.setup.true_gain
-    tolerance = (scenario if failure.setup is None else failure.setup.scenario).table.tolerance
+    trial, setup = failure.trial, failure.setup
+    tolerance = (scenario if setup is None else setup.scenario).table.tolerance
+    true = [None] * len(tolerance.gain) if setup is None else setup.true_gain.tolist()
     common = {"trial": trial.number, "seed": trial.seed, "failure": failure.kind, "reason": failure.reason}
+    common |= {"identifiable": False, "passed": False, **trial.labels, **setting_columns(failure.settings)}
     return [
-        {
-            **common,
-            "joint": joint,
-            "true": None if true_gain is None else float(true_gain[joint - 1]),
-            "tolerance": allowed,
-            "identifiable": False,
-            "passed": False,
-            **trial.labels,
-            **setting_columns(failure.settings),
-        }
-        for joint, allowed in enumerate(tolerance.gain, 1)
+        {**common, "joint": joint, "true": gain, "tolerance": allowed}
+        for joint, (gain, allowed) in enumerate(zip(true, tolerance.gain, strict=True), 1)
     ]
 
 
@@ -134,56 +113,50 @@ IDENTIFY = Work()
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A chunk of trials for a worker: the arguments of `run_trials`, and the versions of the study's process."""
+    """A chunk of trials for a worker.
+
+    Attributes:
+        scenario: The scenario to be repeated.
+        trials: The trials.
+        schema: Columns, from `trial_schema`.
+        versions: Versions of the study's process.
+        work: Functions that make the rows.
+    """
 
     scenario: Scenario
     trials: tuple[Trial, ...]
     schema: pa.Schema
-    versions: Mapping[str, str]
+    versions: Mapping[str, str] = field(default_factory=dict[str, str])
     work: Work = IDENTIFY
 
 
 def run_task(task: Task) -> pa.Table:
-    """Run one chunk, on a worker, on one thread.
+    """Simulate trials, many in one batch, identify and judge each, on one thread.
+
+    Returns:
+        The rows in the order of the trials; they do not depend on the division into batches. A failed trial has n rows
+        with the reason.
 
     Raises:
-        StudyError: If the worker has other versions, as rows would differ.
+        StudyError: If this process has other versions, as rows would differ.
     """
-    here = versions()
+    here = versions() if task.versions else {}
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:
             raise StudyError(
                 f"a worker has {name} {here.get(name)}, the study began with {wanted}; install that version there"
             )
-    rows = run_trials(task.scenario, task.trials, task.schema, threads=1, work=task.work)
-    give_back_memory()
-    return rows
-
-
-def run_trials(
-    scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *, threads: int, work: Work = IDENTIFY
-) -> pa.Table:
-    """Simulate trials, many in one batch, identify and judge each.
-
-    Args:
-        scenario: The scenario to be repeated.
-        trials: The trials.
-        schema: Columns, from `trial_schema`.
-        threads: Number of threads; rows depend neither on it nor on the division into batches.
-        work: Functions that make the rows.
-
-    Returns:
-        n rows per trial. A failed trial has n rows with the reason.
-    """
     with threadpool_limits(1):
-        return pa.Table.from_pylist(_rows(scenario, trials, threads, work), schema)
+        table = pa.Table.from_pylist(_rows(task.scenario, task.trials, task.work), task.schema)
+    give_back_memory()
+    return table
 
 
-def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
+def _rows(scenario: Scenario, trials: Sequence[Trial], work: Work) -> Rows:
     """Return the rows of trials; an unexpected error affects only the trial in which it occurs."""
     rows: dict[int, Rows] = {}
     try:
-        for outcome in simulate_trials(setup_of(scenario), trials, threads=threads):
+        for outcome in simulate_trials(setup_of(scenario), trials):
             if isinstance(outcome, Simulated):
                 try:
                     rows[outcome.trial.number] = work.rows(outcome)
@@ -201,7 +174,7 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work)
             # NumPy has its own MemoryError
             kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__
             return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
-        return [row for trial in trials for row in _rows(scenario, [trial], threads, work)]
+        return [row for trial in trials for row in _rows(scenario, [trial], work)]
     return [row for trial in trials for row in rows[trial.number]]
 
 

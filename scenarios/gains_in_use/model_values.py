@@ -21,7 +21,7 @@ from ident.support.errors import NoBody
 from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
 from scenarios.experiments.gains_file import GainEntry, GainsFile
-from scenarios.experiments.robot_models import KINEMATICS_ONLY, is_placeholder, nominal_links
+from scenarios.experiments.robots import KINEMATICS_ONLY, is_placeholder, nominal_links
 from scenarios.results.links import FAR, Link, Links, links_document, same_frames
 from scenarios.support.errors import ScenarioError
 from sim.errors import ModelFileError

@@ -20,7 +20,7 @@ from ident.preparation import joined
 from ident.recordings.motion import Motion
 from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
 from scenarios.experiments.gains_file import GainsFile
-from scenarios.experiments.robot_models import model_base, nominal_links
+from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options, options_of
 from scenarios.gains_in_use.model_patch import Change
 from scenarios.gains_in_use.model_values import BareFile, unstated_parameters

@@ -10,8 +10,8 @@ from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
 from ident.support.errors import IdentificationError
+from scenarios.experiments.scenario import setup_of
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.setup import setup_of
 from scenarios.prediction.moments import Moments
 from scenarios.prediction.predictor import NO_SPECTRUM, predictor_of
 from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells, percent

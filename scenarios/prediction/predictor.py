@@ -25,11 +25,9 @@ from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices, Mask
-from scenarios.experiments.draws import numbers_needed, settings_from
-from scenarios.experiments.scenario import Value, value_at, with_settings
+from scenarios.experiments.draws import Sources, numbers_needed, settings_from, settings_with, sources_of
+from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, grouped
-from scenarios.experiments.sensitivity import Sources, settings_with, sources_of
-from scenarios.experiments.setup import Setup, changed, setup_of
 from scenarios.prediction.moments import Moments, points_of
 from scenarios.support.errors import StudyError
 from sim.experiment import Experiment

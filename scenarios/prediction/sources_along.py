@@ -14,10 +14,9 @@ from scipy import linalg
 from ident.model.regressor import regressor
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.scenario import with_settings
+from scenarios.experiments.draws import settings_with, sources_of
+from scenarios.experiments.scenario import setup_of, with_settings
 from scenarios.experiments.schema import PAIR, Scenario
-from scenarios.experiments.sensitivity import settings_with, sources_of
-from scenarios.experiments.setup import setup_of
 from scenarios.prediction.moments import Moments, points_of
 from scenarios.support.errors import StudyError
 from sim.experiment import Experiment

@@ -27,7 +27,7 @@ from scenarios.experiments.gains_file import (
     RecordingEntry,
 )
 from scenarios.rendering.result import to_json
-from scenarios.support.toml_text import schema_line, toml_value
+from scenarios.support.texts import schema_line, toml_value
 from scenarios.support.versions import versions
 
 

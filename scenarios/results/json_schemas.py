@@ -2,7 +2,7 @@
 
 `rx90 schema NAME` prints one. Those of TOML files are also in the package (`make schemas` writes them): a file of this
 repository names its schema by a relative path, `#:schema ../schemas/scenario.schema.json`, one that a command writes by
-a full one (`scenarios.support.toml_text`).
+a full one (`scenarios.support.texts`).
 """
 
 import json
@@ -16,14 +16,13 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from scenarios.experiments.motions import LARGEST, LONGEST
 from scenarios.experiments.schema import InertiaTable, Known, Positive, Triple
-from scenarios.support.attribute_docs import attribute_docs
-from scenarios.support.toml_text import ENDING, FOLDER
+from scenarios.support.texts import ENDING, FOLDER, attribute_docs
 
 FILES = {
     "scenario": "scenarios.experiments.schema:ScenarioTable",
     "payload": "scenarios.results.json_schemas:PayloadFile",
     "motion": "scenarios.results.json_schemas:MotionFile",
-    "robot": "sim.robot_files:RobotTable",
+    "robot": "sim.robot:RobotTable",
     "gains": "scenarios.experiments.gains_file:GainsFile",
 }
 """Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""

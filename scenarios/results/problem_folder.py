@@ -27,7 +27,7 @@ from ident.support.errors import IdentificationError
 from ident.support.naming import one_line, shown
 from ident.support.options import options_from_table
 from scenarios.support.errors import ForeignProblem
-from scenarios.support.toml_text import schema_line
+from scenarios.support.texts import schema_line
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
     from sim.robot import Robot

@@ -11,16 +11,16 @@ from ident.recordings.files import write_recording
 from scenarios.experiments.motions import motion_digest
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Run, as_identified
+from scenarios.experiments.scenario import CHECK, Setup
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import BARE, Scenario, grouped
-from scenarios.experiments.setup import CHECK, Setup
 from scenarios.rendering.result import to_json
 from scenarios.results.fit_rows import ROWS, fit_of
 from scenarios.results.gains import Result
 from scenarios.results.gains_file import Origin
 from scenarios.results.problem_folder import MODELS, MotionTable
 from scenarios.results.record import RECORD, RESULT, coupling_words, motion_words, option_words, save_result
-from scenarios.support.toml_text import schema_line
+from scenarios.support.texts import schema_line
 
 
 def run_files(setup: Setup) -> tuple[str, ...]:

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
-from scenarios.experiments.budget import BudgetJoint, Interval, ranking, study_budget
 from scenarios.experiments.schema import Scenario
+from scenarios.experiments.statistics import BudgetJoint, Interval, ranking, study_budget
 from scenarios.experiments.study_folder import StudyFolder, read_study
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import Heading, Paragraph, Part, Report, column, percent, table

@@ -2,7 +2,6 @@
 
 import hashlib
 import platform
-from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -10,9 +9,6 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 CODE = ("ident", "sim", "rx90_mjcf", "scenarios")
 """Packages of this project."""
-DERIVED = ("__pycache__",)
-"""Cache folders of a package."""
-
 PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pandas", "pyarrow")
 """Packages whose versions a study records and does not mix."""
 OF_EXTRAS = ("pandas", "pyarrow")
@@ -21,23 +17,22 @@ DISTRIBUTIONS = {"mujoco": ("mujoco-core", "mujoco")}
 """Names of a package's distribution, by which it may be installed, if not its own."""
 
 
-def _version(name: str) -> str | None:
-    for each in DISTRIBUTIONS.get(name, (name,)):
-        with suppress(PackageNotFoundError):
-            return version(each)
-    if name in OF_EXTRAS:
-        return None
-    raise PackageNotFoundError(name)
-
-
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Return versions of Python and of packages that results depend on, and a digest of this project's files."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        for known in DISTRIBUTIONS.get(name, (name,)):
+            try:
+                found.setdefault(name, version(known))
+            except PackageNotFoundError:
+                continue
+        if name not in found and name not in OF_EXTRAS:
+            raise PackageNotFoundError(name)
     code = hashlib.sha256()
     for name, digest in files().items():
         code.update(f"{name} {digest}\n".encode())
-    named = {name: found for name in PACKAGES if (found := _version(name)) is not None}
-    return {"python": platform.python_version(), **named, "code": code.hexdigest()[:16]}
+    return {**found, "code": code.hexdigest()[:16]}
 
 
 @lru_cache(maxsize=1)
@@ -55,6 +50,6 @@ def digests(root: Path) -> dict[str, str]:
     for package in CODE:
         for path in sorted((root / package).rglob("*")):
             inside = path.relative_to(root)
-            if path.is_file() and not any(part in DERIVED or part.startswith(".") for part in inside.parts):
+            if path.is_file() and not any(part == "__pycache__" or part.startswith(".") for part in inside.parts):
                 found[inside.as_posix()] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return found

@@ -14,8 +14,9 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
+from ident.support.options import refuse_outside
+from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
-from sim.values import Values
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,7 +77,7 @@ Term = Callable[[ControlStep], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect(Values):
+class Effect:
     """Base of the effects.
 
     Attributes:
@@ -84,8 +85,11 @@ class Effect(Values):
             evaluated together, as separate simulations. A term with memory is evaluated in order.
     """
 
-    table: ClassVar[str] = "errors"
     instant: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        refuse_outside(self, PlantError, "errors")
 
     def fits(self, robot: Robot, drives: DriveTruth) -> None:
         """Raise a `PlantError` for values that do not apply to a robot or its drives."""
@@ -115,6 +119,11 @@ class Effect(Values):
     def along(self, build: Build) -> Term | None:
         """Return the term of one simulation that receives all its steps together, in order; None if there is none."""
         return None
+
+
+def each_value(values: Sequence[object], *names: str) -> list[Array]:
+    """Return values of B simulations by name, each of shape (B, 1)."""
+    return [np.array([[getattr(each, name)] for each in values]) for name in names]
 
 
 def each_drive(builds: Sequence[Build], *names: str) -> list[Array]:

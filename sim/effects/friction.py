@@ -19,11 +19,10 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive
+from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive, each_value
 from sim.effects.transmissions import coupling_tendons
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
-from sim.values import each_value
 
 STIFFEST = 400.0
 """Largest natural frequency of a rotor on its presliding stiffness [rad/s]: 0.4 rad in a period of 1 ms."""

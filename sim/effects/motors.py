@@ -20,10 +20,9 @@ from annotated_types import Interval, Unit
 
 from ident.numerics.filters import filtered
 from ident.support.arrays import Array
-from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive
+from sim.effects.effect import Build, ControlStep, Effect, Term, each_drive, each_value
 from sim.errors import PlantError
 from sim.robot import DriveTruth, Robot
-from sim.values import each_value
 
 PHASE = 1.0
 """Phase of ripple relative to cogging [rad]."""

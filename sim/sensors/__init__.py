@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.sensors.current import CurrentNoise, CurrentSensor, Delay
-from sim.sensors.encoder import Encoder
+from sim.sensors.readings import CurrentNoise, CurrentSensor, Delay, Encoder
 from sim.sensors.sensor import Log, Noise, NoiseStreams, Sensor
 from sim.sensors.timing import Clock, DriveClocks, LogRate, Samples
 

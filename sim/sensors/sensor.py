@@ -12,7 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.values import Values
+from ident.support.options import refuse_outside
+from sim.errors import PlantError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,15 +78,18 @@ Reader = Callable[[Array], None]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sensor(Values):
+class Sensor:
     """Base of the sensors.
 
     Attributes:
         streams: Names of its random numbers, from one generator unless a run replaces some.
     """
 
-    table: ClassVar[str] = "sensors"
     streams: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        refuse_outside(self, PlantError, "sensors")
 
     def fits(self, rate_hz: float) -> None:
         """Raise a `PlantError` for values that do not fit a rate [Hz]."""

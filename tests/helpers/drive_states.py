@@ -4,10 +4,8 @@ import mujoco
 import numpy as np
 from plants import RX90, nominal_plant
 
-from sim.compile import plant_model, resting
-from sim.engine import Simulation
-from sim.plant import Plant
-from sim.varying import varied
+from sim.engine import Simulation, varied
+from sim.plant import Plant, plant_model, resting
 
 Q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
 DQ = np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])

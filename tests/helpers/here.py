@@ -4,7 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from typing import ParamSpec, TypeVar
 
-from scenarios.experiments.workers.execute import Workers
+from scenarios.experiments.workers import Workers
 
 P = ParamSpec("P")
 T = TypeVar("T")

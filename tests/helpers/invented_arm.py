@@ -13,7 +13,7 @@ from ident.payload.payload import Payload
 from scenarios.design.excitation import Problem, robot_limits
 from scenarios.prediction.deviations import Carried, all_joints
 from sim.plant import Plant
-from sim.robot_files import read_robot
+from sim.robot import read_robot
 
 
 def invented_problem(folder: Path) -> Problem:

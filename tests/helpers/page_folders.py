@@ -11,10 +11,9 @@ from scenarios.benchmark.comparison import ComparedScenario, Comparison, MethodJ
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.scenario_files import CATALOG
-from scenarios.experiments.sensitivity import sensitivity
 from scenarios.experiments.statistics import Coverage
-from scenarios.experiments.study import Study, carry_out, monte_carlo
-from scenarios.experiments.workers.execute import Workers
+from scenarios.experiments.study import Study, carry_out, monte_carlo, sensitivity
+from scenarios.experiments.workers import Workers
 
 NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""

@@ -13,7 +13,7 @@ from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
 from sim.record import each_record
-from sim.robot_files import read_robot
+from sim.robot import read_robot
 from sim.sensors import SensorOptions, noise_streams
 from sim.sensors.sensor import NoiseStreams
 from sim.trajectory import FourierTrajectory, at_rest

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from quick import BRIEF, quick_scenario
 
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import Setup, setup_of
+from scenarios.experiments.scenario import Setup, load_scenario, setup_of
 
 TWO = """
 [plant.payloads]

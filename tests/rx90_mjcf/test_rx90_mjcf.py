@@ -10,7 +10,7 @@ import rx90_mjcf
 from ident.model.parameters import STANDARD, labels
 from ident.model.structure import base_parameters
 from ident.payload.payload import read_payload
-from sim.robot_files import read_robot
+from sim.robot import read_robot
 
 # Gautier & Briot 2011, table 1: alpha, d, r of frames 1 to 6 (modified Denavit-Hartenberg), controller's offsets.
 ALPHA = np.deg2rad([0, -90, 0, 90, -90, 90])

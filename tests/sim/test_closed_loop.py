@@ -7,11 +7,11 @@ import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
 from sim.closed_loop import ControlPeriods
-from sim.compile import lean_model
 from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
 from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.experiment import Experiment
+from sim.plant import lean_model
 from sim.record import record
 from sim.sensors import SENSORS, SensorOptions
 from sim.trajectory import at_rest

@@ -8,11 +8,10 @@ from plants import CYLINDER, nominal_plant, short_motion
 from robot_folders import arm_xml, robot_folder
 
 import rx90_mjcf
-from sim.compile import lean_model, plant_model
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
-from sim.plant import PayloadBody, Plant
-from sim.robot_files import read_robot
+from sim.plant import PayloadBody, Plant, lean_model, plant_model
+from sim.robot import read_robot
 from sim.trajectory import at_rest
 
 STEP = 1e-3

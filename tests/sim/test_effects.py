@@ -22,12 +22,11 @@ from drive_states import (
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import experiment, nominal_plant, streams, try_record
 
-from sim.compile import plant_model, resting
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.transmissions import FASTEST_MODE
 from sim.engine import Engine
 from sim.errors import PlantError
-from sim.plant import Plant
+from sim.plant import Plant, plant_model, resting
 
 ZEROS = (0.03, -0.02, 0.011, -0.04, 0.05, 0.007)
 

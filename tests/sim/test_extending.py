@@ -9,17 +9,15 @@ from annotated_types import Interval, Unit
 from plants import experiment, nominal_plant, streams
 from pydantic import TypeAdapter
 
-import sim.compile
+import sim.engine
 import sim.plant
 import sim.sensors
-import sim.varying
 from sim.effects import EFFECTS, ModelErrors
-from sim.effects.effect import Build, ControlStep, Effect, Term
+from sim.effects.effect import Build, ControlStep, Effect, Term, each_value
 from sim.errors import PlantError
 from sim.record import record
 from sim.sensors import SENSORS, SensorOptions, noise_streams
 from sim.sensors.sensor import Log, NoiseStreams, Sensor
-from sim.values import each_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +91,7 @@ PLAIN = nominal_plant(errors=MoreErrors())
 @pytest.fixture
 def extended(monkeypatch):
     more = {**EFFECTS, "loose": LooseAxis, "ripple": Ripple}
-    for module in (sim.plant, sim.compile, sim.varying):
+    for module in (sim.plant, sim.plant, sim.engine):
         monkeypatch.setattr(module, "EFFECTS", more)
     monkeypatch.setattr(sim.sensors, "SENSORS", {**SENSORS, "drift": Drift})
 
@@ -123,7 +121,7 @@ def test_a_varying_effect_pushes_the_joints_with_the_torque_that_it_states(exten
 
             return add
 
-    sim.varying.EFFECTS["ripple"] = Seen
+    sim.engine.EFFECTS["ripple"] = Seen
     rippled = experiment(plant=nominal_plant(errors=MoreErrors(ripple=11.0, **beside)), sensors=MoreSensors())
     plain = replace(rippled, plant=nominal_plant(errors=MoreErrors(**beside)))
     with_ripple, without = record([rippled, plain], streams(0, 0), threads=1)
@@ -162,9 +160,9 @@ def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
     effect.fits(errors, plant.robot, plant.drives)
     assert not effect.resizes(errors)
     assert not effect.varies(errors)
-    with_it = [contents(sim.compile.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
-    monkeypatch.setattr(sim.compile, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})
-    without = [contents(sim.compile.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    with_it = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    monkeypatch.setattr(sim.plant, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})
+    without = [contents(sim.plant.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
     assert with_it == without
 
 

@@ -6,11 +6,10 @@ import pytest
 from model_files import FINGERS, GRIPPER, HAND, HOME, IN_COLLECTION, TABLE, menagerie, ros, written
 from robot_folders import arm_xml
 
-from sim.compile import bare_arm, mount_payload
 from sim.controller import inverse_dynamics
 from sim.errors import ModelFileError
 from sim.model_spec import full_spec, lean_spec, unusable_meshes
-from sim.plant import PayloadBody
+from sim.plant import PayloadBody, bare_arm, mount_payload
 
 ROTORS = np.array([0.3, 0.2, 0.1])
 STATES = np.random.default_rng(4).uniform(-1.5, 1.5, (3, 5, 3))

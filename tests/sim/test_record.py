@@ -7,12 +7,12 @@ import pytest
 from plants import BELIEF, CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams, try_record
 
 from ident.recordings.recording import Recording
-from sim.compile import bare_arm, lean_model
 from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
 from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
 from sim.experiment import SATURATED_TOO_LONG, after_warm_up, fault
 from sim.feedforward_currents import check_torque_limits
+from sim.plant import bare_arm, lean_model
 from sim.record import record
 from sim.sensors import SensorOptions, logged, noise_streams
 from sim.trajectory import FourierTrajectory

@@ -7,14 +7,12 @@ from plants import experiment, streams
 from robot_folders import arm_xml, drives, robot_folder
 from scipy.spatial.transform import Rotation
 
-from sim.compile import plant_model
 from sim.controller import ControllerBelief
 from sim.effects import ModelErrors
 from sim.errors import PlantError, RobotError
-from sim.plant import PayloadBody, Plant
+from sim.plant import PayloadBody, Plant, plant_model
 from sim.record import record
-from sim.robot import Coupling, DriveTruth, GravitySpring, Robot
-from sim.robot_files import read_robot
+from sim.robot import Coupling, DriveTruth, GravitySpring, Robot, read_robot
 from sim.trajectory import at_rest
 
 BRICK = PayloadBody(mass=1.3, com=(0.03, -0.02, 0.09), inertia=(0.011, 0.012, 0.008, 0.001, -0.0005, 0.0007))

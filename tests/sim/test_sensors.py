@@ -7,7 +7,7 @@ from scipy import signal
 
 from sim.errors import PlantError
 from sim.sensors import SENSORS, SensorOptions, check_rate, logged, noise_streams, noises, without_spectrum
-from sim.sensors.current import coloured_noise
+from sim.sensors.readings import coloured_noise
 from sim.sensors.sensor import Log
 
 

@@ -4,13 +4,11 @@ import pytest
 from plants import nominal_plant
 from robot_folders import arm_xml, robot_folder
 
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
-from sim.appearance import drawn_arm
-from sim.clearance import Clearance
+from scenarios.experiments.scenario import load_scenario, setup_of
 from sim.plant import PayloadBody, Plant
-from sim.robot_files import read_robot
-from sim.shapes import Solid, flange_of
+from sim.robot import read_robot
+from sim.shapes import Clearance, Solid, flange_of
+from sim.viewer import drawn_arm
 
 
 def robot(tmp_path, change=lambda text: text):

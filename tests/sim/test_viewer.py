@@ -2,8 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from sim.errors import NoPicture
 from sim.viewer import ROOM, look, pictures, scene
 

@@ -10,8 +10,7 @@ from scipy import linalg
 
 from ident.estimation.all_joints.columns import JointColumns
 from scenarios.benchmark.bound import bound_of, gain_bound
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,7 @@ from scenarios.benchmark.comparison import ComparedScenario, Comparison
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
 from scenarios.benchmark.study import METHOD, comparison
 from scenarios.cli import main
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.study import carry_out, study_identity
 from scenarios.rendering.content import Mood
 from scenarios.support.errors import MethodError

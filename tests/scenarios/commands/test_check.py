@@ -17,8 +17,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.named_robots import named_robot
-from scenarios.experiments.robots import ROBOTS
+from scenarios.experiments.robots import ROBOTS, named_robot
 from scenarios.rendering.content import Paragraph
 from scenarios.results.check import Check
 from scenarios.results.json_schemas import schema

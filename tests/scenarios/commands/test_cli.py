@@ -14,7 +14,7 @@ import pytest
 from printed import printed
 
 import scenarios.commands.list
-import scenarios.experiments.named_robots
+import scenarios.experiments.robots
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import RobotModelError
@@ -25,8 +25,7 @@ from scenarios.command_line.writing import files_read
 from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.results.json_schemas import schema
-from scenarios.support.attribute_docs import attribute_docs
-from scenarios.support.toml_text import ENDING, FOLDER
+from scenarios.support.texts import ENDING, FOLDER, attribute_docs
 from scenarios.support.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
@@ -215,7 +214,7 @@ def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys,
         asked.append(couplings)
         raise RobotModelError("seen")
 
-    monkeypatch.setattr(scenarios.experiments.named_robots, "read_arm", read)
+    monkeypatch.setattr(scenarios.experiments.robots, "read_arm", read)
     for name in ("arm.xml", "a.csv", "b.csv", "p.toml"):
         (tmp_path / name).touch()
     monkeypatch.chdir(tmp_path)

@@ -12,7 +12,7 @@ from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
-from scenarios.experiments.robot_models import model_links
+from scenarios.experiments.robots import model_links
 
 Asked = Callable[..., list[tuple[str, float, int | None]]]
 

@@ -11,11 +11,10 @@ from ident.model.structure import Structure, structure_of
 from ident.payload.payload import Payload
 from scenarios.design.excitation import EXCESS, Design, Limits, Problem, arm_model, robot_limits, worst_of
 from scenarios.prediction.deviations import Carried, joint_by_joint
-from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
-from sim.plant import Plant
-from sim.robot_files import read_robot
+from sim.plant import Plant, bare_arm
+from sim.robot import read_robot
 from sim.trajectory import FourierTrajectory, at_rest
 
 WANTED = np.arange(3)

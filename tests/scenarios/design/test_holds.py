@@ -11,8 +11,7 @@ from scenarios.design.excitation import Design, worst_of
 from scenarios.design.holds import LEGS, Holds, hold_problem
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.run import run
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import changed, setup_of
+from scenarios.experiments.scenario import changed, load_scenario, setup_of
 from scenarios.support.errors import ScenarioError
 from sim.feedforward_currents import feedforward_currents
 

@@ -19,10 +19,10 @@ from scenarios.command_line.process import Status
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import Load, beside_the_axis, drives_by_default, first_load, home_pose
 from scenarios.design.robot_folder import Found
-from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError, TrajectoryError
-from sim.robot_files import read_robot
+from sim.plant import bare_arm
+from sim.robot import read_robot
 from sim.trajectory import at_rest
 
 BOTTLE = """mass = 0.31

@@ -14,11 +14,10 @@ from scenarios.cli import main
 from scenarios.design.excitation import Design, design_problem, objective
 from scenarios.design.payload_design import IMPOSSIBLE, Carrying, PayloadDesign, carrying_of, design_payload
 from scenarios.design.weights import MASS_STD, SEAT_MM, TURN, Weight, dimension_std, payload_of, solids
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import Setup, setup_of, setup_without_motion
+from scenarios.experiments.scenario import Setup, load_scenario, setup_of, setup_without_motion
 from scenarios.prediction.deviations import Carried
 from scenarios.support.errors import ScenarioError
-from scenarios.support.toml_text import toml_value
+from scenarios.support.texts import toml_value
 from sim.shapes import Flange, add_solid
 
 STEEL = 7850.0

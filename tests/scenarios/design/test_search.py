@@ -23,11 +23,10 @@ from scenarios.design.search import (
     starts,
 )
 from scenarios.experiments.motions import read_motion
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of, setup_without_motion
+from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from sim.errors import TrajectoryError
 from sim.plant import Plant
-from sim.robot_files import read_robot
+from sim.robot import read_robot
 
 
 def limits(n: int = 3) -> Limits:

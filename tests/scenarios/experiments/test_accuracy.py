@@ -8,9 +8,8 @@ import pytest
 from scenarios.design.excitation import EXCESS, Design, design_problem
 from scenarios.experiments.judge import Verdict
 from scenarios.experiments.run import run
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import Setup, setup_of, setup_without_motion
-from sim.clearance import Clearance
+from scenarios.experiments.scenario import Setup, load_scenario, setup_of, setup_without_motion
+from sim.shapes import Clearance
 
 
 def setup(name: str) -> Setup:

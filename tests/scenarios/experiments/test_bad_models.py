@@ -9,7 +9,7 @@ from model_files import mjcf, urdf
 from places import ROOT
 
 from ident.support.errors import RobotModelError
-from scenarios.experiments.robot_models import read_arm
+from scenarios.experiments.robots import read_arm
 
 ELBOW = "0 -0.131 0.613"
 JOINT = '<joint name="elbow_joint" axis="0 1 0" range="-170 175"/>'

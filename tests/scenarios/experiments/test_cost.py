@@ -12,8 +12,7 @@ import scenarios
 from scenarios.cli import main
 from scenarios.experiments.judge import INERTIAS, MOMENTS, CostTruth, judge_cost
 from scenarios.experiments.run import Run, identified, run, simulate
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.rendering.content import Table
 from scenarios.results.pages import page_of
 

@@ -5,9 +5,8 @@ import pytest
 from scipy import stats
 
 from scenarios.experiments.draws import SCALED, drawn_settings
-from scenarios.experiments.scenario import load_scenario, value_at, with_settings
+from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import ScenarioError
 
 

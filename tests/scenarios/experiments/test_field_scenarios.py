@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.experiments.scenario import load_scenario, value_at
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of, value_at
 
 
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])

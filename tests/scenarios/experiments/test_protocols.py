@@ -13,11 +13,10 @@ from quick import quick_scenario
 from ident.estimation.estimate import FoundParameter
 from scenarios.cli import main
 from scenarios.experiments.draws import check_draws, drawn_settings
-from scenarios.experiments.run import run
-from scenarios.experiments.scenario import load_scenario, value_at, with_settings
+from scenarios.experiments.run import Trial, run
+from scenarios.experiments.scenario import load_scenario, setup_of, value_at, with_settings
 from scenarios.experiments.schema import grouped, motion_names, mountings
-from scenarios.experiments.setup import setup_of
-from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.results.gains import Result
 from scenarios.support.errors import ScenarioError, WrongDraw
 
@@ -132,9 +131,9 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     # Means and correlation of 200 pairs: beyond 4 standard errors once in 5000 choices of seeds.
     np.testing.assert_allclose(drawn.mean(axis=0), [4.275, 6.5], rtol=0, atol=4 * 0.1 / np.sqrt(200))
     assert abs(np.corrcoef(drawn.T)[0, 1]) < 4 / np.sqrt(200)
-    trials = [Trial(number=k, seed=k) for k in (3, 4)]
+    trials = tuple(Trial(number=k, seed=k) for k in (3, 4))
     places = ["plant.payloads.heavy.mass", "plant.payloads.light.mass"]
-    rows = run_trials(scenario, trials, trial_schema(scenario, places, ()), threads=1).to_pandas()
+    rows = run_task(Task(scenario, trials, trial_schema(scenario, places, ()))).to_pandas()
     np.testing.assert_array_equal(rows[places[::-1]].to_numpy()[::6], drawn[3:5])
     assert rows["failure"].isna().all()
     single = run(setup_of(scenario), 4)
@@ -145,7 +144,7 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, ("bare", "loaded"), DRAW))
     with pytest.raises(WrongDraw, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
-        check_draws(scenario, setup_of)
+        check_draws(scenario)
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW.replace("payloads.light.mass", "payload.mass")))
     with pytest.raises(WrongDraw, match=r"plant\.payload: no motion of experiment\.protocol carries this payload"):
-        check_draws(scenario, setup_of)
+        check_draws(scenario)

@@ -10,8 +10,7 @@ from protocols import FOUR, scenario_of
 
 from ident.support.errors import IdentificationError
 from scenarios.experiments.draws import check_draws
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError
 
@@ -21,7 +20,7 @@ REFUSED = (ScenarioError, PlantError, IdentificationError)
 def prepare(path: Path) -> None:
     scenario = load_scenario(str(path))
     setup_of(scenario)
-    check_draws(scenario, setup_of)
+    check_draws(scenario)
 
 
 def refusal(path: Path) -> str:

@@ -9,7 +9,7 @@ import rx90_mjcf
 from ident.model.arm import Arm, load_arm
 from ident.support.errors import RobotModelError
 from scenarios.design.model_facts import model_facts
-from scenarios.experiments.robot_models import check_same_kinematics, joint_places, read_arm
+from scenarios.experiments.robots import check_same_kinematics, joint_places, read_arm
 from scenarios.results.problem_folder import write_model
 
 SLANTED = [

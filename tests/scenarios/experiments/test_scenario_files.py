@@ -10,11 +10,10 @@ from robot_folders import robot_folder
 
 from ident.payload.payload import Payload
 from scenarios.experiments.motions import read_motion
-from scenarios.experiments.scenario import believed_payloads, load_scenario, robot_of
+from scenarios.experiments.scenario import load_scenario, robot_of, setup_of, stated_payloads
 from scenarios.experiments.scenario_files import CATALOG, seen_from
-from scenarios.experiments.setup import setup_of
 from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
-from scenarios.support.toml_text import toml_value
+from scenarios.support.texts import toml_value
 
 MOTION = CATALOG / "motions" / "drive-gains.toml"
 INERTIA = "inertia = { ixx = 0.021, iyy = 0.034, izz = 0.019 }"
@@ -125,7 +124,7 @@ def written(folder: Path, **files: str) -> str:
 
 
 def believed(path: str, name: str = "loaded") -> Payload:
-    return believed_payloads(load_scenario(path))[name]
+    return stated_payloads(load_scenario(path))[name]
 
 
 def stds(payload: Payload) -> tuple[float, ...]:

@@ -12,10 +12,9 @@ from ident.support.errors import OptionError
 from scenarios.cli import main
 from scenarios.experiments.judge import judge
 from scenarios.experiments.robots import robot
-from scenarios.experiments.scenario import load_scenario, with_method
+from scenarios.experiments.scenario import load_scenario, setup_of, with_method
 from scenarios.experiments.scenario_files import builtin_names
 from scenarios.experiments.schema import ToleranceTable
-from scenarios.experiments.setup import setup_of
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 

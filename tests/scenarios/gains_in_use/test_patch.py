@@ -14,7 +14,7 @@ from printed import printed
 from ident.model.structure import structure_of
 from scenarios.cli import main
 from scenarios.experiments.gains_file import GainEntry, GainsFile, read_gains
-from scenarios.experiments.robot_models import read_arm
+from scenarios.experiments.robots import read_arm
 from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.model_values import BareFile, Unknown, joint_values, unstated_parameters
 

@@ -16,7 +16,7 @@ from ident.model.structure import structure_of
 from ident.parameters.arm import Parameter
 from ident.parameters.links import nearest_links
 from scenarios.cli import main
-from scenarios.experiments.robot_models import nominal_links, read_arm
+from scenarios.experiments.robots import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.model_values import BareFile
 from scenarios.results.links import links_document

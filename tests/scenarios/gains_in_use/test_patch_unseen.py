@@ -20,7 +20,7 @@ from ident.parameters.links import nearest_links
 from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains
-from scenarios.experiments.robot_models import PLACEHOLDER, is_placeholder, model_base, nominal_links
+from scenarios.experiments.robots import PLACEHOLDER, is_placeholder, model_base, nominal_links
 from scenarios.results.links import links_document
 from sim.errors import ModelFileError
 

@@ -12,9 +12,8 @@ from ident.diagnosis.diagnose import horizon
 from ident.preparation import SIMULATED, prepare
 from scenarios.cli import main
 from scenarios.experiments.run import simulate
-from scenarios.experiments.scenario import load_scenario, with_settings
+from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
 from scenarios.experiments.schema import Scenario, SourceTable
-from scenarios.experiments.setup import setup_of
 from scenarios.prediction.budget import OTHER, PredictedBudget, predicted_budget
 from scenarios.prediction.moments import Moments
 from scenarios.prediction.predictor import enough, expected_preparation

@@ -17,7 +17,7 @@ from scenarios.prediction.deviations import (
     prediction_of,
 )
 from sim.plant import PayloadBody, Plant
-from sim.robot_files import read_robot
+from sim.robot import read_robot
 from sim.trajectory import at_rest
 
 INERTIA = (0.021, 0.034, 0.028, 0.002, -0.003, 0.004)

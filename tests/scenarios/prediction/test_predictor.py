@@ -12,8 +12,7 @@ from ident.observation.observation import observe
 from ident.recordings.recording import Recording
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.run import motion_streams, simulate
-from scenarios.experiments.scenario import load_scenario, with_settings
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
 from scenarios.prediction.predictor import _by_position, _variance, expected_logs, linearised
 from sim.sensors import logged
 from sim.sensors.sensor import Noise

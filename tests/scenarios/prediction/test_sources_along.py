@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from scenarios.design.excitation import Design, design_problem
-from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.experiments.schema import Scenario, SourceTable
-from scenarios.experiments.setup import setup_of, setup_without_motion
 from scenarios.prediction.budget import predicted_budget
 from scenarios.prediction.sources_along import SourcesAlong
 from scenarios.support.errors import StudyError

@@ -19,7 +19,7 @@ from scenarios.experiments.motions import MOTIONS, write_motion
 from scenarios.experiments.robots import ROBOTS
 from scenarios.experiments.scenario_files import CATALOG
 from scenarios.results.json_schemas import FILES, RESULTS, schema
-from scenarios.support.toml_text import ENDING, FOLDER
+from scenarios.support.texts import ENDING, FOLDER
 
 PRINTED = ("answer", "gains", *RESULTS)
 SCHEMAS = {name: schema(name) for name in FILES | RESULTS}

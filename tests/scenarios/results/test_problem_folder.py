@@ -17,8 +17,7 @@ from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
 from scenarios.experiments.run import Run, as_identified, run
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import PROBLEM, read_problem, write_problem
 from scenarios.support.errors import ForeignProblem

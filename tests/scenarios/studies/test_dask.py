@@ -18,8 +18,7 @@ from study_tasks import double_or_die, slow_double
 
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
-from scenarios.experiments.workers.dask import dask_workers
-from scenarios.experiments.workers.execute import GivenUp, completed
+from scenarios.experiments.workers import GivenUp, completed, dask_workers
 from scenarios.support.errors import StudyError
 
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
@@ -91,7 +90,7 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
 
 
 def test_a_scheduler_file_that_is_not_there_or_has_no_address_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("scenarios.experiments.workers.dask.WRITTEN_WITHIN", 0.05)
+    monkeypatch.setattr("scenarios.experiments.workers.WRITTEN_WITHIN", 0.05)
     file = tmp_path / "s.json"
     with pytest.raises(StudyError, match=r"s\.json: no such scheduler file"), dask_workers(str(file)):
         pass
@@ -109,9 +108,7 @@ def test_an_address_that_cannot_be_one_is_refused():
 
 @pytest.mark.slow
 def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with_2(tmp_path):
-    changed = (
-        "import sys, scenarios.experiments.workers.dask as dask; dask.PATIENCE = 0.3; from scenarios.cli import main"
-    )
+    changed = "import sys, scenarios.experiments.workers as dask; dask.PATIENCE = 0.3; from scenarios.cli import main"
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "2", "--out", str(tmp_path / "out"), "--dask"]

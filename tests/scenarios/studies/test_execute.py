@@ -14,9 +14,15 @@ from study_tasks import (
     refuse,
 )  # fmt: skip
 
-from scenarios.experiments.workers import WORKERS, add_worker_options, worker_words
-from scenarios.experiments.workers.execute import GivenUp, Workers, completed
-from scenarios.experiments.workers.processes import local_processes
+from scenarios.experiments.workers import (
+    WORKERS,
+    GivenUp,
+    Workers,
+    add_worker_options,
+    completed,
+    local_processes,
+    worker_words,
+)
 from scenarios.support.errors import StudyError
 
 
@@ -67,7 +73,7 @@ def test_workers_have_the_environment_of_the_process_that_started_them():
 def test_workers_end_when_the_process_that_started_them_is_killed():
     code = (
         "import os, signal\n"
-        "from scenarios.experiments.workers.processes import local_processes\n"
+        "from scenarios.experiments.workers import local_processes\n"
         "if __name__ == '__main__':\n"
         "    with local_processes(1) as workers:\n"
         "        print(workers.open().submit(os.getpid).result(), flush=True)\n"

@@ -23,7 +23,7 @@ from signals import as_in_the_foreground
 from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
-from scenarios.experiments.workers.execute import Workers
+from scenarios.experiments.workers import Workers
 
 DEADLINE = 120.0
 TRIALS, PARTS = 8, 8

@@ -17,10 +17,9 @@ from scenarios.cli import main
 from scenarios.experiments import trials
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.run import motion_streams, run
-from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.setup import setup_of
+from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.experiments.study import carry_out, monte_carlo
-from scenarios.experiments.workers.execute import Workers
+from scenarios.experiments.workers import Workers
 from scenarios.support.errors import StudyError
 from sim.record import each_record
 
@@ -108,7 +107,7 @@ def test_trials_share_a_batch_as_far_as_their_logs_have_room(scenario, reference
     monkeypatch.setattr(running, "LOGS_AT_ONCE", 2.4e6)
     monkeypatch.setattr(running, "each_record", counted)
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
-    rows = trials.run_trials(study.scenario, [study.trial(k) for k in range(TRIALS)], study.schema, threads=1)
+    rows = trials.run_task(trials.Task(study.scenario, tuple(map(study.trial, range(TRIALS))), study.schema))
     assert sizes == [3, 3, 1]
     pd.testing.assert_frame_equal(rows.to_pandas(), reference, check_exact=True)
 
@@ -192,7 +191,7 @@ def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scen
         for number, seed, mass, which in ((7, 23, -4.5, "built"), (3, 31, 6.9, "simulated"))
     )
     schema = trials.trial_schema(loaded, ["plant.payload.mass"], ["which"])
-    table = trials.run_trials(loaded, [wrong, good], schema, threads=1).to_pandas()
+    table = trials.run_task(trials.Task(loaded, (wrong, good), schema)).to_pandas()
     assert table["trial"].tolist() == [7] * 6 + [3] * 6
     failed, done = table[:6], table[6:]
     assert failed["joint"].tolist() == [1, 2, 3, 4, 5, 6]
@@ -248,8 +247,8 @@ def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
     scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
     refused = run(setup_of(scenario), 3).estimate.joints
     assert [each.reason for each in refused[1:3]] == [wrong.sentence] * 2
-    rows = trials.run_trials(
-        scenario, [running.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
+    rows = trials.run_task(
+        trials.Task(scenario, (running.Trial(number=0, seed=3),), trials.trial_schema(scenario, (), ()))
     ).to_pandas()
     assert rows["identifiable"].tolist() == [isinstance(each, IdentifiedGain) for each in refused]
     assert rows["reason"][1:3].tolist() == [wrong.sentence] * 2

@@ -7,11 +7,11 @@ from printed import printed
 from quick import BRIEF, quick_scenario
 
 from scenarios.cli import main
-from scenarios.experiments.budget import budgets, sobol_indices
+from scenarios.experiments.draws import settings_with, sources_of
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.schema import Scenario
-from scenarios.experiments.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
-from scenarios.experiments.study import study_identity
+from scenarios.experiments.statistics import budgets, sobol_indices
+from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL, sensitivity, study_identity
 from scenarios.support.errors import StudyError
 
 
@@ -35,7 +35,7 @@ def two_sources(folder: Path) -> Scenario:
 def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
     for name in ("nominal", "paper-noise"):
         sources = sources_of(load_scenario(name))
-        assert len(sources.names) >= 16
+        assert len(sources.width) >= 16
         switched = settings_with(sources, {})
         settings = switched.settings
         assert switched.streams == {}

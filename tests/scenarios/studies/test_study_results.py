@@ -11,9 +11,8 @@ import pytest
 from scipy import stats
 from study_tables import gathered
 
-from scenarios.experiments.budget import BudgetJoint, Interval, SourceCost, ranking
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.statistics import JointRows, joint_statistics
+from scenarios.experiments.statistics import BudgetJoint, Interval, JointRows, SourceCost, joint_statistics, ranking
 from scenarios.rendering.content import Mood
 from scenarios.results.monte_carlo import StudyResult, coverage_plot, pass_plot, worst_trials, write_files
 from scenarios.results.sensitivity import cost_plot, share_plot

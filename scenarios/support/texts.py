@@ -1,10 +1,14 @@
 """Text of TOML files for users: values on one line, and the line that names a JSON Schema.
 
 Taplo, and editors that use it, complete and check keys by `#:schema PLACE`.
+
+Descriptions of attributes from docstrings of classes.
 """
 
 import json
+import re
 from collections.abc import Mapping
+from inspect import cleandoc
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "schemas"
@@ -31,3 +35,16 @@ def toml_value(value: object) -> str:
     if isinstance(value, float):
         return repr(float(value))
     return json.dumps(value, ensure_ascii=False).replace(DELETE, "\\u007f")
+
+
+ATTRIBUTE = re.compile(r"^    (\w+(?:, \w+)*): (.*(?:\n {8}.*)*)", re.MULTILINE)
+"""An entry of a docstring's `Attributes:` section, with its continuation lines."""
+
+
+def attribute_docs(kind: type) -> dict[str, str]:
+    """Return the description of each attribute in the docstring of a class, as one line without the full stop."""
+    section = cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2]
+    found: dict[str, str] = {}
+    for names, text in ATTRIBUTE.findall(section):
+        found |= dict.fromkeys(names.split(", "), " ".join(text.split()).removesuffix("."))
+    return found

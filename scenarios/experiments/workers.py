@@ -1,0 +1,384 @@
+"""Workers that run tasks: processes of this machine, or a Dask cluster; and recovery from dying workers.
+
+A process pool breaks as a whole, so a task whose worker dies need not be the cause. Each task that was lost is repeated
+alone once; if it fails again, it is abandoned, with the reason. If the first few tasks are all abandoned and none has
+succeeded, the workers are considered faulty, and the study ends.
+
+Processes are forked from a server that has imported the modules of the workers. They import the same modules as their
+parent process, also where the working folder has a `sim.py` of the user.
+"""
+
+import argparse
+import asyncio
+import gc
+import json
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Mapping
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, ParamSpec, TypeVar
+
+from ident.support.naming import needed_extra
+from scenarios.support.errors import StudyError
+
+SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the command"
+AHEAD = 2
+"""Tasks submitted per worker, so that no worker is idle."""
+TICK = 0.5
+"""Interval between tests whether the workers are reachable [s]."""
+HOPELESS = 3
+"""Number of abandoned tasks without a success after which the workers are considered faulty."""
+WORKER = "scenarios.experiments.trials"
+"""Module that a worker imports."""
+MOST_PER_CORE = 4
+"""Largest number of workers per core; each takes 350 MB, and more than one per core save no time."""
+FEWEST = 16
+"""Least number of Dask workers for which tasks are submitted: an adaptive cluster grows only with waiting tasks."""
+LOGGERS = ("distributed", "tornado", "asyncio")
+"""Loggers that report a dying scheduler."""
+PATIENCE = 10.0
+"""Timeout for connecting to a scheduler [s]."""
+WRITTEN_WITHIN = 1.0
+"""Timeout for a scheduler to write its file [s]."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+P = ParamSpec("P")
+
+
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """Workers that run tasks.
+
+    Attributes:
+        open: Creates an executor; called again after a dying worker has broken the last one.
+        count: Returns the current number of workers, for the length of the queue; raises `StudyError` if they are no
+            longer reachable.
+        died: Exceptions of a task's future if its worker has died.
+        close: Shuts down an executor without waiting for its tasks.
+    """
+
+    open: Callable[[], Executor]
+    count: Callable[[], int]
+    died: type[Exception] = BrokenExecutor
+    close: Callable[[Executor], None] = lambda executor: executor.shutdown(wait=False, cancel_futures=True)
+
+
+@dataclass(frozen=True, slots=True)
+class GivenUp:
+    """Failure of a task: `WorkerDied` or `WorkerFailed`, and the reason."""
+
+    failure: str
+    reason: str
+
+
+def completed(
+    workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task]
+) -> Generator[tuple[Task, Result | GivenUp]]:
+    """Run a function on every task.
+
+    The function and its tasks must be picklable; tasks are taken as workers become free.
+
+    Yields:
+        Each task with its result, in order of completion.
+
+    Raises:
+        StudyError: As the function; if the workers are unreachable or cannot import the function; if the first tasks
+            are all abandoned.
+    """
+    queue, suspects = iter(tasks), deque[Task]()
+    returned = given_up = 0
+    alone, pending = False, True
+    while pending:
+        source = iter([suspects.popleft()]) if alone else queue
+        executor, running, broken = workers.open(), dict[Future[Result], Task](), False
+        try:
+            while True:
+                while (
+                    not broken and len(running) < AHEAD * workers.count() and (task := next(source, None)) is not None
+                ):
+                    try:
+                        running[executor.submit(function, task)] = task
+                    except BrokenExecutor:  # a worker died between two tasks
+                        suspects.append(task)
+                        broken = True
+                if not running:
+                    break
+                while not (finished := wait(running, timeout=TICK, return_when=FIRST_COMPLETED).done):
+                    workers.count()  # raises if they are no longer reachable
+                for future in finished:
+                    task, outcome = running.pop(future), _outcome(future, workers.died)
+                    if isinstance(outcome, GivenUp) and not alone:
+                        suspects.append(task)
+                        broken = True
+                        continue
+                    given_up += isinstance(outcome, GivenUp)
+                    returned += not isinstance(outcome, GivenUp)
+                    yield task, outcome
+                    if isinstance(outcome, GivenUp) and given_up == HOPELESS and not returned:
+                        raise StudyError(
+                            f"none of the first {HOPELESS} chunks of trials returned: {outcome.reason}; fix the cause "
+                            "and repeat the command"
+                        )
+        finally:
+            workers.close(executor)
+        pending, alone = alone or broken, bool(suspects)
+
+
+def _outcome(future: Future[Result], died: type[Exception]) -> Result | GivenUp:
+    try:
+        return future.result()
+    except StudyError:
+        raise
+    except CancelledError as error:  # not by this process
+        raise StudyError(SCHEDULER_GONE) from error
+    except died:
+        return GivenUp("WorkerDied", "its worker died")
+    except Exception as error:
+        absent = error if isinstance(error, ImportError) else error.__cause__
+        if isinstance(absent, ImportError):
+            raise StudyError(f"workers or scheduler cannot run trials: {absent}; install this version there") from error
+        return GivenUp("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool whose workers do not import the main script, which might start the study again."""
+
+    def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
+        """Submit a task; this starts workers."""
+        main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+        try:
+            return super().submit(fn, *args, **kwargs)
+        finally:
+            sys.modules["__main__"] = main
+
+
+@contextmanager
+def local_processes(jobs: int) -> Generator[Workers]:
+    """Processes of this machine.
+
+    They are terminated at exit, and end themselves if this process is killed.
+    """
+    before, environment = set(multiprocessing.active_children()), dict(os.environ)
+    start = multiprocessing.get_context(_start_method())
+    try:
+        yield Workers(lambda: _Pool(jobs, start, initializer=_begin_work, initargs=(environment,)), lambda: jobs)
+    finally:
+        for child in set(multiprocessing.active_children()) - before:
+            child.kill()
+
+
+def _start_method() -> str:
+    """Start the fork server, without the working folder, and without the signals of a terminal, which are for us."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return "spawn"
+    from multiprocessing import forkserver, resource_tracker  # not available on every platform
+
+    forkserver.set_forkserver_preload([WORKER])
+    environment, blocked = dict(os.environ), signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGHUP])
+    try:
+        os.environ["PYTHONSAFEPATH"] = "1"
+        resource_tracker.ensure_running()  # which unblocks SIGINT
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        forkserver.ensure_running()
+    finally:
+        _set_environment(environment)
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+    return "forkserver"
+
+
+def _set_environment(wanted: Mapping[str, str]) -> None:
+    for name in os.environ.keys() - wanted.keys():
+        del os.environ[name]
+    os.environ.update(wanted)
+
+
+def _begin_work(environment: Mapping[str, str]) -> None:
+    """Take over the environment of the main process, and end together with it."""
+    _set_environment(environment)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()  # imports stay: a collection of the rest takes a quarter of a millisecond
+
+    def end_with_parent() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+@contextmanager
+def dask_workers(address: str) -> Generator[Workers]:
+    """Workers of a Dask cluster, through the executor of `distributed`.
+
+    Args:
+        address: Address of its scheduler, as `tcp://host:8786`, or path of its scheduler file.
+
+    Raises:
+        StudyError: If Dask is not installed; if no scheduler answers.
+    """
+    try:
+        from distributed import Client, KilledWorker
+        from distributed.utils import LoopRunner
+    except ImportError as error:
+        raise StudyError(str(needed_extra("distributed"))) from error
+    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each logger of Dask has its own level
+        if name.partition(".")[0] in LOGGERS:  # a lost connection is reported here in one line
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    found = _address_in(Path(address)) if address.endswith(".json") else address
+    try:
+        LoopRunner().run_sync(_greet, found)
+        client = Client(found, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise StudyError(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
+    except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
+        raise StudyError(f"no Dask scheduler answers at {address}: {error}") from error
+
+    def count() -> int:
+        if client.status not in ("running", "connecting"):
+            raise StudyError(SCHEDULER_GONE)
+        try:
+            return max(FEWEST, sum(client.ncores().values()))
+        except OSError as error:
+            raise StudyError(SCHEDULER_GONE) from error
+
+    with client:
+        yield Workers(
+            open=lambda: client.get_executor(pure=False),  # a repeated task must be run again
+            count=count,
+            died=KilledWorker,
+            close=lambda executor: executor.shutdown(wait=False),  # which cancels
+        )
+
+
+def _address_in(file: Path) -> str:
+    """Return the address in a scheduler file; wait while the scheduler writes it."""
+    if not file.is_file():
+        raise StudyError(f"{file}: no such scheduler file; start `dask scheduler --scheduler-file {file}` first")
+    deadline = time.monotonic() + WRITTEN_WITHIN
+    while True:
+        try:
+            return str(json.loads(file.read_bytes())["address"])
+        except (ValueError, KeyError, TypeError) as error:
+            if time.monotonic() > deadline:
+                raise StudyError(
+                    f"{file}: not a scheduler file: it states no address; write one with `dask scheduler "
+                    "--scheduler-file FILE`"
+                ) from error
+        time.sleep(0.01)
+
+
+async def _greet(address: str) -> None:
+    """Test the connection: a client would wait for the first answer without a timeout."""
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    security: dict[str, Any] = Security().get_connection_args("client")
+    comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **security), PATIENCE)
+    await comm.close()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkerKind:
+    """A kind of workers and the command-line option that selects it.
+
+    Attributes:
+        option: Name of the option, without dashes; its value is a text.
+        metavar: Name of the value in the help.
+        help: Help text of the option.
+        checked: Returns the text if it is valid, as a type of `argparse`.
+        open: Context manager of the workers for a value, None if the option is not given.
+    """
+
+    option: str
+    metavar: str
+    help: str
+    checked: Callable[[str], str]
+    open: Callable[[str | None], AbstractContextManager[Workers]]
+
+
+def usable_cores() -> int:
+    """Return the number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _jobs(text: str) -> str:
+    most = MOST_PER_CORE * usable_cores()
+    try:
+        jobs = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if not 1 <= jobs <= most:
+        cores = "1 core" if usable_cores() == 1 else f"{usable_cores()} cores"
+        raise argparse.ArgumentTypeError(f"expected a number from 1 to {most}; this machine has {cores} to use")
+    return text
+
+
+def _address(text: str) -> str:
+    if not text:
+        raise argparse.ArgumentTypeError("expected tcp://HOST:PORT or a scheduler file")
+    return text
+
+
+PROCESSES = WorkerKind(
+    option="jobs",
+    metavar="J",
+    help="processes on this machine (default: one per core)",
+    checked=_jobs,
+    open=lambda value: local_processes(usable_cores() if value is None else int(value)),
+)
+DASK = WorkerKind(
+    option="dask",
+    metavar="ADDRESS",
+    help="scheduler of a Dask cluster, tcp://HOST:PORT or its file",
+    checked=_address,
+    open=lambda value: dask_workers(value or ""),
+)
+WORKERS = {"processes": PROCESSES, "dask": DASK}
+"""All kinds; the first is the default."""
+
+
+def add_worker_options(parser: argparse.ArgumentParser) -> None:
+    """Add one option per kind of workers; at most one may be used."""
+    group = parser.add_mutually_exclusive_group()
+    for kind in WORKERS.values():
+        group.add_argument(
+            f"--{kind.option}", dest=kind.option, type=kind.checked, metavar=kind.metavar, help=kind.help
+        )
+
+
+def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]:
+    """Return the workers of parsed options."""
+    kind, value = _chosen(options)
+    return kind.open(value)
+
+
+def worker_words(options: argparse.Namespace) -> list[str]:
+    """Return the command-line arguments that select the same workers."""
+    kind, value = _chosen(options)
+    return [] if value is None else [f"--{kind.option}", value]
+
+
+def _chosen(options: argparse.Namespace) -> tuple[WorkerKind, str | None]:
+    given = {name: getattr(options, kind.option) for name, kind in WORKERS.items()}
+    name = next((name for name, value in given.items() if value is not None), "processes")
+    return WORKERS[name], given[name]

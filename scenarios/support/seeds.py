@@ -1,4 +1,0 @@
-"""Seeds of trials: whole numbers from 0."""
-
-SEEDS = 2**31
-"""Upper bound of seeds, exclusive."""

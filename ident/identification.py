@@ -15,9 +15,8 @@ from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.joint_limits import beyond_limits
 from ident.diagnosis.link_masses import link_mass_consistency
+from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
-from ident.diagnosis.samples.motion import JointMotion, joint_motions
-from ident.diagnosis.samples.temperature import Warmth, temperature
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions

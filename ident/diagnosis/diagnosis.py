@@ -1,6 +1,6 @@
 """One kind of result for all checks of logs, whatever the command."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -87,6 +87,30 @@ class Diagnosis:
     def worst(self) -> Effect | None:
         """The largest effect, in estimated standard deviations if there are gains."""
         return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
+
+
+def finding(
+    log: str,
+    name: str,
+    sentence: str,
+    advice: str | None = None,
+    *,
+    severity: Severity | None = None,
+    joints: Sequence[int] = (),
+    value: float | None = None,
+    unit: str | None = None,
+) -> Diagnosis:
+    """Return a diagnosis of one log; without a severity it is weak if it has advice, otherwise good."""
+    return Diagnosis(
+        name=name,
+        severity=severity or (Severity.WEAK if advice else Severity.GOOD),
+        sentence=sentence,
+        advice=advice,
+        joints=tuple(joints),
+        logs=(log,),
+        value=None if value is None else float(value),
+        unit=unit,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,7 +34,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.diagnosis.diagnosis import Severity
-    from ident.diagnosis.samples.temperature import Warmth
+    from ident.diagnosis.motion_quality import Warmth
     from ident.estimation.gain_options import GainOptions
     from ident.identification import check
     from ident.payload.payload import read_payload

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.diagnosis.samples.clock import slowest_hz
+from ident.diagnosis.timing import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE
 from ident.payload.payload import Payload
 from ident.support.naming import one_line

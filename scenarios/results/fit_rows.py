@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.diagnosis.gain_symptoms import lag_one
-from ident.diagnosis.samples.motion import joint_motions
+from ident.diagnosis.motion_quality import joint_motions
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
 from ident.observation.observation import Observation

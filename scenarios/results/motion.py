@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from ident.diagnosis.samples.motion import JointMotion
+from ident.diagnosis.motion_quality import JointMotion
 from ident.model.arm import Arm
 from scenarios.rendering.content import Table, column, percent, table
 from scenarios.rendering.plot import TONES, Axis, Plot, Series, intervals

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from ident.diagnosis.samples.motion import joint_motions
+from ident.diagnosis.motion_quality import joint_motions
 from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario

@@ -8,8 +8,8 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from pinocchio_arms import standard_parameters_of
 
 from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.motion_quality import Warmth
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.diagnosis.samples.temperature import Warmth
 from ident.estimation.gain_options import GainOptions
 from ident.identification import check
 from ident.observation.observation import ObserveOptions

@@ -5,19 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.diagnosis.channels import clipping, columns
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.samples.clipping import clipped, clipping
-from ident.diagnosis.samples.columns import columns
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 
 OPTIONS = ObserveOptions()
 
 
-def test_samples_in_a_row_at_an_extreme_value_are_clipped():
-    v = np.array([1.0, 5.0, 5.0, 5.0, 5.0, 2.0, 5.0, 5.0, 5.0, 3.0])
-    assert clipped(v, 5.0).sum() == 4  # three in a row are a peak
-    assert clipped(v, 1.0).sum() == 0
+@pytest.mark.parametrize(("row", "grade"), [(4, Severity.WRONG), (3, Severity.GOOD)])
+def test_samples_in_a_row_at_an_extreme_value_are_clipped(row, grade):
+    v = np.array([1.0, *[5.0] * row, 2.0, 5.0, 5.0, 3.0])[:, None]  # three in a row are a peak
+    t = 0.004 * np.arange(len(v))
+    (found,) = clipping(Recording(t, t[:, None] ** 2, v), OPTIONS)
+    assert found.severity is grade
 
 
 def test_a_few_samples_at_the_extreme_of_a_long_log_are_a_peak():

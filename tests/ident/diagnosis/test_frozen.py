@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from ident.diagnosis.channels import frozen, stopped
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.samples.frozen import frozen, spoilt
 from ident.recordings.recording import Recording
 
 
@@ -28,7 +28,7 @@ def test_a_position_that_stops_and_jumps_is_frozen_and_spoils_every_joint(ur_log
     np.testing.assert_allclose(found.value, 100.0 * count / 2500, rtol=1e-12)  # rounding
     expected = np.zeros((2500, 6), dtype=bool)
     expected[rows] = True
-    np.testing.assert_array_equal(spoilt(log), expected)
+    np.testing.assert_array_equal(stopped(log), expected)
 
 
 def test_a_position_that_stays_for_fewer_than_ten_rows_is_held(ur_log):
@@ -43,7 +43,7 @@ def test_a_current_that_stops_is_frozen_and_spoils_its_joint_alone(ur_log, rows)
     assert found.sentence.startswith(f"v5 stays constant for {rows.stop - rows.start} samples")
     expected = np.zeros((2500, 6), dtype=bool)
     expected[rows, 4] = True
-    np.testing.assert_array_equal(spoilt(log), expected)
+    np.testing.assert_array_equal(stopped(log), expected)
 
 
 @pytest.mark.parametrize("moving", [80, 6])

@@ -8,10 +8,9 @@ from diagnoses import named
 from scipy.interpolate import make_interp_spline
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.motion_quality import joint_motions, motion
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.diagnosis.samples.clock import clock, least_seconds
-from ident.diagnosis.samples.lost_samples import APART, _beside, lost_samples, timestamp_anomalies
-from ident.diagnosis.samples.motion import joint_motions, motion
+from ident.diagnosis.timing import APART, clock, least_seconds, lost_samples, speed_beside, timestamp_anomalies
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.checks import log_faults
 from ident.recordings.recording import Recording
@@ -198,7 +197,7 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
 def test_the_speed_beside_a_step_is_the_median_of_those_to_either_side(rng, steps):
     rate = np.round(rng.normal(size=(steps, 2)), 1)  # with ties
     padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
-    for k, found in enumerate(_beside(rate)):
+    for k, found in enumerate(speed_beside(rate)):
         near = np.delete(padded[k : k + 2 * APART + 1], APART, axis=0)
         np.testing.assert_array_equal(found, np.median(near, axis=0))
 

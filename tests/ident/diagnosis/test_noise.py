@@ -7,7 +7,7 @@ from diagnoses import named
 from known_logs import fourier
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.samples.noise import acceleration_noise, noise, noise_std
+from ident.diagnosis.motion_quality import acceleration_noise, noise, noise_std
 from ident.numerics.neighbours import quantum
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions

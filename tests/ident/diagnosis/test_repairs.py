@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ident.diagnosis.channels import values
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.repairs import repaired, restored, split_at_gaps, turned_back, unwrapped
-from ident.diagnosis.samples import SPOILING, values
+from ident.diagnosis.samples import SPOILING, repaired, restored, split_at_gaps, turned_back, unwrapped
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
@@ -57,7 +57,7 @@ def test_an_angle_that_dithers_where_it_is_wrapped_is_unwrapped(ur_log):
     found, said = unwrapped(Recording(ur_log.t, around, ur_log.v))
     np.testing.assert_allclose(np.diff(found.q[:, 1]), np.diff(q[:, 1]), atol=1e-12)
     assert said.value > 100
-    assert values.values(found, OPTIONS)[0].severity is Severity.GOOD
+    assert values(found, OPTIONS)[0].severity is Severity.GOOD
 
 
 def test_a_jump_that_is_no_turn_stays(ur_log):
@@ -65,7 +65,7 @@ def test_a_jump_that_is_no_turn_stays(ur_log):
     q[800:, 1] += 5.1
     log = Recording(ur_log.t, q, ur_log.v)
     assert unwrapped(log) == (log, None)
-    assert values.values(log, OPTIONS)[0].severity is Severity.WRONG
+    assert values(log, OPTIONS)[0].severity is Severity.WRONG
     mask = SPOILING["values"](log)
     np.testing.assert_array_equal(np.flatnonzero(mask.all(axis=1)), [799, 800])
     assert mask.sum() == 12

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.samples.temperature import Warmth, temperature
+from ident.diagnosis.motion_quality import Warmth, temperature
 from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording, read_temperatures, write_recording
 from ident.recordings.recording import Recording

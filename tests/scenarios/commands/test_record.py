@@ -16,7 +16,7 @@ from printed import printed
 from quick import quick_scenario
 
 import rx90_mjcf
-from ident.diagnosis.samples.clock import SLOW, slowest_hz
+from ident.diagnosis.timing import SLOW, slowest_hz
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import read_payload

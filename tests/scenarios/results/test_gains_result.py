@@ -9,7 +9,7 @@ from estimates import gain_estimate
 from page_parts import identified
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
-from ident.diagnosis.samples.motion import JointMotion
+from ident.diagnosis.motion_quality import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
 from ident.identification import Identification
 from scenarios.rendering.content import Mood, Paragraph

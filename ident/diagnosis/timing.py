@@ -1,0 +1,258 @@
+"""Time of a log: rate, jitter, gaps, and samples that were lost or repeated behind uniform time stamps.
+
+If one sample of a moving arm is lost and the time stamps remain uniform, all joints advance twice as far from one row
+to the next; if one is repeated, none advances. The step of all joints is compared with the steps to each side, as a
+ratio:
+
+    share = sum_j s_j m_j / sum_j m_j^2         s_j the step of joint j, m_j the median of the steps beside it
+
+A ratio of 3 means two lost samples. If the ratios of all such steps are whole numbers, time stamps can be corrected.
+
+With jitter, samples were either taken at these times, or taken uniformly and stamped late. The interpretation with the
+smoother speeds is used.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ident.diagnosis.channels import times
+from ident.diagnosis.diagnosis import Diagnosis, Severity, finding
+from ident.diagnosis.motion_quality import position_noise, position_quanta
+from ident.numerics.signals import KERNEL_CUTOFFS, SETTLING
+from ident.observation.observation import ObserveOptions
+from ident.recordings.checks import intervals_of
+from ident.recordings.recording import JITTER_TOL, LARGEST_GAP, Recording
+from ident.support.arrays import Array, Indices, Mask, once_per_object
+
+ROOM = 4.0
+"""Number of samples per period of the highest cut-off below which the rate is too low for the filters."""
+JITTERED = 0.5
+"""Relative deviation of an interval, without missing samples, that is reported."""
+ROWS_A_JOINT, SPARE = 10, 1.2
+"""Number of rows per joint that an observation requires (`ident.observation.observation`), and margin of their
+duration, as groups and decimation are whole numbers of samples."""
+
+
+def slowest_hz(observing: ObserveOptions) -> float:
+    """Rate of a log [Hz] below which it is too low for the filters."""
+    return ROOM * max(observing.cutoff_hz, observing.decimation_cutoff_hz)
+
+
+SLOW = slowest_hz(ObserveOptions())
+"""The same for the default filters."""
+
+
+def clock(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
+    """Check the time stamps."""
+    found, slowest = intervals_of(recording.t), slowest_hz(observing)
+    duration = float(recording.t[-1] - recording.t[0])
+    hertz = 1.0 / found.mean  # controllers that log every 10 or 12 ms do so at a rate between the two
+    varied = f"sampling intervals vary by up to {100.0 * found.jitter:.3g} %"
+    return [
+        finding(
+            recording.name, "rate", f"sampled at {hertz:.4g} Hz: {len(recording.t)} samples in {duration:.4g} s",
+            f"log at {slowest:g} Hz or more, or lower --cutoff-hz" if hertz < slowest else None,
+            value=hertz, unit="Hz",
+        ),
+        finding(
+            recording.name, "jitter", varied if found.jitter > JITTER_TOL else "sampling intervals are equal",
+            "log the time at which a sample was taken, not at which it arrived" if found.jitter > JITTERED else None,
+            value=100.0 * found.jitter, unit="%",
+        ),
+        missing_samples(recording, observing),
+    ]  # fmt: skip
+
+
+def least_seconds(observing: ObserveOptions, n: int) -> float:
+    """Duration [s] of a log of n joints below which the filters leave too few rows."""
+    filters = 2.0 * SETTLING / observing.cutoff_hz + KERNEL_CUTOFFS / observing.decimation_cutoff_hz
+    return filters + SPARE * ROWS_A_JOINT * n / observing.rows_per_second
+
+
+def usable_parts(recording: Recording, observing: ObserveOptions) -> list[slice]:
+    """Rows between gaps that are too long to interpolate, if there are enough for the filters.
+
+    Empty without such a gap, or if no part is long enough.
+    """
+    t, intervals = recording.t, np.diff(recording.t)
+    gaps = np.flatnonzero(intervals > LARGEST_GAP * np.median(intervals)) + 1
+    least = least_seconds(observing, recording.n)
+    ends = pairwise([0, *gaps.tolist(), len(t)] if len(gaps) else [])
+    return [slice(a, b) for a, b in ends if b - a > 1 and t[b - 1] - t[a] >= least]
+
+
+def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosis:
+    """Check for samples that are missing by the time stamps, and describe the treatment of the gaps."""
+    found, name = intervals_of(recording.t), "missing samples"
+    if not found.lost:
+        return finding(recording.name, name, "the time stamps show no missing samples")
+    t, intervals = recording.t, np.diff(recording.t)
+    at = int(np.where(found.missing, intervals, 0.0).argmax())
+    hole, parts, used = intervals[at] > LARGEST_GAP * found.usual, usable_parts(recording, observing), ""
+    if hole and len(parts) > 1:
+        used = f"; used as {len(parts)} logs"
+    elif hole and parts:
+        used = f"; used from {t[parts[0].start]:.4g} to {t[parts[0].stop - 1]:.4g} s"
+    lost = "1 sample is" if found.lost == 1 else f"{found.lost} samples are"
+    gaps = "1 gap" if found.gaps == 1 else f"{found.gaps} gaps"
+    return finding(
+        recording.name, name,
+        f"{lost} missing in {gaps}, the longest {intervals[at]:.3g} s at t = {t[at]:.6g} s{used}",
+        "log with less load on the computer",
+        severity=Severity.WRONG if hole and not parts else None, value=found.lost, unit="samples",
+    )  # fmt: skip
+
+
+APART = 4
+"""Number of steps to each side whose median speed a step is compared with."""
+SURE = 12.0
+"""Smallest significant error of a ratio, in standard deviations of position noise."""
+OFF = 0.5
+"""Relative error of a step that is too long or too short."""
+SHOWS, MOST = 3.0, 0.75
+"""Smallest step of a joint that is used, in standard deviations of noise, and share of such joints that must agree."""
+MANY = 0.002
+"""Share of the rows from which it is reported."""
+HELD = 0.3
+"""Share of rows with unchanged currents, from which these are logged at a lower rate than positions."""
+PLAIN = 0.25
+"""Largest difference from a whole number of samples for which the number of lost ones is unambiguous."""
+SHOWN = 0.9
+"""Smallest share of rows at which one lost sample would be detected, so that most lost samples are corrected."""
+SAME = 1e-9
+"""Relative difference of intervals that is rounding of the time stamps."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimestampAnomalies:
+    """Rows whose step differs from that of their neighbours.
+
+    Attributes:
+        long: Rows, from 0, after which all joints advance too far.
+        lost: Number of samples lost after each of these, 0 if ambiguous.
+        still: Rows, from 0, after which no joint advances although the arm moves.
+        shown: Share of the rows at which one lost sample would be detected.
+    """
+
+    long: Indices
+    lost: Indices
+    still: Indices
+    shown: float
+
+    @property
+    def plain(self) -> bool:
+        """Whether samples were lost, and their places and numbers are unambiguous."""
+        return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
+
+
+@once_per_object
+def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
+    """Find steps of all joints together that are too long, or zero, for their time interval."""
+    times_of = intervals_of(recording.t)
+    step, stamped = np.diff(recording.q, axis=0), np.diff(recording.t)  # (N - 1, n) and (N - 1,)
+    rounding = np.array([step or np.finfo(float).eps for step in position_quanta(recording)]) / np.sqrt(12.0)
+    sigma = np.sqrt(2.0) * np.hypot(position_noise(recording), rounding) / times_of.usual
+    even = np.asarray(times_of.usual * (1.0 + times_of.missing), np.float64)
+    readings = (stamped,) if np.abs(stamped - even).max() < SAME * even.min() else (stamped, even)
+    speeds = [(interval, rate := step / interval[:, None], speed_beside(rate)) for interval in readings]
+    interval, rate, usual = min(speeds, key=lambda each: float(np.sum(np.abs(each[1] - each[2]) / sigma)))
+    size = np.sum((usual / sigma) ** 2, axis=1)
+    share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
+    sure = (np.abs(share - 1.0) * np.sqrt(size) > SURE) & (np.abs(share - 1.0) > OFF)
+    moving = np.abs(usual) > SHOWS * sigma
+    own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
+    alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
+    periods = interval / times_of.usual
+    sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # a late stamp makes a long interval
+    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder does not count
+    still = sure & (step == 0.0).all(axis=1)
+    long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after repeats
+    lost = (share[long] - 1.0) * periods[long]
+    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
+    return TimestampAnomalies(
+        long=long,
+        lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
+        still=np.flatnonzero(still),
+        shown=float(np.mean(np.sqrt(size) > SURE)),
+    )
+
+
+def speed_beside(rate: Array) -> Array:
+    """Median speed of the steps to each side of every step, without the step itself, shape (N - 1, n).
+
+    The eight speeds x_-4 .. x_-1, x_1 .. x_4 are sorted by a network (Knuth, vol. 3, 5.3.4) whose first two rounds
+    compare the same pairs for neighbouring steps.
+    """
+
+    def ordered(x: Array, y: Array) -> tuple[Array, Array]:
+        return np.minimum(x, y), np.maximum(x, y)
+
+    found = np.empty(rate.shape[::-1])
+    for x, out in zip(rate.T, found, strict=True):
+        padded = np.pad(x, APART, mode="edge")
+        low, high = ordered(padded[:-2], padded[2:])
+        (a, c), (b, d) = ordered(low[:-5], low[5:]), ordered(high[:-5], high[5:])
+        second, third = np.maximum(a[:-1], a[1:]), ordered(b[:-1], b[1:])
+        fourth, fifth = ordered(c[:-1], c[1:]), np.minimum(d[:-1], d[1:])
+        upper = np.maximum(np.maximum(third[0], fourth[0]), second)
+        lower = np.minimum(np.minimum(third[1], fourth[1]), fifth)
+        np.multiply(0.5, lower + upper, out=out)
+    return found.T
+
+
+def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
+    """Check positions and currents for lost, repeated and held samples."""
+    odd, name, count = timestamp_anomalies(recording), recording.name, len(recording.t)
+    found, many = list[Diagnosis](), int(odd.lost.sum())
+
+    def severity(rows: Indices) -> Severity:
+        return Severity.WRONG if len(rows) > MANY * count else Severity.WEAK
+
+    def first(rows: Indices) -> str:
+        return f"first after row {rows[0] + 1}, {recording.t[rows[0]]:.6g} s"
+
+    own_time = "log the controller's own time"
+    if not len(odd.long):
+        found.append(finding(name, "lost samples", "the motion shows no lost samples"))
+    elif odd.plain:
+        lost = "1 sample is" if many == 1 else f"{many} samples are"
+        sentence = f"{lost} lost without a gap in the time stamps, {first(odd.long)}; stamps corrected"
+        found.append(finding(name, "lost samples", sentence, own_time, value=many, unit="samples"))
+    else:
+        jumps = len(odd.long)
+        sentence = f"all joints jump ahead {times(jumps)}, {first(odd.long)}: samples are lost"
+        grade = severity(odd.long)
+        found.append(finding(name, "lost samples", sentence, own_time, severity=grade, value=jumps, unit="jumps"))
+    if len(odd.still):
+        sentence = f"positions of a moving arm repeat {times(len(odd.still))}, {first(odd.still)}"
+        advice, grade = "log each sample once, with its own time", severity(odd.still)
+        found.append(
+            finding(name, "repeated samples", sentence, advice, severity=grade, value=len(odd.still), unit="rows")
+        )
+    else:
+        found.append(finding(name, "repeated samples", "no samples are repeated"))
+    held = 100.0 * float((np.diff(recording.v, axis=0) == 0.0).all(axis=1).mean())
+    if held > 100.0 * HELD:
+        sentence = f"all currents equal those of the row before on {held:.3g} % of the rows: v is logged at a lower "
+        sentence += "rate than q"
+        advice = "log them at the rate of positions"
+        found.append(finding(name, "held currents", sentence, advice, value=held, unit="% of the rows"))
+    return found
+
+
+def beside_lost(recording: Recording) -> Mask:
+    """Mask of samples on both sides of lost ones, shape (N, n)."""
+    return _beside(recording, timestamp_anomalies(recording).long)
+
+
+def repeated(recording: Recording) -> Mask:
+    """Mask of repeated samples, shape (N, n)."""
+    return _beside(recording, timestamp_anomalies(recording).still)
+
+
+def _beside(recording: Recording, rows: Indices) -> Mask:
+    found = np.zeros(recording.q.shape, dtype=np.bool_)
+    found[rows] = found[rows + 1] = True
+    return found

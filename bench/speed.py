@@ -18,7 +18,7 @@ from ident.identification import identify
 from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from scenarios.experiments.run import Trial, run, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of, with_method
 from scenarios.experiments.trials import Task, run_task, trial_schema

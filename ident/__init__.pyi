@@ -16,9 +16,9 @@ from .model.structure import structure_of as structure_of
 from .observation.observation import ObserveOptions as ObserveOptions
 from .payload.payload import Payload as Payload
 from .payload.payload import read_payload as read_payload
+from .recordings.files import read as read
 from .recordings.files import read_recording as read_recording
-from .recordings.motion import Motion as Motion
-from .recordings.motion import read as read
+from .recordings.recording import Motion as Motion
 from .recordings.recording import Recording as Recording
 from .support.errors import IdentificationError as IdentificationError
 from .unseen import Unseen as Unseen

@@ -37,8 +37,7 @@ from ident.preparation import (
     refusal_of,
     undelayed,
 )
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, MaskedArray
 from ident.support.errors import Contradiction, IdentificationError
 

@@ -21,8 +21,7 @@ from ident.model.structure import Structure, structure_of
 from ident.observation.following import following
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.checks import check_log
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Mask
 from ident.support.errors import Contradiction, RecordingError
 

@@ -39,7 +39,7 @@ from ident.parameters.arm import BareArm, arm_in_use, predicted_torque, rel_erro
 from ident.parameters.weighing import LEVEL, UNKNOWN
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from ident.support.arrays import Array, Mask
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 

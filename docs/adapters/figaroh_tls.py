@@ -21,7 +21,7 @@ from ident.model.parameters import INERTIAL
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import observe
 from ident.payload.payload import Payload
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from ident.support.arrays import Array
 from scenarios.results.problem_folder import GivenProblem
 

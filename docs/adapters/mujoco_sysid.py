@@ -25,8 +25,7 @@ import numpy as np
 
 from ident.numerics.signals import delayed, edge_samples, group_means, smooth_motion
 from ident.payload.payload import Payload
-from ident.recordings.motion import Motion
-from ident.recordings.recording import resampled
+from ident.recordings.recording import Motion, resampled
 from ident.support.arrays import Array
 from scenarios.results.problem_folder import PROBLEM, GivenProblem
 

@@ -12,7 +12,6 @@ MODULES = {
         "Read": (
             "recordings.recording",
             "recordings.files",
-            "recordings.motion",
             "payload.payload",
             "model.arm",
             "model.structure",
@@ -28,7 +27,7 @@ MODULES = {
         "Look at logs": (
             "preparation",
             "diagnosis.diagnosis",
-            "recordings.formats.table",
+            "recordings.formats",
             "recordings.description",
         ),
         "Write an estimator": (

@@ -14,8 +14,7 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
-from ident.recordings.motion import Motion
-from ident.recordings.recording import NO_JOINT, Recording, share_samples
+from ident.recordings.recording import NO_JOINT, Motion, Recording, share_samples
 from ident.support.errors import IdentificationError, NotIdentifiable, RecordingError
 
 LOAD_Z = 4.0

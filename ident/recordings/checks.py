@@ -20,7 +20,6 @@ exceeds the jitter indicated by the shortest interval, or if the following stamp
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +51,7 @@ CHANCE = 1e-9
 SHARE = 0.99
 MIDDLE = (0.05, 0.95)
 """Quantiles that define a channel's range; spikes in fewer samples do not change it."""
+REPAIR = "remove or repair those samples"
 TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
 LOST = 1.5
 """Interval relative to the median above which a sample may be missing: nearer to two periods than to one."""
@@ -66,13 +66,7 @@ DEVIATION = 1.4826
 
 
 class LogFault(NamedTuple):
-    """An implausible feature of a log.
-
-    Attributes:
-        joint: The joint, from 0; None for the clock.
-        sentence: The finding and its place.
-        advice: Probable cause or recommended action.
-    """
+    """An implausible feature of a log: its joint, from 0, None for the clock; finding and place; cause or advice."""
 
     joint: int | None
     sentence: str
@@ -105,18 +99,6 @@ def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[L
     yield from _sample_faults(recording)
 
 
-@once_per_object
-def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
-    joints, fastest = range(recording.n), FASTEST * float(np.median(np.diff(recording.t)))
-    found = [_step_fault(recording, j) for j in joints]
-    found += [_current_fault(recording, j) for j in joints]
-    found += [_spike_fault(recording, "q", j, *_many_spikes(recording.q[:, j], fastest)) for j in joints]
-    spikes = [_many_spikes(v, float("inf")) for v in recording.v.T]
-    answered = _answered([mask for mask, _ in spikes], recording.q)
-    found += [_spike_fault(recording, "v", j, *spikes[j]) for j in joints if not answered[j]]
-    return tuple(fault for fault in found if fault is not None)
-
-
 def spikes(recording: Recording) -> tuple[Mask, Mask]:
     """Return masks of spikes of positions and of currents, both of shape (N, n)."""
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
@@ -141,35 +123,59 @@ def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[LogFault
         return
     if t_unit is not None:
         logged = interval / TIME[t_unit]
-        fitting = " or ".join(
-            unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
-        )
+        fitting = [unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST]
         sentence = f"t is declared in {t_unit} but advances by {logged:.3g} {t_unit} a row, which is implausible"
-        yield LogFault(None, sentence, f"is it in {fitting}?" if fitting else "is it time?")
+        yield LogFault(None, sentence, f"is it in {' or '.join(fitting)}?" if fitting else "is it time?")
         return
     units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
     unit = next(name for least, name in units if interval >= least)
     counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""
-    yield LogFault(
-        None,
-        f"t advances by {interval:.3g} a row",
-        f"is it in {unit}{counted}? t is in seconds, rows faster than {1.0 / SLOWEST:g} Hz",
-    )
+    advice = f"is it in {unit}{counted}? t is in seconds, rows faster than {1.0 / SLOWEST:g} Hz"
+    yield LogFault(None, f"t advances by {interval:.3g} a row", advice)
 
 
-def _step_fault(recording: Recording, j: int) -> LogFault | None:
-    jumped = jumps(recording, j)
-    if not jumped.any():
-        return None
-    step = np.diff(recording.q[:, j])
-    row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
-    what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
-    for turn, name, repair in TURNS:
-        if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
-            return LogFault(j, f"{what}, a turn of {name}: the angles are wrapped", f"unwrap them with {repair}")
-    more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
-    sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
-    return LogFault(j, sentence, "such a speed is implausible; remove or repair those samples")
+@once_per_object
+def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
+    found, many = list[LogFault](), list[tuple[str, int, Array, Mask, Array]]()
+    t, fastest = recording.t, FASTEST * float(np.median(np.diff(recording.t)))
+    for j, q in enumerate(recording.q.T):
+        many.append(("q", j, q, *_many_spikes(q, fastest)))
+        jumped, step = jumps(recording, j), np.diff(q)
+        if not jumped.any():
+            continue
+        row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
+        what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
+        more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
+        ending, advice = f"faster than {FASTEST:g} rad/s or m/s{more}", "such a speed is implausible; " + REPAIR
+        for turn, name, repair in TURNS:
+            if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
+                ending, advice = f"a turn of {name}: the angles are wrapped", f"unwrap them with {repair}"
+        found.append(LogFault(j, f"{what}, {ending}", advice))
+    of_v = [_many_spikes(v, float("inf")) for v in recording.v.T]
+    answered = _answered([mask for mask, _ in of_v], recording.q)
+    for j, v in enumerate(recording.v.T):
+        if not answered[j]:
+            many.append(("v", j, v, *of_v[j]))
+        rows = np.flatnonzero(_few_spikes(v))
+        if not len(rows):
+            continue
+        middle = float(np.median(v))
+        usual = float(np.quantile(np.abs(v - middle), SHARE))
+        listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
+        sentence = (
+            f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
+            f"{usual:.3g} of {middle:.3g}; {len(rows)} such samples (rows {listed})"
+        )
+        found.append(LogFault(j, sentence, "remove or repair them"))
+    for kind, j, x, mask, near in many:
+        if mask.any():
+            row, count = int(mask.argmax()), int(mask.sum())
+            sentence = (
+                f"{kind}{j + 1} has {count} spikes ({100.0 * count / len(x):.2g} % of its samples), the first at row "
+                f"{row + 1}, t = {t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
+            )
+            found.append(LogFault(j, sentence, REPAIR))
+    return tuple(found)
 
 
 def _few_spikes(v: Array) -> Mask:
@@ -182,59 +188,23 @@ def _few_spikes(v: Array) -> Mask:
     return found & (not found.any() or not _flickers(v, away[found]))
 
 
-def _current_fault(recording: Recording, j: int) -> LogFault | None:
-    v = recording.v[:, j]
-    rows = np.flatnonzero(_few_spikes(v))
-    if not len(rows):
-        return None
-    middle = float(np.median(v))
-    usual = float(np.quantile(np.abs(v - middle), SHARE))
-    listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
-    sentence = (
-        f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of its values are within "
-        f"{usual:.3g} of {middle:.3g}; {len(rows)} such samples (rows {listed})"
-    )
-    return LogFault(j, sentence, "remove or repair them")
-
-
 def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     """Return a mask of spikes, empty if they are few, and the median of each sample's neighbours."""
-    if _is_smooth(x, far):
-        return np.zeros(len(x), dtype=np.bool_), x
-    near: Array = running_median(x, NEAR)
+    none = np.zeros(len(x), dtype=np.bool_)
+    # The median of a window is one of its samples, so no sample differs from it by more than `change`. Spikes are
+    # impossible, and medians not needed, if that is less than `far`, or than half the range of `MIDDLE`.
+    change = max(float(np.abs(x[k:] - x[:-k]).max(initial=0.0)) for k in range(1, NEAR + 1))
+    low, high = (int(np.count_nonzero(each)) for each in (x < x.mean() - change, x > x.mean() + change))
+    if change < far and min(low, high) > MIDDLE[0] * len(x) + 2.0:  # quantiles reach that number of samples
+        return none, x
+    near = running_median(x, NEAR)
     away = np.abs(x - near)
     odd = away > UNUSUAL * np.median(away)
     if int(odd.sum()) <= MANY * len(x):
-        return np.zeros_like(odd), near
+        return none, near
     low, high = np.quantile(x, MIDDLE)
     found = odd & (away > min(far, 0.5 * float(high - low)))
     return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
-
-
-def _is_smooth(x: Array, far: float) -> bool:
-    """Return whether spikes are impossible, without computing medians.
-
-    The median of a window is one of its samples, so no sample differs from it by more than the largest change over
-    `NEAR` samples.
-    """
-    change = max(float(np.abs(x[k:] - x[:-k]).max(initial=0.0)) for k in range(1, NEAR + 1))
-    if change >= far:
-        return False
-    middle, beyond = float(x.mean()), MIDDLE[0] * len(x) + 2.0  # quantiles reach that number of samples
-    low, high = (int(np.count_nonzero(each)) for each in (x < middle - change, x > middle + change))
-    return min(low, high) > beyond
-
-
-def _spike_fault(recording: Recording, kind: str, j: int, found: Mask, near: Array) -> LogFault | None:
-    if not found.any():
-        return None
-    x = recording.q[:, j] if kind == "q" else recording.v[:, j]
-    row, many = int(found.argmax()), int(found.sum())
-    sentence = (
-        f"{kind}{j + 1} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at row {row + 1}, "
-        f"t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
-    )
-    return LogFault(j, sentence, "remove or repair those samples")
 
 
 def _answered(spikes: Sequence[Mask], q: Array) -> list[bool]:
@@ -268,8 +238,7 @@ def _flickers(x: Array, away: Array) -> bool:
     return bool((away < 1.5 * step).all() and np.abs(steps / step - np.rint(steps / step)).max() < WHOLE)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Intervals:
+class Intervals(NamedTuple):
     """Sampling intervals and missing samples of a log.
 
     Attributes:
@@ -299,29 +268,19 @@ def intervals_of(t: Array) -> Intervals:
     """Return the intervals of sample times [s], shape (N,)."""
     intervals = np.diff(t)
     usual = float(np.median(intervals))
-    missing = _missing(intervals / usual)
-    even = intervals[missing == 0]
-    return Intervals(
-        usual=usual,
-        mean=float(even.mean()),
-        jitter=float(np.abs(even / usual - 1.0).max(initial=0.0)),
-        missing=missing,
-    )
-
-
-def _missing(periods: Array) -> Indices:
-    """Return the number of samples missing in intervals, given in periods, shape (N - 1,)."""
+    periods = intervals / usual
     missing = supposed = np.where(periods > LOST, np.rint(periods - 1.0), 0.0)
-    if not supposed.any():
-        return supposed.astype(np.intp)
-    short = 1.0 - float(periods.min())
-    plain = (periods > LOST + short) & (short < LOST - 1.0) | (periods > LARGEST_GAP)
-    for _ in range(ROUNDS):
-        later = _later(periods - missing)
-        spread = DEVIATION * np.median(np.abs(later))
-        for_good = np.minimum(missing + later, supposed)
-        missing = np.where(plain | (for_good > 0.5 + SURE * spread), supposed, 0.0)
-    return missing.astype(np.intp)
+    if supposed.any():
+        short = 1.0 - float(periods.min())
+        plain = (periods > LOST + short) & (short < LOST - 1.0) | (periods > LARGEST_GAP)
+        for _ in range(ROUNDS):
+            later = _later(periods - missing)
+            spread = DEVIATION * np.median(np.abs(later))
+            for_good = np.minimum(missing + later, supposed)
+            missing = np.where(plain | (for_good > 0.5 + SURE * spread), supposed, 0.0)
+    even = intervals[missing == 0.0]
+    jitter = float(np.abs(even / usual - 1.0).max(initial=0.0))
+    return Intervals(usual, float(even.mean()), jitter, missing.astype(np.intp))
 
 
 def _later(periods: Array) -> Array:

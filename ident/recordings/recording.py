@@ -1,11 +1,13 @@
-"""Recordings: the log of a robot's controller for one motion."""
+"""Recordings, the log of a robot's controller for one motion, and motions: recordings with payloads."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ident.numerics.splines import CubicSpline
+from ident.payload.payload import Payload
 from ident.support.arrays import Array, once_per_object, readonly
 from ident.support.errors import RecordingError
 
@@ -15,6 +17,8 @@ LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
 """Largest plausible position [rad or m] and current [any drive unit]; their squares are finite."""
 JITTER_TOL = 1e-3
 """Relative deviation of a sampling interval from the mean above which a clock has jitter."""
+ABSOLUTE = 1e8
+"""Smallest time stamp [s] of an absolute clock, from 1970; three years for a clock that starts with its motion."""
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True, eq=False)
@@ -58,6 +62,20 @@ class Recording:
         return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """A recording and its payload.
+
+    Attributes:
+        recording: Recording of one motion.
+        payload: The specified payload, None for a bare flange. Recordings of one mounting share one object, and thus
+            its unknown parameters.
+    """
+
+    recording: Recording
+    payload: Payload | None = None
+
+
 NO_JOINT = "; to leave out a gripper or another column that is not a joint of the arm, name the others: q=NAME[{0..5}]"
 """Partial reading of columns of arrays."""
 
@@ -88,6 +106,12 @@ def _resampled(recording: Recording) -> Recording:
     q = CubicSpline.through(recording.t, recording.q)(t)
     v = np.column_stack([np.interp(t, recording.t, each) for each in recording.v.T])
     return Recording(t, q, v, recording.name)
+
+
+def in_order_of_time(motions: Sequence[Motion]) -> tuple[Motion, ...]:
+    """Return motions sorted by their first samples if all have absolute time, otherwise in the given order."""
+    absolute = all(motion.recording.t[0] >= ABSOLUTE for motion in motions)
+    return tuple(sorted(motions, key=lambda motion: motion.recording.t[0]) if absolute else motions)
 
 
 def share_samples(one: Recording, other: Recording) -> bool:

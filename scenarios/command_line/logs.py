@@ -7,18 +7,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from ident.recordings.description import MEANINGS, LogDescription
-from ident.recordings.description_files import UNKNOWN, described, read_description
-from ident.recordings.formats.lerobot import EPISODE
-from ident.recordings.layouts import LAYOUTS
+from ident.recordings.description import (
+    EPISODE,
+    LAYOUTS,
+    MEANINGS,
+    UNKNOWN,
+    LogDescription,
+    described,
+    read_description,
+)
 from ident.support.naming import one_line
 from scenarios.command_line.process import complain
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from ident.recordings.files import Log
-    from ident.recordings.motion import Motion
-    from ident.recordings.recording import Recording
+    from ident.recordings.recording import Motion, Recording
     from scenarios.experiments.robots import NamedRobot
 
 UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
@@ -151,7 +155,7 @@ def unseen_log(options: argparse.Namespace, said: LogDescription) -> "Motion | N
             raise ScenarioError("--unseen-payload: no motion is given that carries it; add --unseen LOG")
         return None
     from ident.payload.payload import read_payload
-    from ident.recordings.motion import Motion
+    from ident.recordings.recording import Motion
 
     payload = None if options.unseen_payload is None else read_payload(options.unseen_payload)
     return Motion(read_unrepaired([options.unseen], said)[0], payload)
@@ -219,7 +223,7 @@ def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Record
 def told(logs: "Sequence[Log]") -> "list[Recording]":
     """Return the recordings of logs; their interpretation is reported."""
     for log in logs:
-        for note in log.read.notes:
+        for note in log.notes:
             complain(f"{log.recording.name}: {note}")
     return [log.recording for log in logs]
 

@@ -39,7 +39,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.identification import check
     from ident.payload.payload import read_payload
     from ident.recordings.files import read_temperatures, read_unchecked
-    from ident.recordings.motion import Motion
+    from ident.recordings.recording import Motion
     from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
     from scenarios.results.check import Check

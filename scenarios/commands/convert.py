@@ -47,9 +47,9 @@ def main(options: argparse.Namespace) -> Status:
         check_joints(arm, log.recording)
     with held.writing():
         if dataset:
-            joints = log.read.description.joints
-            write_dataset([log.recording], options.out, joints=joints, signal=log.read.signal)
+            joints = log.description.joints
+            write_dataset([log.recording], options.out, joints=joints, signal=log.signal)
         else:
-            write_recording(log.recording, options.out, signal=log.read.v)
+            write_recording(log.recording, options.out, signal=log.v)
     show(Converted.of(log, options.out).report("Log converted to a recording"), options)
     return Status.PASSED

@@ -10,7 +10,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.recordings.description import LogDescription
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from ident.support.options import options_from_words
 from scenarios.command_line.gains import add_gains_argument
 from scenarios.command_line.logs import (
@@ -61,7 +61,7 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.estimation.known_gains import check_comparable, estimated_gains
     from ident.parameters.weighing import outcome_of_other_gains
-    from ident.recordings.motion import in_order_of_time
+    from ident.recordings.recording import in_order_of_time
     from ident.unseen import predict_unseen
     from scenarios.experiments.robots import model_links
     from scenarios.results.gains import Result

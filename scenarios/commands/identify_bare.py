@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from scenarios.rendering.content import Report
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError

@@ -140,7 +140,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     from ident.estimation.estimators.nls import AllJointsOptions
     from ident.identification import identify
     from ident.observation.observation import ObserveOptions
-    from ident.recordings.motion import in_order_of_time
+    from ident.recordings.recording import in_order_of_time
     from ident.support.options import options_from_words
     from ident.unseen import predict_unseen
     from scenarios.commands.identify import recorded

@@ -15,8 +15,7 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
 from ident.identification import identify
 from ident.preparation import SIMULATED, Prepared
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
 from scenarios.experiments.draws import drawn_settings
 from scenarios.experiments.judge import CostVerdict, Verdict, cost_verdict, judge

@@ -16,7 +16,7 @@ from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import BareArm, arm_in_SI, forecast_gains, gain_ratios
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from scenarios.gains_in_use.model_values import Unknown
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
 from scenarios.results.diagnoses import diagnosed_values

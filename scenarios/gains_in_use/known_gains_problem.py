@@ -17,8 +17,7 @@ from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.weighing import PLAIN, UNKNOWN
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words

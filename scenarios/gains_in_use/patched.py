@@ -17,7 +17,7 @@ from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.gain_options import GainOptions
 from ident.model.structure import Structure
 from ident.preparation import joined
-from ident.recordings.motion import Motion
+from ident.recordings.recording import Motion
 from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
 from scenarios.experiments.gains_file import GainsFile
 from scenarios.experiments.robots import model_base, nominal_links

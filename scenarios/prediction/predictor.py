@@ -22,8 +22,7 @@ from ident.numerics.filters import filtered
 from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import SIMULATED, Prepared, prepare
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, Indices, Mask
 from scenarios.experiments.draws import Sources, numbers_needed, settings_from, settings_with, sources_of
 from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings

@@ -16,7 +16,7 @@ from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
 from ident.observation.observation import Observation
 from ident.preparation import Prepared
-from ident.recordings.formats.parquet import arrow_array
+from ident.recordings.formats.arrays import arrow_array
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices
 from ident.support.naming import one_line

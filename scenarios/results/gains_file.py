@@ -14,8 +14,7 @@ from ident.estimation.known_gains import estimated_gains
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import payload_to_table
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.options import option_types
 from scenarios.experiments.gains_file import (
     SLIDING,

@@ -21,8 +21,7 @@ from ident.model.arm import Arm, load_arm, minimal_model
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, read_payload, write_payload
 from ident.recordings.files import read_recording, write_recording
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line, shown
 from ident.support.options import options_from_table

@@ -21,8 +21,7 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, write_payload
 from ident.recordings.description import LogDescription
 from ident.recordings.files import read_unchecked
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.result import ResultModel, to_json

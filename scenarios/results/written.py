@@ -46,12 +46,12 @@ class Converted(ResultModel):
     @classmethod
     def of(cls, log: Log, out: Path) -> "Converted":
         """Return the result of a converted log."""
-        said, recording = log.read.description, log.recording
+        said, recording = log.description, log.recording
         return cls(
             out=str(out),
-            layout=log.read.layout,
+            layout=log.layout,
             signal=said.signal,
-            v=log.read.v,
+            v=log.v,
             samples=len(recording.t),
             joints=recording.n,
             duration_s=float(recording.t[-1] - recording.t[0]),
@@ -60,7 +60,7 @@ class Converted(ResultModel):
             time_unit=said.t.unit[0],
             positions=_channels(said.q),
             currents=_channels(said.v),
-            notes=list(log.read.notes),
+            notes=list(log.notes),
         )
 
     def parts(self) -> Iterable[Part]:

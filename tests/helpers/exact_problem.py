@@ -9,8 +9,7 @@ from ident.model.regressor import inverse_dynamics
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from scenarios.experiments.robots import robot
 from scenarios.results.problem_folder import write_problem
 

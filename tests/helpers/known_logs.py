@@ -7,8 +7,7 @@ import pinocchio as pin
 
 from ident.model.arm import Arm, arm_from_pinocchio
 from ident.payload.payload import Payload
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 
 UR_GAIN = np.array([13.2, -12.1, 9.7, 8.3, 6.9, 7.7])
 """Of the UR-like arm [N m / A]; axis 2 is wired backwards."""

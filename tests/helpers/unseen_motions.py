@@ -10,8 +10,7 @@ from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.known_gains import KnownGains
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.unseen import UnseenMotion, UsedModel
 
 LOG = Motion(Recording(np.arange(9.0), *2 * [np.outer(np.arange(9.0), np.ones(6))], "new"), None)

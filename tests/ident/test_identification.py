@@ -19,8 +19,7 @@ from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
 from ident.preparation import KNOWN, SIMULATED
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import Contradiction, NotConverged, NotIdentifiable, OptionError
 
 

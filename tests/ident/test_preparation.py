@@ -13,8 +13,7 @@ from ident.diagnosis.logs import as_logged, read_as
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation.observation import ObserveOptions
 from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare, spoilt_samples
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import Contradiction, NotIdentifiable, RecordingError
 
 

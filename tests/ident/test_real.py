@@ -22,9 +22,8 @@ from ident.observation.observation import ObserveOptions, observe
 from ident.parameters.payload import payload_of
 from ident.parameters.weighing import DIFFERS, verified
 from ident.payload.payload import Payload, read_payload
-from ident.recordings.files import read_recording
-from ident.recordings.motion import Motion, read
-from ident.recordings.recording import Recording
+from ident.recordings.files import read, read_recording
+from ident.recordings.recording import Motion, Recording
 
 pytestmark = pytest.mark.real
 

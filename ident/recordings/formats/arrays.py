@@ -1,35 +1,39 @@
-"""Logs in NumPy's files: archives of arrays (`.npz`), or one array (`.npy`) of rows or of named fields.
+"""Logs as arrays: Parquet files, NumPy's archives (`.npz`), one array (`.npy`) of rows or of named fields.
 
-An array of rows, or a field of them, gives one column per number of a row: `name[0]`, `name[1]`, .. in an
-archive, but `q1`, .. and `v1`, .. of arrays `q` and `v`; 1, 2, .. of an array alone.
+A column of arrays of one length gives one column per number of a row: `name[0]`, `name[1]`, .., but `q1`, .. and `v1`,
+.. of NumPy's arrays `q` and `v`; 1, 2, .. of an array alone.
 """
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Generator, Sequence, Set
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 from zlib import error as ZlibError
 
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats.table import MOST_COLUMNS, MOST_VALUES, Columns, LogFormat, Table, entry, listed
-from ident.support.arrays import Array
+from ident.recordings.formats import MOST_COLUMNS, MOST_VALUES, OURS, Columns, LogFormat, Table, entry, listed
+from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.files import check_file
 from ident.support.naming import one_line, shown
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
 LARGEST = 4_000_000_000
-"""Largest size of a file [bytes]."""
+"""Largest size of a file [bytes]; of Parquet, only requested columns are read."""
+LARGEST_FOOTER = 16_000_000
+"""Largest size of the metadata of Parquet [bytes], which are read completely."""
 UNREADABLE = (OSError, EOFError, ValueError, TypeError, KeyError, BadZipFile, ZlibError, MemoryError)
 """Exceptions of NumPy for files of other formats."""
 
 
-def open_arrays(path: Path, description: LogDescription) -> Table:
-    """Read the arrays of a file; descriptions do not matter.
-
-    Raises:
-        RecordingError: If the file is not NumPy's.
-    """
+def open_arrays(path: Path, _: LogDescription) -> Table:
+    """Read the arrays of NumPy's files; raises `RecordingError` for others."""
     place = one_line(path)
     check_file(path, most_bytes=LARGEST, error=RecordingError)
     try:
@@ -51,46 +55,172 @@ def open_arrays(path: Path, description: LogDescription) -> Table:
         ) from error
     lengths = [len(each) for each in arrays.values() if each.ndim == 1]
     samples = max(lengths, default=MOST_COLUMNS if "" in arrays else 0)
+    columns: dict[str, np.ndarray] = {}
     for name, array in arrays.items():
         if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
             raise RecordingError(
                 f"{place}: {one_line(name) or 'the array'} has {array.shape[0]} rows of {array.shape[1]} numbers; "
                 "expected one row per sample; it is transposed, save its .T"
             )
-    columns = [each for name, array in arrays.items() for each in _columns(name, array)]
-    table = dict(columns)
+        fields = {name: array} if array.dtype.names is None else {each: array[each] for each in array.dtype.names}
+        for label, values in fields.items():
+            if values.ndim == 2 and values.shape[1] <= MOST_COLUMNS:
+                columns |= {entry(label, k) if label else str(k + 1): x for k, x in enumerate(values.T)}
+            elif values.ndim == 1 and label:
+                columns[label] = values
 
     def load(names: Sequence[str], dated: Set[str]) -> Columns:
-        lengths = {name: len(table[name]) for name in names}
+        lengths = {name: len(columns[name]) for name in names}
         if len(set(lengths.values())) > 1:
             each = listed([f"{name}: {length}" for name, length in lengths.items()])
             raise RecordingError(f"{place}: columns of different lengths: {each}")
         if sum(lengths.values()) > MOST_VALUES:
             raise RecordingError(f"{place}: more than {MOST_VALUES} numbers; take a part")
-        return {name: _numbers(place, name, table[name], dated=name in dated) for name in names}
+        found: dict[str, Array] = {}
+        for name in names:
+            x = columns[name]
+            expected = "datetime64" if name in dated else "numbers"
+            if x.dtype.kind not in ("M" if name in dated else "iuf"):
+                raise RecordingError(f"{place}: {shown(name)} is {x.dtype}, expected {expected}")
+            if name in dated:
+                found[name] = _seconds(x.astype("datetime64[ns]").astype(np.int64), np.isnat(x))
+            else:
+                found[name] = np.ascontiguousarray(x, np.float64)
+        return found
 
-    return Table([name for name, _ in columns], load)
+    return Table(list(columns), load)
 
 
-def _columns(name: str, array: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    for field in array.dtype.names or ():
-        yield from _columns(field, array[field])
-    if array.dtype.names is None and array.ndim == 2 and array.shape[1] <= MOST_COLUMNS:
-        for k in range(array.shape[1]):
-            yield entry(name, k) if name else str(k + 1), array[:, k]
-    if array.dtype.names is None and array.ndim == 1 and name:
-        yield name, array
+def open_parquet(path: Path, _: LogDescription | None = None) -> Table:
+    """Open a Parquet file; raises `RecordingError` for others, or if it is too large."""
+    import pyarrow as pa
+
+    places: dict[str, tuple[str, int | None]] = {}  # the column of each name, and the entry of its arrays
+    names: list[str] = []
+    with _opened(path) as file:
+        for field in file.schema_arrow:
+            own, width = [field.name], None
+            if _is_list(field.type) and not OURS.fullmatch(field.name):
+                if isinstance(field.type, pa.FixedSizeListType):
+                    width = field.type.list_size
+                else:  # that of the first row
+                    first = next(file.iter_batches(batch_size=1, columns=[field.name]), None)
+                    cell = None if first is None else first.column(0)[0].as_py()
+                    width = 0 if cell is None else len(cell)
+                own = [entry(field.name, k) for k in range(min(width, MOST_COLUMNS))]
+            names += own
+            places |= {name: (field.name, None if width is None else k) for k, name in enumerate(own)}
+
+    def load(names: Sequence[str], dated: Set[str]) -> Columns:
+        with _opened(path) as file:
+            for name in names:
+                column, number = places[name]
+                kind = file.schema_arrow.field(column).type
+                _check_type(path, name, kind if number is None else kind.value_type, dated=name in dated)
+            columns = list(dict.fromkeys(places[name][0] for name in names))
+            count, most = file.metadata.num_rows, sum(column in columns for column, _ in places.values())
+            if count * most > MOST_VALUES:
+                raise RecordingError(
+                    f"{one_line(path)}: {count} rows of {most} columns; up to {MOST_VALUES} numbers are read, take a "
+                    "part"
+                )
+            table = file.read(columns=columns)
+        values = {each: arrow_numbers(path, each, table[each]) for each in columns}
+        return {name: values[column] if k is None else values[column][:, k] for name in names
+                for column, k in [places[name]]}  # fmt: skip
+
+    return Table(names, load)
 
 
-def _numbers(place: str, name: str, array: np.ndarray, *, dated: bool) -> Array:
-    if dated and np.issubdtype(array.dtype, np.datetime64):
-        ns = array.astype("datetime64[ns]").astype(np.int64)
-        return np.where(np.isnat(array), np.nan, ns // 10**9 + 1e-9 * (ns % 10**9))
-    if dated or not (np.issubdtype(array.dtype, np.integer) or np.issubdtype(array.dtype, np.floating)):
-        raise RecordingError(
-            f"{place}: {shown(name)} is {array.dtype}, expected {'datetime64' if dated else 'numbers'}"
-        )
-    return np.ascontiguousarray(array, dtype=np.float64)
+@contextmanager
+def _opened(path: Path) -> "Generator[pq.ParquetFile]":
+    """Open a file, with errors of the library as errors of the file."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    check_file(path, most_bytes=LARGEST, error=RecordingError)
+    try:
+        with path.open("rb") as file:
+            file.seek(-min(8, path.stat().st_size), 2)
+            end = file.read(8)
+        size = int.from_bytes(end[:4], "little")
+        if end[4:] == b"PAR1" and size > LARGEST_FOOTER:
+            raise RecordingError(
+                f"{one_line(path)}: {size / 1e6:.4g} MB of metadata; write fewer columns or row groups"
+            )
+        with pq.ParquetFile(path) as opened:
+            yield opened
+    except (OSError, pa.ArrowException) as error:
+        reason = one_line(str(error).splitlines()[0]) if str(error) else type(error).__name__
+        raise RecordingError(f"{one_line(path)}: not a readable Parquet file ({reason})") from error
+
+
+def _is_list(kind: object) -> bool:
+    import pyarrow as pa
+
+    return isinstance(kind, pa.ListType | pa.FixedSizeListType)
+
+
+def _check_type(path: Path, name: str, kind: object, *, dated: bool) -> None:
+    import pyarrow as pa
+
+    value = kind.value_type if isinstance(kind, pa.DictionaryType) else kind
+    dates, number = pa.types.is_timestamp(value), (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal)
+    if dated and not dates:
+        wrong = "not dates; state its unit, s, ms, us or ns"
+    elif not dated and not any(is_kind(value) for is_kind in number):
+        wrong = "expected numbers" + ('; t is in seconds; set unit = "iso" for dates' if dates else "")
+    else:
+        return
+    raise RecordingError(f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, {wrong}")
+
+
+def arrow_numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
+    """Return a column as float64, shape (N,), or (N, k) of arrays; dates are seconds since 1970.
+
+    A missing value is NaN, which a recording refuses with its row.
+    """
+    import pyarrow as pa
+
+    kind, place = column.type, f"{one_line(path)}: column {one_line(name)}"
+    if _is_list(kind):
+        import pyarrow.compute as pc
+
+        lengths = pc.list_value_length(column).to_numpy()  # NaN for a missing row
+        if not len(lengths):
+            raise RecordingError(f"{place} has no row")
+        odd = np.flatnonzero(~(lengths == lengths[0]))
+        if len(odd):
+            raise RecordingError(f"{place}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has")
+        flat = pa.chunked_array([chunk.flatten() for chunk in column.chunks], kind.value_type)
+        return arrow_numbers(path, name, flat).reshape(len(lengths), int(lengths[0]))
+    if pa.types.is_dictionary(kind):
+        column = column.cast(kind.value_type)
+    if pa.types.is_timestamp(kind):
+        ns = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
+        return _seconds(np.asarray(ns.fill_null(0).to_numpy(), dtype=np.int64), ns.is_null().to_numpy())
+    try:
+        if column.type != pa.float64():  # a cast would import compute kernels, a tenth of the time of a command
+            exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 exceed the integers of float64
+            column = column.cast(pa.float64(), safe=exact)
+    except pa.ArrowException as error:
+        raise RecordingError(f"{place} of type {kind}: {one_line(error)}; write float64") from error
+    if column.null_count:
+        return np.asarray(column.to_numpy(), dtype=np.float64)
+    # pyarrow's own conversion imports pandas, which takes half a second
+    return np.array(np.from_dlpack(column.combine_chunks()), dtype=np.float64)
+
+
+def _seconds(ns: np.ndarray, missing: np.ndarray) -> Array:
+    return np.where(missing, np.nan, ns // 10**9 + 1e-9 * (ns % 10**9))
+
+
+def arrow_array(x: Array | Indices) -> "pa.Array":
+    """Return numbers as a column without missing ones, shape (N,); pyarrow's own conversion imports pandas too."""
+    import pyarrow as pa
+
+    return pa.Array.from_buffers(pa.from_numpy_dtype(x.dtype), len(x), [None, pa.py_buffer(np.ascontiguousarray(x))])
 
 
 ARRAYS = LogFormat((".npz", ".npy"), open_arrays)
+PARQUET = LogFormat((".parquet", ".pq"), open_parquet)

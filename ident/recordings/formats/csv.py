@@ -11,20 +11,21 @@ import io
 import re
 import zlib
 from array import array
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Sequence, Set
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats.table import KNOWN, Columns, LogFormat, Table
+from ident.recordings.formats import KNOWN, Columns, LogFormat, Table
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
 
 LARGEST = 500_000_000
 """Largest size of a text [bytes]: two million samples of six joints with all digits."""
+NO_ROW = "expected a header line and at least one row"
 SEPARATORS = (",", ";", "\t", "|", " ")
 MARKS = {
     b"\xff\xfe\x00\x00": "utf-32",
@@ -35,6 +36,8 @@ MARKS = {
 """Byte order marks; spreadsheets write them."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
+_WORDS = re.compile("[a-df-mo-zA-DF-MO-Z]")
+"""Letters that a number has not."""
 _QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 
 
@@ -45,16 +48,16 @@ def open_csv(path: Path, description: LogDescription) -> Table:
         RecordingError: If the file is not text, or has no header; `load` names line and column of a cell that is not a
             number.
     """
-    stated = description.text
+    stated, place = description.text, one_line(path)
     lines = _lines(path, stated.encoding)
-    header, separator, start = _header(path, lines, description)
+    header, separator, start = _header(place, lines, description)
     if stated.rows is not None:
         start = stated.rows - 1
+        if start >= len(lines):
+            raise RecordingError(f"{place}: has no line {stated.rows}")
     first = next((row for row in map(_plain, lines[start:]) if row), None)
     if first is None:
-        raise RecordingError(
-            f"{one_line(path)}: has no line {stated.rows}" if stated.rows and start >= len(lines) else _nothing(path)
-        )
+        raise RecordingError(f"{place}: {NO_ROW}")
     cells = _split(first, separator)
     quoted = len(cells) == len(header) and any(map(_QUOTED.fullmatch, cells))
     decimal = stated.decimal or ("," if quoted or (separator != "," and "," in first) else ".")
@@ -74,33 +77,25 @@ def open_csv(path: Path, description: LogDescription) -> Table:
             if len(cells) != len(header):
                 hint = "; separate columns with ; where the decimal sign is a comma"
                 raise RecordingError(
-                    f"{one_line(path)}: line {number} has {len(cells)} cells, but the header names {len(header)}"
+                    f"{place}: line {number} has {len(cells)} cells, but the header names {len(header)}"
                     f"{hint if separator == ',' and len(cells) > len(header) else ''}"
                 )
-            plain = [cell.replace(",", ".", 1) for cell in cells] if decimal == "," else cells
-            try:
-                if "_" in line and any("_" in cells[k] for _, k in wanted):
-                    raise ValueError  # a digit separator of Python, not of logs
-                values.extend([read(plain[k]) for read, k in wanted])
-            except ValueError:
-                for read, k in wanted:
-                    if not _is_read(read, plain[k]):
-                        dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
-                        raise RecordingError(
-                            f"{one_line(path)}: line {number}, column {header[k]}: {shown(cells[k])} is not "
-                            f"{dates if read is _date else 'a number'}"
-                        ) from None
+            for read, k in wanted:
+                cell = cells[k].replace(",", ".", 1) if decimal == "," else cells[k]
+                try:
+                    values.append(read(cell))
+                    readable = "_" not in cell  # a digit separator of Python, not of logs
+                except ValueError:
+                    readable = False
+                if not readable:
+                    dates = "a date in ISO 8601, year first, such as 2031-07-19T09:41:07.125"
+                    raise RecordingError(
+                        f"{place}: line {number}, column {header[k]}: {shown(cells[k])} is not "
+                        f"{dates if read is _date else 'a number'}"
+                    )
         return dict(zip(names, np.ascontiguousarray(np.reshape(values, (-1, len(names))).T), strict=True))
 
     return Table(header, load)
-
-
-def _is_read(read: Callable[[str], float], cell: str) -> bool:
-    try:
-        read(cell)
-    except ValueError:
-        return False
-    return "_" not in cell
 
 
 def _date(cell: str) -> float:
@@ -109,17 +104,18 @@ def _date(cell: str) -> float:
     return (found if found.tzinfo else found.replace(tzinfo=UTC)).timestamp()
 
 
-def _header(path: Path, lines: list[str], description: LogDescription) -> tuple[list[str], str, int]:
+def _header(place: str, lines: list[str], description: LogDescription) -> tuple[list[str], str, int]:
     """Return names of columns, separator, and the number of lines before the first row."""
-    stated, place = description.text, one_line(path)
-    joints = description.joints or ("",)
+    stated, joints = description.text, description.joints or ("",)
     declared = {name.replace("{joint}", joint) for name in description.names for joint in joints}
 
-    def known(names: Sequence[str]) -> int:
+    def known(line: str, separator: str) -> int:
+        names = _split(line, separator)
         return sum(name in declared or bool(KNOWN.fullmatch(name) or KNOWN.fullmatch(name.lower())) for name in names)
 
-    def best(line: str) -> int:
-        return max(known(_split(line, each)) for each in SEPARATORS)
+    def numeric(line: str, separator: str) -> int:
+        cells = _split(line if separator == "," else line.replace(",", "."), separator)
+        return sum(bool(_NUMBER.fullmatch(cell)) for cell in cells)
 
     number, words, comment = (stated.header or 1) - 1, "", ""
     if stated.header:
@@ -130,31 +126,26 @@ def _header(path: Path, lines: list[str], description: LogDescription) -> tuple[
             raise RecordingError(f"{place}: line {number + 1}, declared as the header, is empty")
     while not words:
         if number == len(lines):
-            raise RecordingError(_nothing(path))
+            raise RecordingError(f"{place}: {NO_ROW}")
         words = _plain(lines[number])
         if not words:
             comment = lines[number].strip().lstrip("#").strip() or comment
             number += 1
-    separator = stated.separator or max(SEPARATORS, key=lambda each: _numbers_in(words, each))
-    cells = _split(words, separator)
-    counted = [str(k + 1) for k in range(len(cells))]
-    by_number = stated.header is None and cells != counted and known(counted) > 1
-    if stated.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
+    separator = stated.separator or max(SEPARATORS, key=lambda each: numeric(words, each))
+    counted = [str(k + 1) for k in range(len(_split(words, separator)))]
+    by_number = stated.header is None and len(declared & set(counted)) > 1 and _split(words, separator) != counted
+    if stated.header == 0 or (by_number and numeric(words, separator) == len(counted)):
         return counted, separator, number
-    if stated.header is None and not best(words):
-        if best(comment) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
+    if stated.header is None and not any(known(words, each) for each in SEPARATORS):
+        if max(known(comment, each) for each in SEPARATORS) > 1 and not _WORDS.search(words):
             words, number = comment, number - 1  # as written by numpy.savetxt
         elif all(_NUMBER.fullmatch(each) for each in re.split(r"[\s;,|]+", words) if each):
             raise RecordingError(
                 f"{place}: line {number + 1} has numbers where column names are expected; begin with t,q1,..,v1,.., or "
                 'set header = "none" in a log description'
             )
-    separator = stated.separator or max(SEPARATORS, key=lambda each: known(_split(words, each)))
+    separator = stated.separator or max(SEPARATORS, key=lambda each: known(words, each))
     return _split(words, separator), separator, number + 1
-
-
-def _nothing(path: Path) -> str:
-    return f"{one_line(path)}: expected a header line and at least one row"
 
 
 def _plain(line: str) -> str:
@@ -164,16 +155,10 @@ def _plain(line: str) -> str:
 
 def _split(line: str, separator: str) -> list[str]:
     if '"' in line and separator != " " and len(line) < csv.field_size_limit():
-        return [
-            cell.strip().strip("'") for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True))
-        ]
+        (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=True)
+        return [cell.strip().strip("'") for cell in cells]
     cells = line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
     return [cell.strip("\"'") for cell in cells] if '"' in line or "'" in line else cells
-
-
-def _numbers_in(line: str, separator: str) -> int:
-    cells = _split(line, separator)
-    return sum(bool(_NUMBER.fullmatch(cell if separator == "," else cell.replace(",", ".", 1))) for cell in cells)
 
 
 def _lines(path: Path, encoding: str | None) -> list[str]:

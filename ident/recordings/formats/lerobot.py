@@ -14,20 +14,28 @@ entries and `signal`, the quantity of v. Recordings have no commands, so there i
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence, Set
 from pathlib import Path
-from typing import TypeAlias, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from ident.recordings.description import MEANINGS, LogDescription
-from ident.recordings.formats.parquet import arrow_array, open_parquet
-from ident.recordings.formats.table import MOST_COLUMNS, Columns, LogFormat, Table, entry
+from ident.recordings.description import EPISODE, MEANINGS, TORQUE_FROM_CURRENT, Channels, LogDescription
+from ident.recordings.formats import (
+    MOST_COLUMNS,
+    MOST_VALUES,
+    Columns,
+    LogFormat,
+    Table,
+    check_joint,
+    entry,
+    listed,
+)
+from ident.recordings.formats.arrays import arrow_array, arrow_numbers
 from ident.recordings.recording import JITTER_TOL, Recording
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
-from ident.support.files import read_bytes
+from ident.support.files import check_file, read_bytes
 from ident.support.naming import one_line, shown
 
 ENDING = ".lerobot"
@@ -36,14 +44,14 @@ INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 DATA, EPISODES = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 FILES = (INFO, STATS, TASKS, EPISODES, DATA)
 """Files of a written dataset; others may have more files of data and of episodes."""
-LARGEST = 10_000_000
-"""Largest size of `meta/info.json` [bytes]."""
+LARGEST, LARGEST_DATA = 10_000_000, 4_000_000_000
+"""Largest sizes of `meta/info.json` and of a Parquet file [bytes]."""
 FPS_TOL = 0.01
 """Largest relative difference between the stamps' rate and `fps`: a larger one indicates another unit or rate.
 
 Velocities have this relative error, inertial torques twice of it.
 """
-EPISODE, FRAME, TIME, LENGTH = "episode_index", "frame_index", "timestamp", "length"
+FRAME, TIME, LENGTH = "frame_index", "timestamp", "length"
 STATE = "observation.state"
 POSITIONS = ("pos", "position")
 CURRENTS = ("current", "torque", "effort", "eff")
@@ -53,15 +61,24 @@ CURRENT_COLUMNS = ("observation.current", "observation.torque", "observation.eff
 """Features with only currents."""
 DEGREES = ("openarm_follower", "bi_openarm_follower")
 """Types of robots that LeRobot always logs in degrees and newton metres (its `DamiaoMotorsBus`)."""
+TASK = "motion for the identification of drive gains"
+PANDAS = {
+    "index_columns": ["task"],
+    "column_indexes": [],
+    "columns": [
+        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": stored, "metadata": None}
+        for name, kind, stored in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
+    ],
+    "pandas_version": "2.0.0",
+}
+"""Metadata that make `task` the index of the table of tasks, as LeRobot requires."""
 Entries: TypeAlias = Mapping[str, tuple[str, str]]
 """Column and unit of each joint; the unit is empty if not stated."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Feature:
+class Feature(NamedTuple):
     """A feature of numbers; `names` and `units` of the entries of a row are empty if not stated."""
 
-    name: str
     kind: str
     width: int
     names: tuple[str, ...]
@@ -69,70 +86,54 @@ class Feature:
     signal: str | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DatasetInfo:
+class DatasetInfo(NamedTuple):
     """Metadata of a dataset.
 
     Attributes:
         robot: Type of the robot, None if not stated.
         fps: Frames per second [1/s].
         episodes: Number of episodes.
-        features: Numeric features.
-        others: Names of the other features: videos, images, texts.
+        features: Features by name; None for videos, images and texts.
     """
 
     robot: object
     fps: float
     episodes: int
-    features: tuple[Feature, ...]
-    others: tuple[str, ...]
+    features: Mapping[str, Feature | None]
 
     @property
-    def columns(self) -> dict[str, str]:
-        """Columns of the Parquet files by all their names."""
-        stored, named = dict[str, str](), dict[str, str]()
-        for each in self.features:
-            columns = [each.name] if each.width == 1 else [entry(each.name, k) for k in range(each.width)]
-            stored |= {column: column for column in columns}
-            named |= {f"{each.name}.{name}": column for name, column in zip(each.names, columns, strict=False)}
+    def columns(self) -> dict[str, tuple[str, int]]:
+        """Feature and number of the entry of each column, by all its names."""
+        stored, named = dict[str, tuple[str, int]](), dict[str, tuple[str, int]]()
+        for name, feature in self.features.items():
+            for k in range(feature.width if feature else 0):
+                stored[name if feature and feature.width == 1 else entry(name, k)] = name, k
+            named |= {f"{name}.{each}": (name, k) for k, each in enumerate(feature.names if feature else ())}
         return named | stored
-
-    @property
-    def signal(self) -> str | None:
-        """Quantity of the currents, if stated."""
-        return next((feature.signal for feature in self.features if feature.signal), None)
 
     def entries(self, *, currents: bool) -> Mapping[str, Entries]:
         """Return columns and units of the joints' currents, or positions, by pattern: `{joint}` stands for a name."""
         found: dict[str, dict[str, tuple[str, str]]] = {}
-        for feature in self.features:
-            if feature.name not in (STATE, *CURRENT_COLUMNS):
-                continue
-            for number, name in enumerate(feature.names):
+        for feature in (STATE, *CURRENT_COLUMNS):
+            stated = self.features.get(feature)
+            for number, name in enumerate(stated.names if stated else ()):
                 stem, _, ending = name.rpartition(".")
                 known = bool(stem) and ending in (*POSITIONS, *CURRENTS)
-                if feature.name == STATE and "." in name and not known:
+                if feature == STATE and "." in name and not known:
                     continue  # a velocity, a temperature, ..
-                joint = stem if known else name
-                pattern = f"{feature.name}.{{joint}}" + (f".{ending}" if known else "")
-                current = pattern.startswith(CURRENT_COLUMNS) or pattern.rpartition(".")[2] in CURRENTS
+                current = feature != STATE or (known and ending in CURRENTS)
                 if current != currents:
                     continue
-                unit = ""
-                if feature.units:
-                    unit = feature.units[number]
-                elif self.robot in DEGREES:
-                    unit = "deg" if not current else "N m" if pattern.endswith(".torque") else ""
-                found.setdefault(pattern, {})[joint] = (f"{feature.name}.{name}", unit)
+                unit = stated.units[number] if stated and stated.units else ""
+                if not unit and self.robot in DEGREES:
+                    unit = "deg" if not current else "N m" if known and ending == "torque" else ""
+                pattern = f"{feature}.{{joint}}" + (f".{ending}" if known else "")
+                found.setdefault(pattern, {})[stem if known else name] = f"{feature}.{name}", unit
         return found
 
 
 def read_info(folder: Path) -> DatasetInfo:
-    """Return the metadata of a dataset.
-
-    Raises:
-        RecordingError: If it is not a dataset of LeRobot, version 3.
-    """
+    """Return the metadata of a dataset; raises `RecordingError` if it is not one of LeRobot, version 3."""
     path = folder / INFO
     if not path.is_file():
         raise RecordingError(f"{one_line(folder)}: expected the folder of a LeRobot dataset, with {INFO}")
@@ -158,17 +159,11 @@ def read_info(folder: Path) -> DatasetInfo:
         raise RecordingError(f"{place}: total_episodes = {shown(episodes)}; expected a number of at least 1")
     if not isinstance(features, dict):
         raise RecordingError(f"{place}: features = {shown(features)}; expected an object with one entry per feature")
-    read = {name: _feature(name, each) for name, each in cast("dict[str, object]", features).items()}
-    return DatasetInfo(
-        robot=table.get("robot_type"),
-        fps=float(fps),
-        episodes=episodes,
-        features=tuple(feature for feature in read.values() if feature is not None),
-        others=tuple(name for name, feature in read.items() if feature is None),
-    )
+    read = {name: _feature(each) for name, each in cast("dict[str, object]", features).items()}
+    return DatasetInfo(table.get("robot_type"), float(fps), episodes, read)
 
 
-def _feature(name: str, stated: object) -> Feature | None:
+def _feature(stated: object) -> Feature | None:
     """Return a feature of numbers or rows of numbers, None for any other."""
     table = cast("dict[str, object]", stated if isinstance(stated, dict) else {})
     kind, shape, signal = map(table.get, ("dtype", "shape", "signal"))
@@ -178,9 +173,7 @@ def _feature(name: str, stated: object) -> Feature | None:
     if isinstance(width, bool) or not isinstance(width, int) or not 1 <= width <= MOST_COLUMNS:
         return None
     names, units = _texts(table.get("names"), width), _texts(table.get("units"), width)
-    return Feature(
-        name=name, kind=kind, width=width, names=names, units=units, signal=signal if isinstance(signal, str) else None
-    )
+    return Feature(kind, width, names, units, signal if isinstance(signal, str) else None)
 
 
 def _texts(stated: object, width: int) -> tuple[str, ...]:
@@ -194,23 +187,91 @@ def _texts(stated: object, width: int) -> tuple[str, ...]:
     return tuple(texts) if len(texts) == width else ()
 
 
+def dataset_layout(path: Path, description: LogDescription) -> LogDescription:
+    """Return the columns of joints that a description does not declare, from the names of features.
+
+    Raises:
+        RecordingError: If joints have no names, there are no currents or several kinds of them, or a joint lacks one.
+    """
+    info, place = read_info(path), one_line(path)
+    features = [f"{name} ({listed(each.names, 3)})" if each and each.names else name
+                for name, each in sorted(info.features.items(), key=lambda each: each[1] is None)]  # fmt: skip
+    there = f"its features are {listed(features, 12)}"
+    positions = {joint: each for found in info.entries(currents=False).values() for joint, each in found.items()}
+    kinds = info.entries(currents=True)
+    q, v = not description.q.columns, not description.v.columns  # which of them are undeclared
+    if q and not positions:
+        raise RecordingError(
+            f"{place}: entries of {STATE} have no names of joints; declare which of them are positions and currents: "
+            f"--columns 'q=NAME[{{0..5}}][unit]' 'v=..'; {there}"
+        )
+    if v and not kinds:
+        raise RecordingError(
+            f"{place}: the dataset has no currents, which identification needs: no name ends in .current, .torque or "
+            f".effort; {there}"
+        )
+    if v and len(kinds) > 1:
+        raise RecordingError(
+            f"{place}: several kinds of current: {listed(list(kinds))}; choose one, --columns 'v={next(iter(kinds))}', "
+            "and name the joints (--joints, or --model)"
+        )
+    joints, currents = description.joints or tuple(positions), next(iter(kinds.values()), {})
+    for joint in joints:
+        if q:
+            check_joint(place, joint, list(positions))
+        if v and joint not in currents:
+            raise RecordingError(
+                f"{place}: joint {shown(joint)} has no current; those that have one are {listed(list(currents))}; name "
+                "the others (--joints)"
+            )
+    signal = next((each.signal for each in info.features.values() if each and each.signal), None)
+    own_constant = () if signal == TORQUE_FROM_CURRENT == (description.signal or signal) else None
+    return LogDescription(
+        signal=signal,
+        joints=joints,
+        t=Channels(columns=(TIME,), unit=("s",)),
+        q=_channels([positions[joint] for joint in joints if q], None),
+        v=_channels([currents[joint] for joint in joints if v], own_constant),
+    )
+
+
+def _channels(entries: Sequence[tuple[str, str]], constant: tuple[float, ...] | None) -> Channels:
+    units = tuple(unit for _, unit in entries)
+    return Channels(columns=tuple(column for column, _ in entries), unit=units if all(units) else (), constant=constant)
+
+
 def open_lerobot(path: Path, description: LogDescription) -> Table:
     """Open one episode.
 
     Raises:
-        RecordingError: If the folder is not such a dataset, an episode must be chosen, or frames are missing.
+        RecordingError: If the folder is no dataset, or an episode must be chosen; `load`, if frames are missing.
     """
     info, place = read_info(path), one_line(path)
-    episode, frames = _episode(path, info, dict(description.only).get(EPISODE))
+    meta = _read(path, "meta/episodes", (EPISODE, LENGTH))
+    if not all(np.isfinite(values).all() for values in meta.values()):
+        raise RecordingError(f"{place}: meta/episodes lacks a number or length; copy the dataset again")
+    lengths = dict(zip(meta[EPISODE].tolist(), meta[LENGTH].tolist(), strict=True))
+    if len(lengths) != info.episodes:
+        raise RecordingError(
+            f"{place}: {INFO} says {info.episodes} episodes, meta/episodes lists {len(lengths)}; copy the dataset again"
+        )
+    there = f"{len(lengths)} episode{'s'[: len(lengths) > 1]}, {min(lengths):g} to {max(lengths):g}"
+    chosen = dict(description.only).get(EPISODE)
+    if chosen is None and len(lengths) > 1:
+        raise RecordingError(
+            f"{place}: {there}; choose one (--episode, or only = {{ episode_index = .. }} of a description)"
+        )
+    chosen = min(lengths) if chosen is None else chosen
+    if chosen not in lengths:
+        raise RecordingError(f"{place}: no episode {chosen:g}; there are {there}")
+    episode, frames = int(chosen), int(lengths[chosen])
 
     def load(names: Sequence[str], _: Set[str]) -> Columns:
-        stored = {name: info.columns[name] for name in names}
-        files = [file for file in _parquets(path, "data") if _may_hold(file, episode)]
-        if not files:
-            raise RecordingError(f"{place}: no file of data/ contains episode {episode}; copy the dataset again")
-        whole = _together(files, list(dict.fromkeys((EPISODE, FRAME, *stored.values()))))
-        table = {name: values[whole[EPISODE] == episode] for name, values in whole.items()}
-        frame = table[FRAME]
+        places = {name: info.columns[name] for name in names}
+        table = _read(
+            path, "data", dict.fromkeys((EPISODE, FRAME, *(column for column, _ in places.values()))), episode
+        )
+        frame = table[FRAME].reshape(-1)
         if len(frame) != frames:
             raise RecordingError(
                 f"{place}: episode {episode} has {len(frame)} of its {frames} frames; a file of data/ is missing"
@@ -222,76 +283,54 @@ def open_lerobot(path: Path, description: LogDescription) -> Table:
                 f"{wrong[0]}; frames are lost or out of order"
             )
         if TIME in table:
-            table[TIME] = _time(place, info, table[TIME], frame)
-        return {name: table[column] for name, column in stored.items()}
+            table[TIME] = _time(place, info, table[TIME].reshape(-1), frame)
+        found: dict[str, Array] = {}
+        for name, (column, k) in places.items():
+            values = table[column].reshape(frames, -1)
+            if k >= values.shape[1]:
+                raise _lacking(path, entry(column, k))
+            found[name] = values[:, k]
+        return found
 
     return Table(list(info.columns), load)
 
 
-def _episode(path: Path, info: DatasetInfo, wanted: float | None) -> tuple[int, int]:
-    """Return the number of the episode to read, and its number of frames."""
-    place, listed = one_line(path), _together(_parquets(path, "meta/episodes"), (EPISODE, LENGTH))
-    if not all(np.isfinite(values).all() for values in listed.values()):
-        raise RecordingError(f"{place}: meta/episodes lacks a number or length; copy the dataset again")
-    lengths = dict(zip(listed[EPISODE].tolist(), listed[LENGTH].tolist(), strict=True))
-    if len(lengths) != info.episodes:
-        raise RecordingError(
-            f"{place}: {INFO} says {info.episodes} episodes, meta/episodes lists {len(lengths)}; copy the dataset again"
-        )
-    there = f"{len(lengths)} episode{'s'[: len(lengths) > 1]}, {min(lengths):g} to {max(lengths):g}"
-    if wanted is None and len(lengths) > 1:
-        raise RecordingError(
-            f"{place}: {there}; choose one (--episode, or only = {{ episode_index = .. }} of a description)"
-        )
-    number = min(lengths) if wanted is None else wanted
-    if number not in lengths:
-        raise RecordingError(f"{place}: no episode {number:g}; there are {there}")
-    return int(number), int(lengths[number])
+def _lacking(path: Path, column: str) -> RecordingError:
+    return RecordingError(f"{one_line(path)}: no column {shown(column)}, which LeRobot datasets of this kind have")
 
 
-def _parquets(path: Path, folder: str) -> list[Path]:
-    """Return Parquet files of a folder of the dataset, in the order of their rows."""
-    found = sorted((path / folder).glob("*/*.parquet"))
-    if not found:
-        raise RecordingError(f"{one_line(path)}: {folder} has no Parquet file; copy the dataset again")
-    return found
-
-
-def _may_hold(file: Path, episode: int) -> bool:
-    """Return whether a file may have rows of an episode, from the statistics of its row groups."""
+def _read(path: Path, folder: str, names: Collection[str], episode: int | None = None) -> dict[str, Array]:
+    """Return columns of the Parquet files of a folder of the dataset, those of an episode or all rows."""
     import pyarrow as pa
-    import pyarrow.parquet as pq
+    from pyarrow import dataset as ds
 
-    try:
-        footer = pq.read_metadata(file)
-    except (OSError, pa.ArrowException):
-        return True  # reading it reports the error
-    places = [k for k in range(footer.num_columns) if footer.schema.column(k).path == EPISODE]
-    ranges = [footer.row_group(k).column(places[0]).statistics for k in range(footer.num_row_groups) if places]
-    return not places or any(each is None or not each.has_min_max or each.min <= episode <= each.max for each in ranges)
-
-
-def _together(files: Sequence[Path], columns: Sequence[str]) -> dict[str, Array]:
-    """Return the concatenated columns of Parquet files; one of one-element arrays has the name of its only entry."""
-    parts: list[list[Array]] = []
+    files = sorted((path / folder).glob("*/*.parquet"))
+    if not files:
+        raise RecordingError(f"{one_line(path)}: {folder} has no Parquet file; copy the dataset again")
     for file in files:
-        table = open_parquet(file)
-        found = [next((n for n in (column, f"{column}[0]") if n in table.names), "") for column in columns]
-        if "" in found:
-            lacking = columns[found.index("")]
-            raise RecordingError(
-                f"{one_line(file)}: no column {shown(lacking)}, which LeRobot datasets of this kind have"
-            )
-        loaded = table.load(found, frozenset())
-        parts.append([loaded[name] for name in found])
-    return {column: np.concatenate(each) for column, each in zip(columns, zip(*parts, strict=True), strict=True)}
+        check_file(file, most_bytes=LARGEST_DATA, error=RecordingError)
+    try:
+        data = ds.dataset([str(file) for file in files], format="parquet")
+        lacking = [name for name in names if name not in data.schema.names]
+        if lacking:
+            raise _lacking(path / folder, lacking[0])
+        wanted = None if episode is None else ds.field(EPISODE) == episode
+        rows = data.count_rows(filter=wanted)
+        if not rows:
+            what = "a row" if episode is None else f"episode {episode}"
+            raise RecordingError(f"{one_line(path)}: no file of {folder}/ contains {what}; copy the dataset again")
+        if rows * len(names) > MOST_VALUES:
+            raise RecordingError(f"{one_line(path)}: over {MOST_VALUES} numbers in {folder}/; take a part of it")
+        table = data.to_table(columns=list(names), filter=wanted)
+    except (OSError, pa.ArrowException) as error:
+        raise RecordingError(f"{one_line(path / folder)}: not readable ({one_line(error)[:200]})") from error
+    return {name: arrow_numbers(path / folder, name, table[name]) for name in names}
 
 
 def _time(place: str, info: DatasetInfo, t: Array, frame: Array) -> Array:
     """Return times of frames [s]; stamps of LeRobot, `frame_index / fps`, without rounding to float32."""
-    made = frame / info.fps
-    single = any(feature.name == TIME and feature.kind == "float32" for feature in info.features)
-    if single and np.array_equal(made.astype(np.float32), t):
+    made, stated = frame / info.fps, info.features.get(TIME)
+    if stated and stated.kind == "float32" and np.array_equal(made.astype(np.float32), t):
         return made
     if len(t) > 1 and np.isfinite(t).all():
         period = float(t[-1] - t[0]) / (len(t) - 1)
@@ -324,17 +363,31 @@ def write_dataset(
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    folder, names, fps = Path(folder), _names(recordings, joints), _fps(recordings)
-    others = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
-    foreign = [path for path in others if path not in (folder / DATA, folder / EPISODES)]
-    if foreign:
+    folder, numbers = Path(folder), sorted({each.n for each in recordings})
+    if len(numbers) != 1:
         raise RecordingError(
-            f"{one_line(folder)}: contains another dataset, {one_line(foreign[0])}; give another folder"
+            f"{len(recordings)} recordings of {', '.join(map(str, numbers)) or 'no'} joints; a dataset has episodes of "
+            "the same joints"
         )
+    names = [f"joint_{j + 1}" for j in range(numbers[0])] if joints is None else joints
+    if len(set(names)) != numbers[0]:
+        raise RecordingError(f"{len(set(names))} different names for {numbers[0]} joints; give each joint its own name")
+    rates = [1.0 / each.period for each in recordings]
+    if max(rates) > (1.0 + FPS_TOL) * min(rates):
+        raise RecordingError(
+            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has one rate, so write a dataset for "
+            "each rate"
+        )
+    rate = float(np.mean(rates))
+    there = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
+    foreign = next((path for path in there if path not in (folder / DATA, folder / EPISODES)), None)
+    if foreign:
+        raise RecordingError(f"{one_line(folder)}: contains another dataset, {one_line(foreign)}; give another folder")
     for name in FILES:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
     lengths = [len(each.t) for each in recordings]
     ends, count, total = np.cumsum(lengths).tolist(), len(lengths), sum(lengths)
+    starts = [0, *ends[:-1]]
     columns = {
         STATE: np.concatenate([np.column_stack((each.q, each.v)) for each in recordings]),
         TIME: np.concatenate([each.t for each in recordings]),
@@ -344,11 +397,10 @@ def write_dataset(
         "task_index": np.zeros(total, dtype=np.int64),
     }
     unit = MEANINGS[signal].unit if signal else ""
-    ending = "torque" if unit == "N m" else "current"
     state = {
         "dtype": "float64",
         "shape": [2 * len(names)],
-        "names": [f"{name}.{kind}" for kind in ("pos", ending) for name in names],
+        "names": [f"{name}.{kind}" for kind in ("pos", "torque" if unit == "N m" else "current") for name in names],
         "units": ["rad"] * len(names) + [unit] * len(names),
     } | ({"signal": signal} if signal else {})
     plain = {name: {"dtype": str(x.dtype), "shape": [1], "names": None} for name, x in columns.items() if x.ndim == 1}
@@ -361,30 +413,28 @@ def write_dataset(
         "chunks_size": 1000,
         "data_files_size_in_mb": 100,
         "video_files_size_in_mb": 200,
-        "fps": fps,
+        "fps": round(rate) if abs(round(rate) / rate - 1.0) <= JITTER_TOL else rate,
         "splits": {"train": f"0:{count}"},
         "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
         "video_path": None,
         "features": {STATE: state} | plain,
     }
-    data = pa.table({name: arrow_array(x.reshape(-1)) for name, x in columns.items() if name != STATE})
     rows = pa.FixedSizeListArray.from_arrays(arrow_array(columns[STATE].reshape(-1)), 2 * len(names))
-    data = data.add_column(0, STATE, rows)
+    data = pa.table({STATE: rows} | {name: arrow_array(columns[name]) for name in plain})
     with pq.ParquetWriter(folder / DATA, data.schema) as writer:  # one row group per episode, as in LeRobot
-        for end, length in zip(ends, lengths, strict=True):
-            writer.write_table(data.slice(end - length, length))
-    task = "motion for the identification of drive gains"
+        for start, length in zip(starts, lengths, strict=True):
+            writer.write_table(data.slice(start, length))
     chunks = ("data/chunk_index", "data/file_index", "meta/episodes/chunk_index", "meta/episodes/file_index")
     episodes = {
         EPISODE: list(range(count)),
-        "tasks": [[task]] * count,
+        "tasks": [[TASK]] * count,
         LENGTH: lengths,
-        "dataset_from_index": [end - length for end, length in zip(ends, lengths, strict=True)],
+        "dataset_from_index": starts,
         "dataset_to_index": ends,
         **{name: [0] * count for name in chunks},
     }
     pq.write_table(pa.table(episodes), folder / EPISODES)
-    tasks = pa.table({"task_index": [0], "task": [task]}, metadata={"pandas": json.dumps(PANDAS)})
+    tasks = pa.table({"task_index": [0], "task": [TASK]}, metadata={"pandas": json.dumps(PANDAS)})
     pq.write_table(tasks, folder / TASKS)
     wide = {name: x.reshape(total, -1).astype(np.float64) for name, x in columns.items()}
     stats = {
@@ -393,44 +443,6 @@ def write_dataset(
     }
     for name, content in ((INFO, info), (STATS, stats)):
         (folder / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
-
-
-PANDAS = {
-    "index_columns": ["task"],
-    "column_indexes": [],
-    "columns": [
-        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": stored, "metadata": None}
-        for name, kind, stored in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
-    ],
-    "pandas_version": "2.0.0",
-}
-"""Metadata that make `task` the index of the table of tasks, as LeRobot requires."""
-
-
-def _names(recordings: Sequence[Recording], joints: Sequence[str] | None) -> tuple[str, ...]:
-    numbers = {each.n for each in recordings}
-    if len(numbers) != 1:
-        raise RecordingError(
-            f"{len(recordings)} recordings of {', '.join(map(str, sorted(numbers))) or 'no'} joints; a dataset has "
-            "episodes of the same joints"
-        )
-    (n,) = numbers
-    names = tuple(joints) if joints is not None else tuple(f"joint_{j + 1}" for j in range(n))
-    if len(set(names)) != n:
-        raise RecordingError(f"{len(set(names))} different names for {n} joints; give each joint its own name")
-    return names
-
-
-def _fps(recordings: Sequence[Recording]) -> float:
-    """Return the frames per second [1/s], rounded to an integer if within jitter."""
-    rates = [1.0 / each.period for each in recordings]
-    if max(rates) > (1.0 + FPS_TOL) * min(rates):
-        raise RecordingError(
-            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has one rate, so write a dataset for "
-            "each rate"
-        )
-    mean = float(np.mean(rates))
-    return round(mean) if abs(round(mean) / mean - 1.0) <= JITTER_TOL else mean
 
 
 LEROBOT = LogFormat((ENDING,), open_lerobot, INFO)

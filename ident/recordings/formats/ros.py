@@ -7,17 +7,16 @@ joint. Needs the package `rosbags`.
 import importlib.util
 import struct
 from array import array
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence, Set
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats.table import MOST_VALUES, Columns, LogFormat, Table, listed
-from ident.support.arrays import Array, Indices
+from ident.recordings.formats import MOST_VALUES, Columns, LogFormat, Table, listed
+from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 from ident.support.files import check_file
 from ident.support.naming import nearest, needed_extra, one_line, shown
@@ -28,6 +27,8 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.latest import sensor_msgs__msg__JointState as JointState
 
 STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
+LOGGED = ""
+"""Name of the times of logging [ns], which no table has."""
 TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
@@ -40,34 +41,12 @@ Messages: TypeAlias = Iterator[tuple[int, bytes]]
 """Times of logging [ns], and bytes."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Group:
-    """Messages with the same joints: times of logging [ns], stamps [s], and values of all joints, message by message.
-
-    `effort` is empty if the messages have none.
-    """
-
-    names: tuple[str, ...]
-    logged: "array[int]" = field(default_factory=lambda: array("q"))
-    stamp: "array[float]" = field(default_factory=lambda: array("d"))
-    position: "array[float]" = field(default_factory=lambda: array("d"))
-    effort: "array[float]" = field(default_factory=lambda: array("d"))
-
-    def columns(self) -> dict[str, Array]:
-        """Return the columns by name, each of shape (k,)."""
-        found = {STAMP: np.array(self.stamp)}
-        for ending, values in ((POSITION, self.position), (EFFORT, self.effort)):
-            if values:
-                by_joint = np.reshape(values, (len(self.stamp), -1)).T
-                found |= {name + ending: each for name, each in zip(self.names, by_joint, strict=True)}
-        return found
-
-
 def open_ros(path: Path, description: LogDescription) -> Table:
     """Read the messages of one topic.
 
     Raises:
-        RecordingError: If `rosbags` is missing, the file is not a bag, a topic must be chosen, or joints are missing.
+        RecordingError: If `rosbags` is missing, the file is not a bag, or a topic must be chosen; `load`, if joints are
+            not in the same messages.
     """
     place = one_line(path)
     if path.suffix.lower() == ".bag":
@@ -85,12 +64,29 @@ def open_ros(path: Path, description: LogDescription) -> Table:
             reader = opened.enter_context(Reader(path))
             there = reader.connections
         connections = _connections(place, there, description.topic)
-        groups = _groups(place, _messages(place, reader, connections))
-    if not groups:
+        tables = _tables(place, _messages(place, reader, connections))
+    if not tables:
         raise RecordingError(f"{place}: topic {one_line(connections[0].topic)} has no message")
-    tables = [(np.array(group.logged), group.columns()) for group in groups]
-    names = dict.fromkeys(name for _, columns in tables for name in columns)
-    return Table(list(names), lambda wanted, _: _in_order(place, tables, wanted))
+
+    def load(wanted: Sequence[str], _: Set[str]) -> Columns:
+        whole: list[dict[str, Array]] = []
+        for columns in tables:
+            lacking = [name for name in wanted if name not in columns]
+            if not lacking:
+                whole.append(columns)
+            elif len(lacking) < len(set(wanted) - {STAMP}):
+                raise RecordingError(
+                    f"{place}: {len(lacking)} of the needed values, {listed(lacking, 3)}, are not in the same messages "
+                    "as the others; record a single publisher, whose messages have all of them"
+                )
+        order = np.argsort(np.concatenate([columns[LOGGED] for columns in whole]), kind="stable")
+        found = {name: np.concatenate([columns[name] for columns in whole])[order] for name in wanted}
+        if STAMP in found and not found[STAMP].any():
+            raise RecordingError(f"{place}: the stamp of every header is 0; the publisher has to set it")
+        return found
+
+    names = dict.fromkeys(name for columns in tables for name in columns if name != LOGGED)
+    return Table(list(names), load)
 
 
 @contextmanager
@@ -148,14 +144,13 @@ def _messages(place: str, reader: "Reader", connections: "Sequence[Connection]")
         yield found[1], found[2]
 
 
-def _groups(place: str, messages: Messages) -> list[_Group]:
-    """Return the numbers of all messages, grouped by joints."""
+def _tables(place: str, messages: Messages) -> list[dict[str, Array]]:
+    """Return columns of the messages with the same joints, and their times of logging."""
     from rosbags.serde import SerdeError
     from rosbags.typesys import Stores, get_typestore
 
-    store = get_typestore(Stores.LATEST)
-    groups: dict[tuple[tuple[str, ...], bool], _Group] = {}
-    values = 0
+    store, values = get_typestore(Stores.LATEST), 0
+    groups: dict[tuple[tuple[str, ...], bool], dict[str, array[Any]]] = {}
     for logged, message in messages:
         try:
             state = cast("JointState", store.deserialize_cdr(message, TYPE))
@@ -168,32 +163,21 @@ def _groups(place: str, messages: Messages) -> list[_Group]:
         values += 2 * len(names) + 1
         if values > MOST_VALUES:
             raise RecordingError(f"{place}: over {MOST_VALUES} numbers on one topic; take a part of it")
-        group = groups.setdefault((names, efforts > 0), _Group(names))
-        if len(groups) > MOST_KINDS:
+        key = names, efforts > 0
+        if key not in groups and len(groups) == MOST_KINDS:
             raise RecordingError(f"{place}: over {MOST_KINDS} kinds of messages on one topic")
-        group.logged.append(logged)
-        group.stamp.append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
-        group.position.extend(state.position.tolist())
-        group.effort.extend(state.effort.tolist())
-    return list(groups.values())
-
-
-def _in_order(place: str, tables: Sequence[tuple[Indices, Columns]], wanted: Sequence[str]) -> Columns:
-    """Return the requested columns in order of logging, from messages with all of them."""
-    whole: list[tuple[Indices, Columns]] = []
-    for logged, columns in tables:
-        lacking = [name for name in wanted if name not in columns]
-        if not lacking:
-            whole.append((logged, columns))
-        elif len(lacking) < len(set(wanted) - {STAMP}):
-            raise RecordingError(
-                f"{place}: {len(lacking)} of the needed values, {listed(lacking, 3)}, are not in the same messages as "
-                "the others; record a single publisher, whose messages have all of them"
-            )
-    order = np.argsort(np.concatenate([logged for logged, _ in whole]), kind="stable")
-    found = {name: np.concatenate([columns[name] for _, columns in whole])[order] for name in wanted}
-    if STAMP in found and not found[STAMP].any():
-        raise RecordingError(f"{place}: the stamp of every header is 0; the publisher has to set it")
+        group = groups.setdefault(key, {LOGGED: array("q"), **{each: array("d") for each in (STAMP, POSITION, EFFORT)}})
+        group[LOGGED].append(logged)
+        group[STAMP].append(state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec)
+        group[POSITION].extend(state.position.tolist())
+        group[EFFORT].extend(state.effort.tolist())
+    found: list[dict[str, Array]] = []
+    for (names, efforts), group in groups.items():
+        columns = {each: np.array(group[each]) for each in (LOGGED, STAMP)}
+        for ending in (POSITION, EFFORT) if efforts else (POSITION,):
+            by_joint = np.reshape(group[ending], (len(group[STAMP]), len(names))).T
+            columns |= {name + ending: each for name, each in zip(names, by_joint, strict=True)}
+        found.append(columns)
     return found
 
 

@@ -18,8 +18,7 @@ from ident.diagnosis.exclusions import exclusions, undetected_sizes
 from ident.identification import Identification, check, identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, prepare
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 

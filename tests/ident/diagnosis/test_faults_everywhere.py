@@ -14,8 +14,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.identification import check, identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import prepare
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError, NotConverged
 
 Pair = tuple[Recording, Recording]

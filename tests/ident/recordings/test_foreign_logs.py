@@ -10,10 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, csv, table
 
-from ident.recordings.description import MEANINGS, Channels, LogDescription
-from ident.recordings.description_files import spread
+from ident.recordings.description import MEANINGS, Channels, LogDescription, spread
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.table import MOST_COLUMNS, listed
+from ident.recordings.formats import MOST_COLUMNS, listed
 from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
 from ident.support.errors import LogDescriptionError, RecordingError
@@ -40,8 +39,8 @@ def test_a_log_in_another_unit_is_the_same_recording(tmp_path):
         path = csv(tmp_path / "log.csv", table(v=V * many))
         log = read_log(path, replace(channels("v", unit=(unit,)), signal=signal))
         assert_same(log.recording)
-        assert log.read.notes == (MEANINGS[signal].note,)
-        assert log.read.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
+        assert log.notes == (MEANINGS[signal].note,)
+        assert log.v == f"{MEANINGS[signal].words} [{MEANINGS[signal].unit}]"
 
 
 def test_a_declared_unit_of_time_is_doubted_and_dates_are_not(tmp_path):
@@ -76,11 +75,11 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     description = replace(channels("v", unit=("N m",), constant=tuple(constants)), signal="torque-from-current")
     log = read_log(path, description)
     assert_same(log.recording)
-    assert "v is the current" in log.read.notes[0]
-    assert (log.read.v, log.read.signal) == ("current, from torque by the specified constants [A]", "current")
+    assert "v is the current" in log.notes[0]
+    assert (log.v, log.signal) == ("current, from torque by the specified constants [A]", "current")
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
-    assert unknown.read.notes == (MEANINGS["torque-from-current"].note,)
+    assert unknown.notes == (MEANINGS["torque-from-current"].note,)
     with pytest.raises(RecordingError, match="state the constants it was computed with, in N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
@@ -138,7 +137,7 @@ def test_standard_columns_are_complete_and_spelt_so():
         with pytest.raises(RecordingError, match=message):
             resolved(Path("log"), header.split(","), LogDescription())
     names = ["t", "q1", "v1", "Q1", "V", "q01", "q1_ref", "i1", "qd1", "v12345", "time"]
-    assert resolved(Path("log"), names, LogDescription()).description.names == ("t", "q1", "v1")
+    assert resolved(Path("log"), names, LogDescription())[0].names == ("t", "q1", "v1")
     description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
     with pytest.raises(RecordingError, match=r"no column 'time_ms'.*already has columns t, q1, v1, \.\.; convert only"):
         resolved(Path("log"), ["t", "q1", "v1"], description)
@@ -204,13 +203,11 @@ def test_a_log_of_universal_robots_is_known_by_its_columns(tmp_path, separator):
     for joint in range(6):
         np.testing.assert_array_equal(log.recording.q[:, joint], columns[f"actual_q_{joint}"])
         np.testing.assert_array_equal(log.recording.v[:, joint], columns[f"actual_current_{joint}"])
-    assert (log.read.layout, log.read.signal) == ("ur-rtde", "current")
-    assert log.read.notes == (
-        "v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current",
-    )
+    assert (log.layout, log.signal) == ("ur-rtde", "current")
+    assert log.notes == ("v is actual_current_0 .. [A], as measured; --layout ur-rtde-target selects target_current",)
     log = read_log(path, LogDescription(layout="ur-rtde-target"))
     np.testing.assert_array_equal(log.recording.v[:, 5], columns["target_current_5"])
-    assert log.read.notes == (TAKEN["ur-rtde-target"],)
+    assert log.notes == (TAKEN["ur-rtde-target"],)
 
 
 def test_declarations_replace_what_is_known_of_a_layout(tmp_path):
@@ -226,7 +223,7 @@ def test_declarations_replace_what_is_known_of_a_layout(tmp_path):
         read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
-    assert not log.read.notes
+    assert not log.notes
     with pytest.raises(RecordingError, match="not of the layout ur-rtde-target; found timestamp"):
         read_recording(path, LogDescription(layout="ur-rtde-target"))
     ms = 1_710_000_000_000 + 4 * np.arange(len(T))

@@ -75,7 +75,7 @@ def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path,
     assert_episode(folder, TORQUE, episode)
     assert_episode(folder, replace(TORQUE, joints=None), episode, joints=(0, 1, 2))  # velocities are no joints
     log = read_log(folder, of(TORQUE, episode))
-    assert (log.read.layout, log.read.description.q.unit, log.read.description.v.unit) == (
+    assert (log.layout, log.description.q.unit, log.description.v.unit) == (
         "lerobot", ("deg",) * 2, ("N m",) * 2,
     )  # fmt: skip
 

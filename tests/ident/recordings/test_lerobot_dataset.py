@@ -51,7 +51,7 @@ def test_every_episode_reads_back_bit_for_bit(tmp_path):
 def test_what_v_is_reads_back(tmp_path, signal, unit):
     write_dataset([recording(1)], tmp_path / "set", signal=signal)
     log = read_log(tmp_path / "set", LogDescription())
-    assert (log.read.description.signal, log.read.description.v.unit) == (signal, unit)
+    assert (log.description.signal, log.description.v.unit) == (signal, unit)
     assert_same(log.recording, recording(1))
 
 

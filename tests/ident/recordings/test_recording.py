@@ -9,9 +9,16 @@ import pyarrow.parquet as pq
 import pytest
 
 from ident.payload.payload import Payload, write_payload
-from ident.recordings.files import read_recording, write_recording
-from ident.recordings.motion import Motion, in_order_of_time, read
-from ident.recordings.recording import LARGEST_CURRENT, LARGEST_POSITION, Recording, resampled, share_samples
+from ident.recordings.files import read, read_recording, write_recording
+from ident.recordings.recording import (
+    LARGEST_CURRENT,
+    LARGEST_POSITION,
+    Motion,
+    Recording,
+    in_order_of_time,
+    resampled,
+    share_samples,
+)
 from ident.support.errors import RecordingError
 
 T = 0.01 * np.arange(50)

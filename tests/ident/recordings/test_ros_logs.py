@@ -48,8 +48,8 @@ def test_a_bag_is_read_back_by_the_joints_names(tmp_path, storage, compressed):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed=compressed, others=["/chatter", "/a"])
     assert_read(bag)
     log = read_log(bag, DESCRIPTION)
-    assert log.read.layout == "joint-states"
-    assert log.read.description.v.unit == ("A",)
+    assert log.layout == "joint-states"
+    assert log.description.v.unit == ("A",)
 
 
 @pytest.mark.parametrize(("storage", "ending"), [("sqlite3", "db3"), ("mcap", "mcap")])

@@ -10,10 +10,8 @@ import pyarrow.parquet as pq
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, table
 
-from ident.recordings.description import Channels, LogDescription
-from ident.recordings.description_files import described
-from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats import LOGS
+from ident.recordings.description import Channels, LogDescription, described
+from ident.recordings.files import LOGS, read_log, read_recording
 from ident.support.errors import RecordingError
 
 DATES = np.datetime64("2031-07-19T09:41:07.125") + 4 * np.arange(len(T))
@@ -59,7 +57,7 @@ def test_rows_of_numbers_in_parquet_are_columns_entry_by_entry(tmp_path, kind):
     columns = {"time": T, "pos": pa.array(Q.tolist(), kind), "cur": pa.array(V.tolist(), kind)}
     pq.write_table(pa.table(columns), path)
     assert_exact(path, ENTRIES)
-    assert read_log(path, ENTRIES).read.description.q.columns == ("pos[0]", "pos[1]", "pos[2]")
+    assert read_log(path, ENTRIES).description.q.columns == ("pos[0]", "pos[1]", "pos[2]")
     picked = replace(ENTRIES, v=Channels(columns=("cur[2]", "cur[0]", "cur[1]"), unit=("A",)))
     np.testing.assert_array_equal(read_recording(path, picked).v, V[:, [2, 0, 1]])
 
@@ -94,9 +92,9 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
 
 def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):
     pq.write_table(pa.table({"t": T, "q1": Q[:, 0], "v1": V[:, 0]}), tmp_path / "log.parquet")
-    monkeypatch.setattr("ident.recordings.formats.parquet.MOST_VALUES", 270)
+    monkeypatch.setattr("ident.recordings.formats.arrays.MOST_VALUES", 270)
     read_recording(tmp_path / "log.parquet")
-    monkeypatch.setattr("ident.recordings.formats.parquet.MOST_VALUES", 269)
+    monkeypatch.setattr("ident.recordings.formats.arrays.MOST_VALUES", 269)
     with pytest.raises(RecordingError, match="90 rows of 3 columns; up to 269 numbers are read, take a part"):
         read_recording(tmp_path / "log.parquet")
 

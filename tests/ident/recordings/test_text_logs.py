@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
-from ident.recordings.description import LogDescription, TextLayout
-from ident.recordings.description_files import described
+from ident.recordings.description import LogDescription, TextLayout, described
 from ident.recordings.files import read_recording
 from ident.recordings.formats.csv import LARGEST
 from ident.support.errors import RecordingError

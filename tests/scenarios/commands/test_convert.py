@@ -11,7 +11,7 @@ from bags import Sample, write_bag
 from model_files import mjcf
 from printed import printed
 
-from ident.recordings.description_files import read_description
+from ident.recordings.description import read_description
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import LogDescriptionError
@@ -95,7 +95,7 @@ def test_what_was_taken_for_what_is_a_table(cell, tmp_path, capsys):
     assert re.search(r"^ +2 +pos_2 +deg +-1 +90 +i_2 +mA +1$", said, re.MULTILINE)
     assert re.search(r"^ +6 +pos_6 +rev +1 +0.25 +i_6 +mA +1$", said, re.MULTILINE)
     assert "Time is time [ms]; v is motor current, measured or commanded [A]." in said
-    assert "log.csv: 400 samples of 6 joints, 1.596 s at 250 Hz." in said
+    assert "log.csv: 400 samples of 6 joints, 1.596 s at 250 Hz." in " ".join(said.split())
     np.testing.assert_allclose(read_recording(tmp_path / "log.csv").q, Q, rtol=1e-14, atol=1e-14)  # as above
 
 

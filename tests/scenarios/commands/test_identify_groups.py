@@ -8,8 +8,7 @@ from bad_files import only_line
 
 import scenarios.commands.identify as command
 from ident.recordings.files import read_recording, write_recording
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
 from scenarios.experiments.robots import model_links

@@ -16,8 +16,7 @@ from ident.estimation.known_gains import estimated_gains
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording
-from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Motion, Recording
 from scenarios.experiments.gains_file import SLIDING, TURNING, read_gains
 from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
 from scenarios.results.json_schemas import schema

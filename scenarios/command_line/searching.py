@@ -11,7 +11,8 @@ from scenarios.experiments.workers import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Found, Judge, Searchable
+    from scenarios.design.parametrisations import Searchable
+    from scenarios.design.search import Found, Judge
     from sim.trajectory import FourierTrajectory
 
 FEW = 1000
@@ -31,7 +32,7 @@ class Outcome:
 
     first: "Found | None"
     found: "Found | None"
-    kept: "tuple[Found, ...]"
+    kept: "list[Found]"
     interrupt: KeyboardInterrupt | None
 
 
@@ -44,21 +45,23 @@ def searched(
     """Search with the given options, with progress on stderr; `before` is a motion to continue from, and its number."""
     import numpy as np
 
-    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts, with_better
+    from scenarios.design.search import SMALL_STEP, STEP, Found, random_point, search, starts
     from scenarios.support.progress import progress_of
 
-    first, found, kept = None, None, ()
+    first, found, kept = None, None, list[Found]()
     try:
         with _judge(design, series, options) as judge:
             if before is None:
-                at = starts(design, design.problem.plant.robot.home, np.random.default_rng(options.seed))
+                at = starts(design, design.plant.robot.home, np.random.default_rng(options.seed))
                 first, step = random_point(series, at, options.seed, judge), STEP
             else:
-                first, step = known_point(series, *before, judge), SMALL_STEP
+                x = series.point(before[0])
+                first, step = Found(x=x, cost=judge([x])[0], tried=before[1]), SMALL_STEP
             left = max(options.evaluations - first.tried, 1)
             with progress_of("motions", console(options), options.evaluations, first.tried) as say:
                 for found in search(first, step, options.seed + first.tried, left, judge):
-                    kept = with_better(kept, found)
+                    if not kept or found.cost < kept[-1].cost:
+                        kept.append(found)
                     say.reach(
                         found.tried,
                         lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
@@ -71,14 +74,14 @@ def searched(
 @contextmanager
 def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
     """Return the evaluation of motions, in this process if they are few, otherwise in others."""
-    from scenarios.design.search import judge_here, judge_in
+    from scenarios.design.search import judge_in
 
     if options.jobs == "1" or options.evaluations < FEW:
-        yield judge_here(design, series)
+        yield lambda points: [design.cost(series.motion(x)) for x in points]
         return
     with PROCESSES.open(options.jobs) as workers:
         pool = workers.open()
         try:
-            yield judge_in(pool, workers.count(), design.problem, series)
+            yield judge_in(pool, workers.count(), design, series)
         finally:
             workers.close(pool)

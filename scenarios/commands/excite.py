@@ -17,8 +17,8 @@ from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from ident.support.arrays import Mask
-    from scenarios.design.excitation import Design, Problem
-    from scenarios.design.search import Searchable, Series
+    from scenarios.design.excitation import Design
+    from scenarios.design.parametrisations import Searchable, Series
     from scenarios.experiments.scenario import Setup
     from scenarios.experiments.schema import Scenario
     from sim.trajectory import FourierTrajectory
@@ -69,8 +69,9 @@ def main(options: argparse.Namespace) -> Status:
     _fill_in(options)
     import numpy as np
 
-    from scenarios.design.excitation import Design, finite, percents
-    from scenarios.design.search import Searched, Series, best_fitted
+    from scenarios.design.excitation import finite, percents
+    from scenarios.design.parametrisations import Series
+    from scenarios.design.search import Searched, best_fitted
     from scenarios.experiments.motions import write_motion
     from scenarios.experiments.scenario import load_scenario, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
@@ -80,8 +81,7 @@ def main(options: argparse.Namespace) -> Status:
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
     setup = setup_without_motion(scenario)
-    problem, series, shown = _searchable(_problem(scenario, setup, options), options)
-    design = Design(problem)
+    design, series, shown = _searchable(_design(scenario, setup, options), options)
     if options.improve and before is None and isinstance(series, Series):
         before = first_motion(setup.scenario, series), 0
     own = None if options.protocol == "holds" else own_motion(setup.scenario, design)
@@ -94,17 +94,15 @@ def main(options: argparse.Namespace) -> Status:
         "standard deviations)"
     )
     try:
-        motion, reason = best_fitted(design, series, outcome.kept)
+        motion = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
         if interrupt is None:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
-    if reason:
-        complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
     if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
         motion = _beside(own, motion, design, improve=options.improve)
-    deviations = np.where(shown, design.deviations(design.rows(motion)).total, np.inf)
+    deviations = np.where(shown, design.deviations(motion), np.inf)
     stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
     comments = [
         f"Found by: {command} --out FILE",
@@ -150,38 +148,37 @@ def _fill_in(options: argparse.Namespace) -> None:
         )
 
 
-def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable, Mask]":
+def _searchable(design: "Design", options: argparse.Namespace) -> "tuple[Design, Searchable, Mask]":
     """Return the problem of the protocol, the parametrisation of motions, and the joints that it can identify."""
     import numpy as np
 
-    from scenarios.design.holds import Holds, hold_problem
-    from scenarios.design.search import Series
+    from scenarios.design.parametrisations import Holds, Series, hold_design
 
     if options.protocol == "motion":
-        series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
-        return problem, series, np.ones(series.n, dtype=bool)
-    problem, unloaded = hold_problem(problem)
+        series = Series(limits=design.limits, harmonics=options.harmonics, duration=options.duration)
+        return design, series, np.ones(series.n, dtype=bool)
+    design, unloaded = hold_design(design)
     joints = ", ".join(str(j + 1) for j in unloaded.nonzero()[0])
     if joints:
         complain(
             f"gravity of the payload puts no torque on joint {joints}: holds and slow sweeps do not identify its gain"
         )
-    return problem, Holds(limits=problem.limits, duration=options.duration), ~unloaded
+    return design, Holds(limits=design.limits, duration=options.duration), ~unloaded
 
 
-def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
+def _design(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Design":
     """Return the problem with the error sources of the options."""
-    from scenarios.design.excitation import SEARCHED_HZ, design_problem
+    from scenarios.design.excitation import SEARCHED_HZ, Design
     from scenarios.experiments.scenario import setup_of
     from scenarios.prediction.sources_along import SourcesAlong
 
-    problem = design_problem(setup)
+    design = Design.of(setup)
     if options.against != "all":
-        return problem
+        return design
     motion = setup_of(scenario).experiments[0].trajectory
-    sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
+    sourced = SourcesAlong(scenario, design.joints).reduced(motion, SEARCHED_HZ)
     complain(f"minimising the errors from noise and {', '.join(sourced.points)}")
-    return replace(problem, added=sourced)
+    return replace(design, added=sourced)
 
 
 def own_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | None":
@@ -192,7 +189,7 @@ def own_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | N
         motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     except ScenarioError:
         return None
-    return motion if motion.n == design.problem.plant.robot.n and design.keeps_limits(motion) else None
+    return motion if motion.n == design.plant.robot.n and design.keeps_limits(motion) else None
 
 
 def first_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":

@@ -14,7 +14,8 @@ from scenarios.experiments.workers import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Found, Series
+    from scenarios.design.parametrisations import Series
+    from scenarios.design.search import Found
 
 TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
 MASS = arguments.number_from(LIGHTEST, HEAVIEST, "kg", "check the unit")
@@ -52,20 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
     from scenarios.command_line.writing import right_to_write
-    from scenarios.design.new_robot import Given
-    from scenarios.design.robot_folder import (
-        FILES,
-        NewRobotResult,
-        check_no_other_robot,
-        moved,
-        new_robot,
-        write_new_robot,
-    )
+    from scenarios.design.new_robot import new_robot
+    from scenarios.design.robot_folder import FILES, check_no_other_robot, found_motion, write_new_robot
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:
         check_no_other_robot(options.out, options.model)
-    given = Given(
+    new = new_robot(
+        options.model,
         flange=options.flange,
         name=options.name,
         home=options.home,
@@ -73,16 +68,14 @@ def main(options: argparse.Namespace) -> Status:
         rated_load=options.rated_load,
         payload=options.payload,
     )
-    new = new_robot(options.model, options.out, given)
     more = max(USUAL, 4 * options.evaluations)
     advice = (
         f"try more motions (--evaluations {more}), other motions (--seed), another pose (--home) or a lighter payload "
         "(--payload)"
     )
-    found = moved(new, partial(_searched, options), advice=advice)
+    motion, result = found_motion(new, held.folder, partial(_searched, options), advice=advice)
     with held.writing():
-        write_new_robot(new, found, held.folder)
-    result = NewRobotResult.of(new, found, held.folder)
+        write_new_robot(new, motion, result.predicted_rel_std, held.folder)
     show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)
     return Status.PASSED
 
@@ -96,12 +89,9 @@ def _payload(text: str) -> Path | float:
     return MASS(text)
 
 
-def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
-    """Yield successively better motions of searches with different seeds."""
-    chosen = argparse.Namespace(
-        seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
-    )
-    outcome = searched(design, series, chosen)
+def _searched(options: argparse.Namespace, design: "Design", series: "Series") -> "list[Found]":
+    """Return successively better motions of a search."""
+    outcome = searched(design, series, options)
     if outcome.interrupt is not None:
         raise outcome.interrupt
     return outcome.kept

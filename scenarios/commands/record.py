@@ -39,8 +39,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.diagnosis.diagnose import horizon
-    from scenarios.design.controller_files import controller_files, sampled
-    from scenarios.design.record import Recorded, instructions
+    from scenarios.design.record import Recorded, controller_files, instructions, sampled
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report

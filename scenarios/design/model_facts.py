@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree.ElementTree import Element
 
 import mujoco
 import numpy as np
@@ -30,7 +29,7 @@ FEWEST = 2
 MOVING = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """Transmission types of actuators; both are equivalent for a joint with one axis."""
-LEFT = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
+IGNORED = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
 """Drive attributes of a joint by MuJoCo's name (also for a URDF's <dynamics>), and in words."""
 STRONGEST = {"effort": 1e6, "velocity": 1e3}
 """Largest plausible effort [N m, N] and speed [rad/s, m/s] of a joint; the strongest arms have 1e5 N m."""
@@ -38,27 +37,18 @@ SLACK = 1e-6
 """Relative rounding error of moments of inertia."""
 
 
-@dataclass(frozen=True, slots=True)
-class ArmEnd:
-    """The last body of an arm, None if all joints belong to it, and the joints recognised as those of a gripper."""
-
-    flange: str | None
-    held: tuple[str, ...] = ()
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
-    """Data by joint name; values that are not stated are absent.
+    """Data of a model file by joint name; values that are not stated are absent.
 
     Attributes:
         torque: Largest torque [N m] or force [N].
         velocity: Largest speed [rad/s or m/s].
         home: Positions of a keyframe [rad or m].
-        home_name: Name of that keyframe.
         from_shapes: Links whose inertia comes from their shapes, because the file states none.
         missing_meshes: Files of meshes that are missing or not solids; their shapes are omitted.
-        left: Drive attributes of the file that are ignored, such as friction loss: many files state values for
-            numerical stability, equal for all joints, and these cannot be recognised.
+        ignored: Drive attributes that are ignored, such as friction loss: many files state values for numerical
+            stability, which cannot be recognised.
     """
 
     torque: Mapping[str, float]
@@ -67,15 +57,14 @@ class ModelFacts:
     home_name: str
     from_shapes: tuple[str, ...]
     missing_meshes: tuple[str, ...]
-    left: tuple[str, ...]
+    ignored: tuple[str, ...]
 
 
 @silenced()
-def arm_end(path: Path) -> ArmEnd:
-    """Return the body that carries the gripper, and the gripper's joints; no flange if the file has no gripper.
+def arm_end(path: Path) -> tuple[str | None, tuple[str, ...]]:
+    """Return the body that carries a gripper, None without one, and the gripper's joints.
 
-    Args:
-        path: MJCF or URDF file; a file that MuJoCo cannot read is reported elsewhere.
+    `path` is an MJCF or URDF file; a file that MuJoCo cannot read is reported elsewhere.
 
     Raises:
         RobotError: If its joints form several chains, as for two arms.
@@ -83,7 +72,7 @@ def arm_end(path: Path) -> ArmEnd:
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError:
-        return ArmEnd(None)
+        return None, ()
     floating = [
         body for body in spec.bodies if any(each.type not in MOVING for up in _upwards(body) for each in up.joints)
     ]
@@ -113,8 +102,8 @@ def arm_end(path: Path) -> ArmEnd:
             f"body of the arm, such as --flange {tips[0]}: joints outside the chain to it are locked"
         )
     if not held or len(arm) < FEWEST or len(tips) != 1 or not tips[0]:
-        return ArmEnd(None)
-    return ArmEnd(tips[0], tuple(joints[k].name for k in sorted(held)))
+        return None, ()
+    return tips[0], tuple(joints[k].name for k in sorted(held))
 
 
 def _upwards(body: mujoco.MjsBody | None) -> Iterator[mujoco.MjsBody]:
@@ -130,98 +119,87 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
 
     Raises:
         ModelFileError: If the file has no arm.
+        RobotModelError: If a number of a URDF is impossible; MuJoCo's compiler checks MJCF files.
     """
+    urdf = path.suffix.lower() == ".urdf"
+    torque, velocity = _urdf_limits(path, flange) if urdf else ({}, {})
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
         raise ModelFileError(f"robot model {path}: MuJoCo cannot read it: {reason}") from error
-    own = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
-    driven = _of_actuators(spec)  # MuJoCo keeps both
-    torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}
-    velocity: dict[str, float] = {}
-    if path.suffix.lower() == ".urdf":
-        joints = read_xml(path).findall("joint")
-        limits = [(joint.get("name", ""), limit) for joint in joints for limit in joint.findall("limit")]
-        torque, velocity = (
-            {name: value for name, value in pairs if np.isfinite(value) and value > 0.0}  # 0 often means unknown
-            for key in STRONGEST
-            for pairs in [[(name, float(limit.get(key, "nan"))) for name, limit in limits]]
-        )
-        if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # CAD exporters write it for unknown
-            torque, velocity = {}, {}
+    torque = torque if urdf else _mjcf_torques(spec)
     names = [joint.name or f"joint{number}" for number, joint in enumerate(spec.joints, 1)]
     keys = [key for key in spec.keys if key.name == "home" or len(spec.keys) == 1]
     key = next((key for key in keys if len(key.qpos) == len(names)), None)
     arm = full_spec(path, flange)
-    bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
     moved = {id(joint.parent) for joint in arm.joints}
+    shaped = [body for body in arm.bodies[1:] if id(body) in moved and body.geoms and not body.explicitinertial]
     return ModelFacts(
         torque=torque,
         velocity=velocity,
         home={} if key is None else dict(zip(names, map(float, key.qpos), strict=True)),
         home_name="" if key is None else key.name,
-        from_shapes=tuple(body.name for body in bodies if id(body) in moved),
+        from_shapes=tuple(body.name for body in shaped),
         missing_meshes=unusable_meshes(path, flange),
-        left=tuple(word for name, word in LEFT.items() if any(np.any(getattr(each, name)) for each in spec.joints)),
+        ignored=tuple(
+            word for name, word in IGNORED.items() if any(np.any(getattr(each, name)) for each in spec.joints)
+        ),
     )
 
 
-def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
-    """Return the largest torque by joint from the actuators of the file; MuJoCo adds those of one joint.
+def _mjcf_torques(spec: mujoco.MjSpec) -> dict[str, float]:
+    """Return the largest torque by joint: the smaller of the joint's and the sum of its actuators', as in MuJoCo.
 
-    If one of several has no limit, the joint has none.
+    If one of several actuators has no limit, they have none.
     """
-    found: dict[str, float] = {}
-    unlimited = set[str]()
+    driven: dict[str, float] = {}
     for actuator in spec.actuators:
         gear = abs(float(actuator.gear[0])) or 1.0
-        force = max(0.0, float(actuator.forcerange[1]))
+        force = max(0.0, float(actuator.forcerange[1])) or np.inf
         servo = any(actuator.biasprm[1:3])  # position or velocity servos; others are force actuators
-        if not force and not servo and actuator.ctrlrange[1] > 0.0:
+        if np.isinf(force) and not servo and actuator.ctrlrange[1] > 0.0:
             force = float(actuator.ctrlrange[1]) * abs(float(actuator.gainprm[0]))
         if actuator.trntype in OF_JOINTS:
-            found[actuator.target] = found.get(actuator.target, 0.0) + force * gear
-            unlimited |= set() if force else {actuator.target}
-    return {name: torque for name, torque in found.items() if name not in unlimited}
+            driven[actuator.target] = driven.get(actuator.target, 0.0) + force * gear
+    own = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
+    torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}
+    return {name: value for name, value in torque.items() if np.isfinite(value)}
 
 
-def check_stated_numbers(path: Path, flange: str | None = None) -> None:
-    """Check masses and drives of the arm in a URDF; MuJoCo's compiler checks MJCF files.
+def _urdf_limits(path: Path, flange: str | None) -> tuple[dict[str, float], dict[str, float]]:
+    """Return efforts and speeds of a URDF by joint, 0 and infinity aside, which often mean unknown.
 
     Raises:
-        RobotModelError: If a value is impossible; the message names line, element and value.
+        RobotModelError: If a limit or a mass property of the arm is impossible; the message names line and value.
     """
-    if path.suffix.lower() != ".urdf":
-        return
-    root = read_xml(path)
+    root, whole = read_xml(path), read_xml(path)
     if flange is not None:
         urdf_to_flange(root, flange)
-    for link in root.findall("link"):
-        for inertial in link.findall("inertial"):
-            for mass in inertial.findall("mass"):
-                value = vector(mass, "value", 1)
-                if value is not None and value[0] < 0.0:
-                    said = shown(mass.attrib["value"])
-                    raise RobotModelError(f"{title(mass)}: value = {said}: expected a mass of 0 or more")
-            for inertia in inertial.findall("inertia"):
-                _check_inertia(link, inertia)
-    for joint in root.findall("joint"):
-        for limit in joint.findall("limit"):
-            for key, most in STRONGEST.items():
-                if limit.get(key, "").lower() in ("inf", "+inf"):  # no limit is stated
-                    continue
-                value = vector(limit, key, 1, largest=most)
-                if value is not None and value[0] < 0.0:
-                    raise RobotModelError(f"{title(limit)}: {key} = {shown(limit.attrib[key])} is negative")
-
-
-def _check_inertia(link: Element, inertia: Element) -> None:
-    ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
-    moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
-        principal = ", ".join(f"{each:.4g}" for each in moments)
-        raise RobotModelError(
-            f"{title(inertia)} of link {shown(link.get('name', ''))}: no body has principal moments "
-            f"{principal} kg m^2: none is negative, and none exceeds the sum of the other two"
-        )
+    for inertial in root.iterfind("link/inertial"):
+        for mass in inertial.iterfind("mass"):
+            if (vector(mass, "value", 1) or (0.0,))[0] < 0.0:
+                raise RobotModelError(
+                    f"{title(mass)}: value = {shown(mass.attrib['value'])}: expected a mass of 0 or more"
+                )
+        for inertia in inertial.iterfind("inertia"):
+            ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
+            moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+            if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
+                raise RobotModelError(
+                    f"{title(inertia)}: no body has principal moments {', '.join(f'{each:.4g}' for each in moments)} "
+                    "kg m^2: none is negative, and none exceeds the sum of the other two"
+                )
+    for limit in root.iterfind("joint/limit"):
+        for key, most in STRONGEST.items():
+            unlimited = limit.get(key, "").lower() in ("inf", "+inf")
+            if not unlimited and (vector(limit, key, 1, largest=most) or (0.0,))[0] < 0.0:
+                raise RobotModelError(f"{title(limit)}: {key} = {shown(limit.attrib[key])} is negative")
+    limits = [(joint.get("name", ""), limit) for joint in whole.iterfind("joint") for limit in joint.iterfind("limit")]
+    torque, velocity = (
+        {name: float(limit.get(key, "nan")) for name, limit in limits if 0.0 < float(limit.get(key, "nan")) < np.inf}
+        for key in STRONGEST
+    )
+    if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # CAD exporters write it for unknown
+        return {}, {}
+    return torque, velocity

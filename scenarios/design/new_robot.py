@@ -5,11 +5,11 @@ torques, if not stated, are what random motions need; the first payload is a ste
 torques of the joints, so a weak arm gets a lighter one.
 """
 
-import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
@@ -19,13 +19,15 @@ from ident.payload.payload import Payload, read_payload
 from ident.support.arrays import Array
 from ident.support.errors import PayloadError
 from scenarios.design.excitation import HALF_TURN
-from scenarios.design.model_facts import ArmEnd, ModelFacts, arm_end, check_stated_numbers, model_facts
-from scenarios.experiments.robots import read_arm
+from scenarios.design.model_facts import ModelFacts, arm_end, model_facts
+from scenarios.experiments.robots import check_same_payload, read_arm
 from scenarios.experiments.scenario import body_of
+from scenarios.support.texts import schema_line, toml_value
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError
-from sim.plant import PayloadBody, bare_arm
-from sim.shapes import CLEARANCE
+from sim.plant import Plant, bare_arm
+from sim.robot import Robot, read_robot
+from sim.shapes import CLEARANCE, Clearance
 
 
 class Default(NamedTuple):
@@ -64,6 +66,18 @@ HEAVIEST = 10.0
 """Largest payload [kg]."""
 CLEAR = 2.0 * CLEARANCE
 """Smallest distance of a clear home pose to floor and arm [m]."""
+UNITS = {
+    "gain": ("N m / drive unit", "N / drive unit"),
+    "rotor_inertia": ("kg m^2", "kg"),
+    "viscous_friction": ("N m s/rad", "N s/m"),
+    "coulomb_friction": ("N m", "N"),
+    "coulomb_asymmetry": ("N m", "N"),
+    "amplifier_offset": ("drive units", "drive units"),
+    "current_limit": ("drive units", "drive units"),
+    "max_velocity": ("rad/s", "m/s"),
+    "max_acceleration": ("rad/s^2", "m/s^2"),
+}
+"""Units of the tables of `[drives]`, for revolute and prismatic joints."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,40 +88,16 @@ class Stated:
     origin: tuple[str, ...]
     source: str
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Given:
-    """Values stated in addition to the model file; None for defaults.
-
-    Attributes:
-        flange: Last body of the arm; joints outside the chain to it are locked.
-        name: Name of the robot; default: that of the model.
-        home: Start pose [rad or m].
-        torque: Largest torques of the joints [N m or N].
-        rated_load: Rated load [kg].
-        payload: Payload file, or the mass of a bar [kg].
-    """
-
-    flange: str | None = None
-    name: str | None = None
-    home: Sequence[float] | None = None
-    torque: Sequence[float] | None = None
-    rated_load: float | None = None
-    payload: Path | float | None = None
+    def toml(self) -> str:
+        """Return the lines of its table, without the header."""
+        origin = self.origin[0] if len(set(self.origin)) == 1 else self.origin
+        value = [float(f"{x:.6g}") for x in self.value]
+        return f"value = {value}\norigin = {toml_value(origin)}\nsource = {toml_value(self.source)}"
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
-    """The first payload, complete, with its source (a sentence) and a warning, empty if there is none."""
-
-    payload: Payload
-    source: str
-    warning: str
-
-    @property
-    def body(self) -> PayloadBody:
-        """The payload as a rigid body."""
-        return body_of(self.payload)
+def assumed(value: Array, source: str) -> Stated:
+    """Return assumed numbers."""
+    return Stated(value, ("assumed",) * len(value), source)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,65 +105,103 @@ class NewRobot:
     """A robot from its model file and defaults.
 
     Attributes:
-        name: Name of the robot.
-        path: Model file.
-        model: Path of the model file in the robot file.
-        end: Last body of the arm, and joints recognised as those of a gripper.
-        arm: The arm.
-        facts: Other data of the model file.
-        rated_load: Rated load [kg], None if not stated.
+        path: The model file.
+        flange: Last body of the arm, None if all joints belong to it.
+        held: Joints recognised as those of a gripper.
+        rated_load: [kg], None if not stated.
         drives: Values by table of a robot file's `[drives]`.
-        load: The first payload.
-        home: Start pose of the search for a motion; zero until it is chosen.
-        home_clearance: Smallest distance of the home pose to floor and arm [m], negative for an overlap.
-        always_near: Pairs of links, or of link and payload, that are too near to each other at all positions.
+        payload: The first payload, complete.
+        payload_source: Its source, a sentence.
+        payload_warning: Why it may be too heavy, empty if nothing suggests it.
+        home: Start pose of the search for a motion.
     """
 
     name: str
     path: Path
-    model: str
-    end: ArmEnd
     arm: Arm
+    flange: str | None
+    held: tuple[str, ...]
     facts: ModelFacts
     rated_load: float | None
     drives: Mapping[str, Stated]
-    load: Load
+    payload: Payload
+    payload_source: str
+    payload_warning: str
     home: Stated
-    home_clearance: float = 0.0
-    always_near: tuple[tuple[str, str], ...] = ()
+
+    def text(self, model: str) -> str:
+        """Return the text of its robot file, which names the model file so."""
+        lines = [
+            schema_line("robot"),
+            f"# Joints: {', '.join(f'{k} {name}' for k, name in enumerate(self.arm.joint_names, 1))}",
+            "# A first version: replace assumed values by known ones. origin is published, measured or assumed, one",
+            "# word or one per joint. Units of a prismatic joint are in brackets.",
+            f"name = {toml_value(self.name)}",
+            f"model = {toml_value(model)}  # masses, centres and inertias of links are those of this file",
+        ]
+        if self.flange is not None:
+            said = "last body of the arm; joints outside the chain to it are locked"
+            lines.append(f"flange = {toml_value(self.flange)}  # {said}")
+        if self.rated_load is not None:
+            lines += ["", "[rated_load]  # kg; upper limit of what `rx90 payload` designs"]
+            lines += [f'value = {self.rated_load!r}\norigin = "assumed"\nsource = "given to rx90 new-robot"']
+        lines += ["", "[home]  # rad (m)", self.home.toml()]
+        for name, (turns, slides) in UNITS.items():
+            unit = turns if self.arm.revolute.all() or turns == slides else f"{turns} ({slides})"
+            lines += ["", f"[drives.{name}]  # {unit}", self.drives[name].toml()]
+        return "\n".join(lines) + "\n"
+
+    def robot(self) -> Robot:
+        """Return the robot as read from its file, without leaving the file."""
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "robot.toml"
+            path.write_text(self.text(str(self.path.resolve())), encoding="utf-8")
+            return read_robot(path)
 
 
-def described(path: Path, folder: Path, given: Given) -> NewRobot:
-    """Read a model file, and complete it by defaults, except for the home pose.
+def new_robot(
+    path: Path,
+    *,
+    flange: str | None = None,
+    name: str | None = None,
+    home: Sequence[float] | None = None,
+    torque: Sequence[float] | None = None,
+    rated_load: float | None = None,
+    payload: Path | float | None = None,
+) -> NewRobot:
+    """Read a model file, and complete it by defaults.
+
+    `torque` are the largest ones of the joints [N m or N], `home` is the start pose [rad or m], `rated_load` in kg,
+    `payload` a file, or the mass of a bar [kg]; None for defaults. Joints outside the chain to `flange` are locked.
 
     Raises:
-        RobotModelError: If the file is not an arm.
-        RobotError: If the number of torques is wrong, or joints are too weak.
+        RobotModelError: If the file is not an arm; if identification and simulation read it differently.
+        RobotError: If torques or home pose do not fit the arm, or joints are too weak.
         PayloadError: If the payload file is not valid.
         SimulationError: One of its kinds, if links lack an inertia.
     """
-    end = ArmEnd(given.flange) if given.flange is not None else arm_end(path)
-    arm = read_arm(path, (), flange=end.flange)
-    check_stated_numbers(path, end.flange)
-    facts = model_facts(path, end.flange)
-    drives = drives_by_default(arm, path, end.flange, facts, given.torque)
-    return NewRobot(
-        name=given.name or re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
+    last, held = (flange, ()) if flange is not None else arm_end(path)
+    arm, facts = read_arm(path, (), flange=last), model_facts(path, last)
+    drives = drives_by_default(arm, path, last, facts, torque)
+    mounted, source, warning = first_payload(arm, path, last, drives, rated=rated_load, payload=payload)
+    new = NewRobot(
+        name=name or re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
         path=path,
-        model=os.path.relpath(path.resolve(), folder.resolve()),
-        end=end,
         arm=arm,
+        flange=last,
+        held=held,
         facts=facts,
-        rated_load=given.rated_load,
+        rated_load=rated_load,
         drives=drives,
-        load=first_load(arm, path, end.flange, drives, rated=given.rated_load, payload=given.payload),
+        payload=mounted,
+        payload_source=source,
+        payload_warning=warning,
         home=assumed(np.zeros(arm.n), "zero"),
     )
-
-
-def assumed(value: Array, source: str) -> Stated:
-    """Return assumed numbers."""
-    return Stated(value, ("assumed",) * len(value), source)
+    robot = new.robot()
+    check_same_payload(arm, robot)
+    clearance = Clearance(Plant(robot=robot, drives=robot.drives, payload=body_of(mounted)), margin=CLEAR)
+    return replace(new, home=home_pose(arm, facts, clearance, home))
 
 
 def drives_by_default(
@@ -184,7 +212,6 @@ def drives_by_default(
     Raises:
         RobotError: If the number of torques is wrong.
     """
-    usual = DEFAULTS["speed"]
 
     def stated(values: Mapping[str, float], name: str, default: Array) -> Stated:
         """Return the values of the file, completed by a default."""
@@ -193,23 +220,21 @@ def drives_by_default(
         parts = [f"stated in {model.name}"] * ("published" in origin) + [DEFAULTS[name].source] * ("assumed" in origin)
         return Stated(np.array(value), origin, "; where it does not: ".join(parts))
 
+    usual = DEFAULTS["speed"]
     speed = stated(facts.velocity, "speed", np.where(arm.revolute, usual.value, usual.second))
     if torque is None:
-        compiled = bare_arm(model, np.zeros(arm.n), flange)
-        moving = float(compiled.body_subtreemass[compiled.jnt_bodyid[0]])
-        load = bar(DEFAULTS["load"].value * moving, beside_the_axis(arm))
-        need = np.abs(random_torques(arm, model, flange, speed.value, body_of(load))).max(axis=0)
+        load = bar(arm, DEFAULTS["load"].value * _masses(model, flange, arm)[0])
+        need = np.abs(random_torques(arm, model, flange, speed.value, load)).max(axis=0)
         limit = stated(facts.torque, "torque", DEFAULTS["torque"].value * need)
     elif len(torque) != arm.n:
         raise RobotError(f"torque: {len(torque)} values, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
     else:
         limit = assumed(np.array(torque), "the torques that rx90 new-robot was given")
-    torques = limit.value
 
     def by(name: str, of: Array) -> Stated:
         return assumed(DEFAULTS[name].value * of, DEFAULTS[name].source)
 
-    rotor = by("rotor inertia", torques)
+    rotor = by("rotor inertia", limit.value)
     viscous = by("viscous friction", rotor.value)
     coulomb = by("coulomb friction", viscous.value)
     return {
@@ -219,13 +244,13 @@ def drives_by_default(
         "coulomb_friction": coulomb,
         "coulomb_asymmetry": by("offsets", coulomb.value),
         "amplifier_offset": assumed(DEFAULTS["offsets"].second * coulomb.value, DEFAULTS["offsets"].source),
-        "current_limit": Stated(torques, limit.origin, f"largest torque over gain; torque: {limit.source}"),
+        "current_limit": replace(limit, source=f"largest torque over gain; torque: {limit.source}"),
         "max_velocity": speed,
         "max_acceleration": by("acceleration", speed.value),
     }
 
 
-def first_load(
+def first_payload(
     arm: Arm,
     model: Path,
     flange: str | None,
@@ -233,39 +258,33 @@ def first_load(
     *,
     rated: float | None = None,
     payload: Path | float | None = None,
-) -> Load:
+) -> tuple[Payload, str, str]:
     """Return the payload of a first experiment: a given one, or a bar within rated load and joint torques.
 
-    Args:
-        arm: The arm.
-        model: Its model file.
-        flange: Last body of the arm, None if all joints belong to the arm.
-        drives: Its drives.
-        rated: Rated load [kg], None if not stated.
-        payload: A payload file, or the mass of a bar [kg]; None for a bar that the arm can carry.
+    Returns:
+        The payload, its source, and why it may be too heavy, empty if nothing suggests it.
 
     Raises:
         RobotError: If the bare arm alone needs more than a joint's largest torque.
         PayloadError: If the file is not a complete payload.
     """
-    compiled = bare_arm(model, np.zeros(arm.n), flange)
-    own, moving = (float(compiled.body_subtreemass[compiled.jnt_bodyid[j]]) for j in (-1, 0))
-    if payload is None:
-        usual = DEFAULTS["load"].value * moving
-        unrated = f"no rated load is specified, so at most the last link's own mass, {own:.2g} kg"
-        if own < usual:
-            unrated = f"no rated load is specified, so at most {usual:.2g} kg: {DEFAULTS['load'].source}"
-        most, why = (max(own, usual), unrated) if rated is None else (rated, f"within the rated load of {rated:g} kg")
-        mass, weakest = _can_carry(arm, model, flange, drives, min(most, HEAVIEST), moving)
-        stated = bar(mass, beside_the_axis(arm))
-        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the axis of the last joint; {weakest or why}"
-    elif isinstance(payload, Path):
+    moving, own = _masses(model, flange, arm)
+    if isinstance(payload, Path):
         stated, source = read_payload(payload), f"as specified in {payload.name}"
         if stated.com is None or stated.inertia is None:
             raise PayloadError(f"{payload}: a simulation needs com and inertia of the payload; state both")
+    elif payload is not None:
+        stated, source = bar(arm, payload), "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
     else:
-        stated = bar(payload, beside_the_axis(arm))
-        source = "a steel bar of proportions 1 : 1 : 3 of the mass that was given"
+        usual = DEFAULTS["load"].value * moving
+        most, why = max(own, usual), f"no rated load is specified, so at most the last link's own mass, {own:.2g} kg"
+        if own < usual:
+            why = f"no rated load is specified, so at most {usual:.2g} kg: {DEFAULTS['load'].source}"
+        if rated is not None:
+            most, why = rated, f"within the rated load of {rated:g} kg"
+        mass, weakest = _can_carry(arm, model, flange, drives, min(most, HEAVIEST), LEAST * moving)
+        stated = bar(arm, mass)
+        source = f"assumed: a steel bar of proportions 1 : 1 : 3 beside the axis of the last joint; {weakest or why}"
     warning = ""
     if rated is not None and stated.mass > rated:
         warning = f"{stated.mass:g} kg is above the rated load, {rated:g} kg"
@@ -274,24 +293,22 @@ def first_load(
             f"{stated.mass:g} kg is more than the last link's own {own:.2g} kg, and no rated load is specified: look "
             "it up in the data sheet and state it with --rated-load"
         )
-    return Load(stated, source, warning)
+    return stated, source, warning
 
 
 def _can_carry(
-    arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated], most: float, moving: float
+    arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated], most: float, least: float
 ) -> tuple[float, str]:
     """Return the largest mass up to `most` within the joint torques [kg], and what limits it or an empty text."""
-    torque, speed, com = drives["current_limit"].value, drives["max_velocity"].value, beside_the_axis(arm)
+    torque, speed = drives["current_limit"].value, drives["max_velocity"].value
     need = room = np.zeros(arm.n)
     for share, pace in CALMER:
-        bare, loaded = (
-            random_torques(arm, model, flange, speed, load, pace=pace) for load in (None, body_of(bar(1.0, com)))
-        )
-        need, each = np.quantile(np.abs(bare), share, axis=0), np.abs(loaded - bare).max(axis=0)
+        bare, loaded = (random_torques(arm, model, flange, speed, load, pace=pace) for load in (None, bar(arm, 1.0)))
+        need = np.quantile(np.abs(bare), share, axis=0)
         room = np.minimum(LOADED * torque, TORQUE_SHARE * torque - need)
-        masses = room / np.maximum(each, 1e-9)
+        masses = room / np.maximum(np.abs(loaded - bare).max(axis=0), 1e-9)
         mass = min(most, float(masses.min()))
-        if mass >= min(most, LEAST * moving):
+        if mass >= min(most, least):
             digits = 10.0 ** (np.floor(np.log10(mass)) - 1.0)
             weakest = f"the largest mass that the torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
             return float(f"{np.floor(mass / digits + 1e-9) * digits:.2g}"), weakest if mass < most else ""
@@ -304,16 +321,12 @@ def _can_carry(
 
 
 def home_pose(
-    arm: Arm,
-    facts: ModelFacts,
-    clearance: Callable[[Array], Array],
-    given: Sequence[float] | None = None,
-    far: float = CLEAR,
+    arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], given: Sequence[float] | None = None
 ) -> Stated:
     """Return a given start pose, or the first clear one of keyframe, zero, middle of the ranges and random poses.
 
-    `clearance` returns the smallest distance to floor and arm at each pose [m]; a pose is clear from `far` [m] on. If
-    none is clear, it is the pose with the largest distance.
+    `clearance` returns the smallest distance to floor and arm at each pose [m]. If no pose is clear, it is the one with
+    the largest distance.
 
     Raises:
         RobotError: If the given pose is not valid for the arm.
@@ -334,50 +347,53 @@ def home_pose(
         keyframe = np.array([facts.home[name] for name in arm.joint_names])
         poses.insert(0, (keyframe, f"keyframe {facts.home_name!r} of the model file"))
     inside = [(q, what) for q, what in poses if (np.abs(q - middle) <= 0.7 * half).all()]
-    distance = clearance(np.array([q for q, _ in inside]))
-    chosen = int(np.argmax(distance >= far)) if (distance >= far).any() else int(np.argmax(distance))
+    distance = np.minimum(clearance(np.array([q for q, _ in inside])), CLEAR)
+    chosen = int(np.argmax(distance))  # the first clear one, or the farthest
     pose, what = inside[chosen]
     said = "the first pose tried that is clear of floor and arm"
-    if distance[chosen] < far:
+    if distance[chosen] < CLEAR:
         said = (
             f"the pose with the largest clearance, {1e3 * distance[chosen]:.0f} mm; none of the poses tried is clear "
-            f"of floor and arm by {1e3 * far:g} mm"
+            f"of floor and arm by {1e3 * CLEAR:g} mm"
         )
     return assumed(pose, f"{what}, {said}")
 
 
 def random_torques(
-    arm: Arm, model: Path, flange: str | None, most: Array, load: PayloadBody | None, *, pace: float = PACE
+    arm: Arm, model: Path, flange: str | None, speed: Array, load: Payload | None, *, pace: float = PACE
 ) -> Array:
-    """Return torques at random states with speeds up to `pace` times `most` [N m or N], shape (STATES, n)."""
+    """Return torques at random states, of speeds up to `pace` times the largest [N m or N], shape (STATES, n)."""
     rng, acceleration = np.random.default_rng(0), DEFAULTS["acceleration"].value
     q = rng.uniform(*ends(arm), (STATES, arm.n))
-    dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (pace * most, pace * acceleration * most))
-    return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, load), q, dq, ddq)
+    dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (pace * speed, pace * acceleration * speed))
+    body = None if load is None else body_of(load)
+    return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, body), q, dq, ddq)
+
+
+def _masses(model: Path, flange: str | None, arm: Arm) -> tuple[float, float]:
+    """Return the mass of all moving links and that of the last one [kg]."""
+    compiled = bare_arm(model, np.zeros(arm.n), flange)
+    moving, own = (float(compiled.body_subtreemass[compiled.jnt_bodyid[j]]) for j in (0, -1))
+    return moving, own
 
 
 def ends(arm: Arm) -> tuple[Array, Array]:
-    """Return lower and upper ends of the joints' ranges, each (n,); one turn for an unlimited joint."""
+    """Return lower and upper ends of the joints' ranges, each (n,); half a turn either way for an unlimited joint."""
     endless = ~np.isfinite(arm.upper - arm.lower)
     return np.where(endless, -HALF_TURN, arm.lower), np.where(endless, HALF_TURN, arm.upper)
 
 
-def beside_the_axis(arm: Arm) -> Array:
-    """Return the centre of a payload in the last link's frame: an eighth of the reach off the axis, and along it.
+def bar(arm: Arm, mass: float) -> Payload:
+    """Return a steel bar of a mass [kg], sides 1 : 1 : 3, the long one along z of the last link.
 
-    Along the axis it lies on the side away from the preceding joint.
+    Its centre is an eighth of the reach off the last axis, and along it on the side away from the preceding joint.
     """
     axis, step = arm.axis[-1], arm.translation[-1]
     reach = float(np.linalg.norm(arm.translation[1:], axis=1).sum()) or 1.0
     across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     across /= np.linalg.norm(across)
     outwards = 1.0 if axis @ (arm.rotation[-1].T @ step) >= 0.0 else -1.0
-    return np.round(reach * (0.1 * across + 0.07 * np.cross(axis, across) + 0.06 * outwards * axis), 3)
-
-
-def bar(mass: float, com: Array) -> Payload:
-    """Return a steel bar of a mass [kg], sides 1 : 1 : 3, the long one along z, centre [m] in the last link's frame."""
+    x, y, z = np.round(reach * (0.1 * across + 0.07 * np.cross(axis, across) + 0.06 * outwards * axis), 3).tolist()
     side = (mass / (3.0 * DENSITY)) ** (1.0 / 3.0)
     thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
-    x, y, z = (float(c) for c in com)
     return Payload(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))

@@ -1,42 +1,190 @@
 """Design of a payload for a scenario: the best of each shape along the scenario's own motion, beside its own payload.
 
-The motion is sampled once, so the evaluation of a payload takes a few milliseconds. Dimensions are whole millimetres.
-Each shape is optimised by differential evolution, within the rated load, the torques of the drives and the distance to
-floor and arm. All joints are to be identified.
+Shapes are those that a workshop can make from bar, plate and block. Dimensions are whole millimetres; z points out of
+the flange, and x is the direction of the offset. Screws and their holes are neglected. Each shape is optimised by
+differential evolution for the objective of a motion, with all joints to be identified, within the rated load, the
+torques of the drives and the distance to floor and arm.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from pydantic import Field
 from scipy import optimize
 
-from ident.payload.payload import Known, Payload, payload_to_table
+from ident.payload.payload import Payload, payload_to_table
 from ident.support.arrays import Array
-from scenarios.design.excitation import EXCESS, FITTED_HZ, SHARES, Design, Problem, design_problem, finite, objective
-from scenarios.design.weights import MM, SHAPES, Weight, payload_of, solids
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, finite, objective
 from scenarios.experiments.scenario import Setup, body_of
 from scenarios.experiments.schema import mountings
-from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows
+from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried, MotionRows
 from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Table, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
-from sim.shapes import CLEARANCE, Clearance, Flange, flange_of
-from sim.trajectory import FourierTrajectory
+from sim.shapes import Flange, Solid, flange_of
 
-NEAR_HZ, TORQUE_HZ = 10.0, 50.0
-"""Sampling rate for distances and torques during the search [Hz]."""
-ROOM = 1.3 * CLEARANCE
-"""Clearance in the search [m]; the final check on a fine grid requires `CLEARANCE`."""
+FACE = 31.5
+"""Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms for 3 to 15 kg; assumed for all robots."""
+BRACKET = 15.0
+"""Thickness of a bracket [mm]."""
+MM = 1e-3
+MASS_STD = 0.025
+"""Standard deviation of the paper's scale [kg]: +-0.050 kg as two standard deviations."""
+MEDIUM = ((6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (np.inf, 0.8))
+"""Tolerance [mm] of dimensions up to a size [mm]: ISO 2768-1, class m."""
+SEAT_MM = 0.1
+"""Standard deviation of the mounting position across the flange's axis [mm]; assumed for dowel pins."""
+TURN = np.deg2rad(0.1)
+"""Standard deviation of the mounting angle about the flange's axis [rad]; assumed for dowel pins."""
 IMPOSSIBLE = 100.0
 """Base cost of a payload that violates a bound."""
 POPULATION, GENERATIONS = 8, 25
 """Population size per dimension, and number of generations."""
 LOOKED_AT = 10
 """Largest number of the best candidates that are checked on a fine grid until one is feasible."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A box, or a cylinder about z: its extent along x, y, z and its centre in the payload's axes [mm]."""
+
+    cylinder: bool
+    edges: tuple[float, float, float]
+    center: tuple[float, float, float]
+
+
+def _cylinder(d: Sequence[float]) -> tuple[Block, ...]:
+    diameter, length, offset = d
+    return (Block(True, (diameter, diameter, length), (offset, 0.0, length / 2.0)),)
+
+
+def _plate(d: Sequence[float]) -> tuple[Block, ...]:
+    length, width, thickness, offset = d
+    return (Block(False, (length, width, thickness), (offset, 0.0, thickness / 2.0)),)
+
+
+def _bar(d: Sequence[float]) -> tuple[Block, ...]:
+    side, length, offset = d
+    reach = FACE + max(FACE, offset + side / 2.0)
+    return (
+        Block(False, (reach, max(2.0 * FACE, side), BRACKET), (reach / 2.0 - FACE, 0.0, BRACKET / 2.0)),
+        Block(False, (side, side, length), (offset, 0.0, BRACKET + length / 2.0)),
+    )
+
+
+SHAPES: Mapping[str, tuple[Callable[[Sequence[float]], tuple[Block, ...]], Mapping[str, tuple[int, int]]]] = {
+    "cylinder": (_cylinder, {"diameter": (63, 300), "length": (10, 300), "offset": (0, 118)}),
+    "plate": (_plate, {"length": (63, 600), "width": (63, 300), "thickness": (5, 60), "offset": (0, 268)}),
+    "bar": (_bar, {"side": (20, 120), "length": (40, 300), "offset": (0, 250)}),
+}
+"""A cylinder or a plate on the flange, a square bar on a bracket: blocks, that on the flange first, and dimensions with
+bounds [mm]."""
 STEPS = 100 * len(SHAPES)  # steps of a design for the progress display
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weight:
+    """A nominal payload.
+
+    Attributes:
+        shape: Name of the shape, a key of `SHAPES`.
+        dimensions: Dimensions [mm], in the shape's order.
+        quarter: Number of quarter turns about z from the flange's x to the payload's, as four screws allow.
+        density: [kg/m^3].
+    """
+
+    shape: str
+    dimensions: tuple[float, ...]
+    quarter: int
+    density: float
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Its blocks; the first is on the flange."""
+        return SHAPES[self.shape][0](self.dimensions)
+
+    @property
+    def mass(self) -> float:
+        """[kg]."""
+        volumes = [np.prod(block.edges) * (np.pi / 4.0 if block.cylinder else 1.0) for block in self.blocks]
+        return float(self.density * MM**3 * sum(volumes))
+
+    @property
+    def uncovered(self) -> float:
+        """Width of the flange's face that the payload leaves free [mm]."""
+        on_flange = self.blocks[0]
+        return max(round(on_flange.center[0] + FACE - on_flange.edges[0] / 2.0, 6), 0.0)
+
+    def solids(self, flange: Flange, seat: Sequence[float] = (0.0, 0.0), turn: float = 0.0) -> tuple[Solid, ...]:
+        """Return its blocks in the frame of the last link, mounted with errors of position [mm] and angle [rad]."""
+        angle = turn + 0.5 * np.pi * self.quarter
+        c, s = np.cos(angle), np.sin(angle)
+        rotation = flange.rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return tuple(
+            Solid(
+                cylinder=block.cylinder,
+                size=tuple(MM / 2.0 * edge for edge in (block.edges[1:] if block.cylinder else block.edges)),
+                center=flange.origin + MM * rotation @ np.add(block.center, (*seat, 0.0)),
+                rotation=rotation,
+            )
+            for block in self.blocks
+        )
+
+
+def mass_properties(solids: Sequence[Solid], density: float) -> Array:
+    """Return mass [kg], centre [m] and inertia xx, yy, zz, xy, xz, yz about it [kg m^2] (Huygens-Steiner), (10,)."""
+    masses, squares = np.empty(len(solids)), np.empty((len(solids), 3))  # mean squares of x, y, z about the centre
+    for k, solid in enumerate(solids):
+        if solid.cylinder:
+            radius, half = solid.size
+            masses[k], squares[k] = 2.0 * np.pi * radius**2 * half, (radius**2 / 4.0, radius**2 / 4.0, half**2 / 3.0)
+        else:
+            masses[k], squares[k] = 8.0 * np.prod(solid.size), np.square(solid.size) / 3.0
+    masses *= density
+    com = masses @ np.array([solid.center for solid in solids]) / masses.sum()
+    second = np.zeros((3, 3))  # moments of mass
+    for m, solid, square in zip(masses, solids, squares, strict=True):
+        r = solid.center - com
+        second += m * (solid.rotation * square @ solid.rotation.T + np.outer(r, r))
+    J = np.trace(second) * np.eye(3) - second
+    return np.array([masses.sum(), *com, J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]])
+
+
+def dimension_std(size_mm: float) -> float:
+    """Return the standard deviation of a dimension [mm]: uniform within its tolerance."""
+    return next(tolerance for most, tolerance in MEDIUM if size_mm <= most) / np.sqrt(3.0)
+
+
+def payload_of(weight: Weight, flange: Flange) -> Payload:
+    """Return the payload for identification, in the frame of the last link: weighed, other values nominal.
+
+    Standard deviations are those of manufacture, for the weighed mass, and of mounting.
+    """
+    nominal = mass_properties(weight.solids(flange), weight.density)
+
+    def off(solids: Sequence[Solid]) -> Array:
+        """Return the change of centre and inertia, of the weighed mass."""
+        made = mass_properties(solids, weight.density)
+        made[4:] *= nominal[0] / made[0]
+        return (made - nominal)[1:]
+
+    steps = np.diag([dimension_std(size) for size in weight.dimensions])
+    others = [replace(weight, dimensions=tuple((step + weight.dimensions).tolist())) for step in steps]
+    changes = [off(other.solids(flange)) for other in others]
+    changes += [off(weight.solids(flange, seat=seat)) for seat in (SEAT_MM * np.eye(2)).tolist()]
+    changes.append(off(weight.solids(flange, turn=TURN)))
+    mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz = nominal.tolist()
+    x_std, y_std, z_std, *inertia_std = np.linalg.norm(changes, axis=0).tolist()
+    return Payload(
+        mass=mass,
+        mass_std=MASS_STD,
+        com=(x, y, z),
+        com_std=(x_std, y_std, z_std),
+        inertia=(ixx, iyy, izz, ixy, ixz, iyz),
+        inertia_std=tuple(inertia_std),
+        known="all",
+    )
 
 
 class DesignedJoint(ResultModel):
@@ -111,7 +259,14 @@ class PayloadDesign(ResultModel):
             words = f"No payload within the limits identifies joint {', '.join(missing)}."
         yield Paragraph(words, Mood.BAD if missing else Mood.GOOD, strong=True)
         yield self._joints()
-        yield self._shapes()
+        yield table(
+            [self.before, *self.candidates],
+            column("Shape", _shape, words=True),
+            column("Dimensions [mm]", _dimensions, words=True),
+            column("Mass [kg]", lambda each: f"{each.payload['mass']:.3f}"),
+            column("Off axis [mm]", lambda each: NONE if each.off_axis_mm is None else f"{each.off_axis_mm:.1f}"),
+            column("Worst joint [%]", lambda each: percent(each.worst_as_made, ".2f")),
+        )
         for each in self.candidates:
             if each.refusal:
                 yield Paragraph(f"The best {each.shape} {each.refusal}; it must not be mounted.", Mood.DOUBTFUL)
@@ -145,102 +300,65 @@ class PayloadDesign(ResultModel):
             column("Gain", lambda row: verdict(*row), words=True),
         )
 
-    def _shapes(self) -> Table:
-        rows: list[tuple[Cell, str, DesignedPayload]] = [(Cell("its own"), NONE, self.before)]
-        for each in self.candidates:
-            sizes = ", ".join(f"{name} {size:g}" for name, size in each.dimensions_mm.items())
-            shape = Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN)
-            rows.append((shape, f"{sizes}, turned {each.turned_deg}\u00b0", each))
-        return table(
-            rows,
-            column("Shape", lambda row: row[0], words=True),
-            column("Dimensions [mm]", lambda row: row[1], words=True),
-            column("Mass [kg]", lambda row: f"{row[2].payload['mass']:.3f}"),
-            column("Off axis [mm]", lambda row: NONE if row[2].off_axis_mm is None else f"{row[2].off_axis_mm:.1f}"),
-            column("Worst joint [%]", lambda row: percent(row[2].worst_as_made, ".2f")),
+
+def _shape(each: DesignedPayload) -> Cell:
+    if isinstance(each, DesignedWeight):
+        return Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN)
+    return Cell("its own")
+
+
+def _dimensions(each: DesignedPayload) -> str:
+    if not isinstance(each, DesignedWeight):
+        return NONE
+    sizes = ", ".join(f"{name} {size:g}" for name, size in each.dimensions_mm.items())
+    return f"{sizes}, turned {each.turned_deg}\u00b0"
+
+
+class PayloadSearch:
+    """The search for a payload along the motion of a scenario, for the gains of all joints."""
+
+    def __init__(self, setup: Setup, density: float) -> None:
+        """Sample the motion. `density` is that of the material [kg/m^3].
+
+        Raises:
+            ScenarioError: If the scenario mounts no payload.
+        """
+        self.design, motion = Design.of(setup), setup.experiments[0].trajectory
+        robot, gains = self.design.plant.robot, setup.scenario.table.identification.gains
+        self.flange, self.density = flange_of(robot), density
+        self.own = setup.payloads[mountings(setup.protocol)[0]]
+        self.most = np.inf if robot.rated_load is None else robot.rated_load
+        self.rows, self._coarse, self._fine = (
+            self.design.rows(motion, hz) for hz in (ROWS_PER_SECOND, SEARCHED_HZ, FITTED_HZ)
         )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Carrying:
-    """The design problem of a payload.
-
-    Attributes:
-        design: Robot, limits and joints to identify.
-        motion: The motion, sampled at first use.
-        flange: Frame on which payloads are mounted.
-        known: Known parameters of the payload.
-        most: Largest mass [kg], infinite if not stated.
-        density: Density of the material [kg/m^3].
-        shown_below: Largest predicted relative standard deviation of an identifiable gain.
-    """
-
-    design: Design
-    motion: FourierTrajectory
-    flange: Flange
-    known: Known
-    most: float
-    density: float
-    shown_below: float
-
-    @cached_property
-    def rows(self) -> MotionRows:
-        """The motion, sampled for predictions."""
-        return self.design.rows(self.motion)
-
-    @cached_property
-    def predict(self) -> Callable[[Carried], Deviations]:
-        """Predicts the standard deviations of the gains for a payload."""
-        return self.design.problem.prediction(self.rows, self.design.problem.structure)
-
-    @cached_property
-    def _fast(self) -> MotionRows:
-        return self.design.rows(self.motion, TORQUE_HZ)
+        self.predict = self.design.prediction(self.rows, setup.structure)
+        self._shown_below = gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL)
 
     def payload(self, weight: Weight) -> Payload:
         """Return a designed payload as known to the identification."""
-        return replace(payload_of(weight, self.flange), known=self.known)
+        return replace(payload_of(weight, self.flange), known=self.own.known)
 
-    def problem_with(self, weight: Weight) -> Problem:
-        """Return the same problem with a payload on the flange."""
-        problem, payload = self.design.problem, self.payload(weight)
-        plant = replace(problem.plant, payload=body_of(payload))
-        return replace(problem, plant=plant, carried=Carried.nominal(payload), solids=solids(weight, self.flange))
+    def loaded(self, weight: Weight) -> Design:
+        """Return the design problem with a payload on the flange."""
+        payload = self.payload(weight)
+        plant, solids = replace(self.design.plant, payload=body_of(payload)), weight.solids(self.flange)
+        return replace(self.design, plant=plant, carried=Carried.nominal(payload), solids=solids)
 
     def cost(self, weight: Weight) -> float:
         """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
         over = weight.uncovered / 10.0 + max(weight.mass / self.most - 1.0, 0.0)
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
-        what = Carried.nominal(self.payload(weight))
-        over = self._torque_used(what) - SHARES["torque"] - EXCESS
-        if over > 0.0:
-            return IMPOSSIBLE + min(over, 10.0)
-        near = max(ROOM - self._distance(weight, NEAR_HZ), 0.0) / ROOM
-        return objective(self.predict(what).total) + 10.0 * near
+        loaded = self.loaded(weight)
+        over = _excess(loaded, self._coarse)
+        return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
     def refusal(self, weight: Weight) -> str:
-        """Return why a payload must not be mounted, or an empty text; distances are checked on a fine grid."""
+        """Return why a payload must not be mounted, or an empty text; limits are checked on a fine grid."""
         if weight.mass > self.most:
             return f"weighs {weight.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        used, may = self._torque_used(Carried.nominal(self.payload(weight))), SHARES["torque"] + EXCESS
-        if used > may:
-            return f"needs {100.0 * used:.0f} % of a drive's torque, where {100.0 * may:.0f} % may be used"
-        near = self._distance(weight, FITTED_HZ)
-        if near < CLEARANCE * (1.0 - EXCESS):
-            return f"comes within {1e3 * max(near, 0.0):.0f} mm of floor or arm (required {1e3 * CLEARANCE:g} mm)"
-        return ""
-
-    def _torque_used(self, what: Carried) -> float:
-        """Return the largest torque of bare and loaded motion, as a share of a drive's."""
-        used = np.abs(self._fast.torques(what.chi)).max(axis=(0, 1)) / self.design.problem.limits.torque
-        return float(used.max())
-
-    def _distance(self, weight: Weight, rate_hz: float) -> float:
-        """Return the smallest distance to floor and arm at a sampling rate [m]."""
-        problem = self.problem_with(weight)
-        q, _, _ = self.motion(np.arange(0.0, self.motion.duration, 1.0 / rate_hz))
-        return float(Clearance(problem.plant, ROOM, problem.solids)(q).min())
+        loaded = self.loaded(weight)
+        return loaded.broken(self._fine) if _excess(loaded, self._fine) > EXCESS else ""
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
@@ -280,7 +398,7 @@ class Carrying:
                 payload_torque_rms=float(torque[j]),
                 std=finite(std),
                 payload_std=finite(deviations.payload[j]),
-                shown=bool(std <= self.shown_below),
+                shown=bool(std <= self._shown_below),
             )
             for j, std in enumerate(deviations.noise)
         ]
@@ -295,30 +413,17 @@ class Carrying:
         return DesignedWeight(
             **self.effect(Carried.nominal(payload), payload).model_dump(),
             shape=weight.shape,
-            dimensions_mm=weight.named,
+            dimensions_mm=dict(zip(SHAPES[weight.shape][1], weight.dimensions, strict=True)),
             turned_deg=90 * weight.quarter,
             density=weight.density,
             refusal=self.refusal(weight) or None,
         )
 
 
-def carrying_of(setup: Setup, density: float) -> Carrying:
-    """Return the design problem of a scenario's first payload, of a material's density [kg/m^3].
-
-    Raises:
-        ScenarioError: If the scenario mounts no payload.
-    """
-    stated = design_problem(setup)
-    robot, gains = stated.plant.robot, setup.scenario.table.identification.gains
-    return Carrying(
-        design=Design(replace(stated, joints=np.arange(setup.structure.arm.n))),
-        motion=setup.experiments[0].trajectory,
-        flange=flange_of(robot),
-        known=setup.payloads[mountings(setup.protocol)[0]].known,
-        most=np.inf if robot.rated_load is None else robot.rated_load,
-        density=density,
-        shown_below=gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL),
-    )
+def _excess(design: Design, rows: MotionRows) -> float:
+    """Return the largest relative violation that depends on the payload: of torques and clearance."""
+    over, near = design.excess(rows)
+    return max(float(over[-1].max()), float(near.max()))
 
 
 def design_payload(
@@ -335,11 +440,11 @@ def design_payload(
     Raises:
         ScenarioError: If the scenario mounts no payload; if no payload is feasible.
     """
-    carrying = carrying_of(setup, density)
+    payloads = PayloadSearch(setup, density)
 
     def best(number: int, shape: str) -> tuple[float, DesignedWeight]:
-        weight = carrying.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
-        return objective(carrying.predict(Carried.nominal(carrying.payload(weight))).total), carrying.candidate(weight)
+        weight = payloads.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
+        return objective(payloads.predict(Carried.nominal(payloads.payload(weight))).total), payloads.candidate(weight)
 
     found = [best(number, shape) for number, shape in enumerate(SHAPES)]
     candidates = [each for _, each in sorted(found, key=lambda pair: (pair[1].refusal is not None, pair[0]))]
@@ -348,13 +453,13 @@ def design_payload(
         raise ScenarioError(
             f"{setup.scenario.name}: no payload meets the limits: the best {first.shape} {first.refusal}"
         )
-    before = carrying.effect(carrying.design.problem.carried, setup.payloads[mountings(setup.protocol)[0]])
+    before = payloads.effect(payloads.design.carried, payloads.own)
     return PayloadDesign(
         scenario=setup.scenario.name,
         residual=RESIDUAL,
-        rated_load=finite(carrying.most),
+        rated_load=finite(payloads.most),
         own_is_better=before.worst <= first.worst,
-        flange=carrying.flange.name or None,
+        flange=payloads.flange.name or None,
         before=before,
         after=DesignedPayload.model_validate(first.model_dump(include=set(DesignedPayload.model_fields))),
         candidates=candidates,

@@ -1,8 +1,12 @@
-"""Instructions for recording a scenario, with its numbers, and the result of `rx90 record`."""
+"""Recording of a scenario: its motion as files for a controller, and instructions with its numbers."""
 
+import json
+import math
 import shlex
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
+from io import StringIO
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -11,15 +15,27 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.timing import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE
 from ident.payload.payload import Payload
+from ident.support.arrays import Array
 from ident.support.naming import one_line
-from scenarios.design.controller_files import SampledMotion
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import BARE
-from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, Table, column, table
+from scenarios.rendering.content import NONE, Cell, Heading, Line, Mood, Paragraph, Part, Report, column, table
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import horizon_paragraphs
 from scenarios.results.run_folder import identify_command, model_words, payload_file
+from scenarios.support.errors import ScenarioError
 
+MOST = 1_000_000
+"""Largest number of samples of a file."""
+ROUNDING = 1e-9
+"""Tolerance of the duration, in sampling periods."""
+APPROACH = "a=0.3, v=0.2"
+"""URScript: acceleration and speed of the move to the start [rad/s^2, rad/s]: slow enough to be supervised."""
+REST = 2.0
+"""URScript: pause at the start [s], so that vibrations decay before the motion."""
+SERVOJ = "lookahead_time=0.1, gain=300"
+"""Defaults of URScript: smoothing [s] and stiffness."""
+URSCRIPT_JOINTS = 6
 KEPT = "kept, but it differs from the scenario's payload; delete it and repeat the command, unless it was measured"
 """Remark on an existing payload file."""
 SETTINGS = (
@@ -32,22 +48,82 @@ BEFORE = (
     "same error of the gains.",
     "Bolt the payload so that it cannot turn or rattle.",
     SETTINGS,
-    (
-        "Mount exactly what the files describe: hoses, sensors and grippers either are part of the payload or stay "
-        "mounted for bare motions too."
-    ),
+    "Mount exactly what the files describe: hoses, sensors and grippers either are part of the payload or stay mounted "
+    "for bare motions too.",
     "Log a minute at rest: positions must not drift, and each sample must be logged exactly once.",
     "Turn each joint by hand or slowly: the logged position must increase with that of the model's joint.",
 )
 SAFETY = (
-    (
-        "This page does not replace the robot's manual or a risk assessment of your cell: the motion "
-        "avoids only the arm's own model, not fences, tables, cables or hoses."
-    ),
+    "This page does not replace the robot's manual or a risk assessment of your cell: the motion avoids only the arm's "
+    "own model, not fences, tables, cables or hoses.",
     "Keep everybody out of reach while the robot moves; one person stays at the emergency stop.",
     "Run the motion bare at reduced speed first, then at full speed, then with each payload at reduced speed.",
     "Stop at collisions, protective stops or unusual noise; record a stopped motion again in full.",
 )
+
+
+class Sampled(NamedTuple):
+    """A motion of n joints at the samples of a controller: t [s], shape (N,), q, dq, ddq [rad or m, s], each (N, n).
+
+    The last sample is at its end, so the last period may be shorter.
+    """
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+def sampled(setup: Setup, rate_hz: float) -> Sampled:
+    """Return the motion of a scenario at a rate [Hz].
+
+    Raises:
+        ScenarioError: If there are too many samples.
+    """
+    motion = setup.experiments[0].trajectory
+    periods = math.ceil(motion.duration * rate_hz * (1.0 - ROUNDING))
+    if not 1 <= periods <= MOST:
+        raise ScenarioError(
+            f"{setup.scenario.name}: {motion.duration:g} s at {rate_hz:g} Hz are {periods:g} samples; "
+            f"expected 1 to {MOST}"
+        )
+    t = np.minimum(np.arange(periods + 1) / rate_hz, motion.duration)
+    t[-1] = motion.duration
+    return Sampled(t, *motion(t))
+
+
+def controller_files(setup: Setup, motion: Sampled) -> dict[str, str]:
+    """Return the motion as texts by name: CSV, ROS 2 `JointTrajectory`, and URScript for an arm with its joints.
+
+    CSV has the columns t, q1 .. qn, dq1 .. dqn, ddq1 .. ddqn, all digits, below a comment. The first point of ROS is
+    the start position. URScript is a slow `movej` to the start, then one `servoj` per sample.
+    """
+    arm, text = setup.structure.arm, StringIO()
+    names = [f"{kind}{j}" for kind in ("q", "dq", "ddq") for j in range(1, arm.n + 1)]
+    comment = f"# s, rad, rad/s, rad/s^2 (m for prismatic joints); joints: {', '.join(arm.joint_names)}"
+    header = f"{comment}\n{','.join(['t', *names])}"
+    np.savetxt(text, np.column_stack(motion), fmt="%.17g", delimiter=",", header=header, comments="")
+    ros = [f"joint_names: {json.dumps(arm.joint_names)}", "points:"]
+    for t, q, dq, ddq in zip(*motion, strict=True):
+        sec, nanosec = divmod(round(float(t) * 10**9), 10**9)
+        ros += [
+            f"- positions: {_row(q, 12)}",
+            f"  velocities: {_row(dq, 12)}",
+            f"  accelerations: {_row(ddq, 12)}",
+            f"  time_from_start: {{sec: {sec}, nanosec: {nanosec}}}",
+        ]
+    texts = {"motion.csv": text.getvalue(), "motion.yaml": "\n".join(ros) + "\n"}
+    if arm.revolute.all() and arm.n == URSCRIPT_JOINTS:
+        ur = ["def drive_gains():", f"  movej({_row(motion.q[0], 9)}, {APPROACH})", f"  sleep({REST!r})"]
+        steps = zip(motion.q[1:], np.diff(motion.t), strict=True)
+        ur += [f"  servoj({_row(q, 9)}, t={step:.9g}, {SERVOJ})" for q, step in steps]
+        texts["motion.script"] = "\n".join([*ur, "  stopj(2.0)", "end", "drive_gains()"]) + "\n"
+    return texts
+
+
+def _row(values: Iterable[float], digits: int) -> str:
+    """Return numbers without exponents: YAML reads 1e-05 as a string."""
+    return "[" + ", ".join(f"{x:.{digits}f}" for x in values) + "]"
 
 
 class RecordedJoint(ResultModel):
@@ -77,44 +153,26 @@ class Recorded(ResultModel):
     )
 
     @classmethod
-    def of(cls, setup: Setup, motion: SampledMotion) -> "Recorded":
+    def of(cls, setup: Setup, motion: Sampled) -> "Recorded":
         """Return the motion of a scenario with the limits that it uses; no files yet."""
         robot, arm = setup.plant.robot, setup.structure.arm
-        speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
         lowest, highest = motion.q.min(axis=0), motion.q.max(axis=0)
+        speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
+        used = speed / robot.max_velocity, acceleration / robot.max_acceleration
+        columns = (motion.q[0], lowest, highest, speed, used[0], acceleration, used[1])
+        names = [name for name in RecordedJoint.model_fields if name not in ("joint", "name")]
         joints = [
-            RecordedJoint(
-                joint=j + 1,
-                name=name,
-                start=float(motion.q[0, j]),
-                lowest=float(lowest[j]),
-                highest=float(highest[j]),
-                max_velocity=float(speed[j]),
-                velocity_used=float(speed[j] / robot.max_velocity[j]),
-                max_acceleration=float(acceleration[j]),
-                acceleration_used=float(acceleration[j] / robot.max_acceleration[j]),
-            )
-            for j, name in enumerate(motion.joint_names)
+            RecordedJoint(joint=j, name=name, **dict(zip(names, row, strict=True)))
+            for j, (name, row) in enumerate(zip(arm.joint_names, np.transpose(columns).tolist(), strict=True), 1)
         ]
-        outside = (lowest < arm.lower) | (highest > arm.upper)
-        beyond = [
-            f"joint {each.joint}: {what}"
-            for each in joints
-            for what, over in (
-                ("positions", outside[each.joint - 1]),
-                ("speed", each.velocity_used > 1.0),
-                ("acceleration", each.acceleration_used > 1.0),
-            )
-            if over
-        ]
-        return cls(
-            files=[],
-            kept=[],
-            samples=len(motion.t),
-            duration_s=float(motion.t[-1]),
-            joints=joints,
-            beyond_limits=beyond,
-        )
+        over = {
+            "positions": (lowest < arm.lower) | (highest > arm.upper),
+            "speed": used[0] > 1.0,
+            "acceleration": used[1] > 1.0,
+        }
+        beyond = [f"joint {j + 1}: {what}" for j in range(arm.n) for what, beyond in over.items() if beyond[j]]
+        samples, end = len(motion.t), float(motion.t[-1])
+        return cls(files=[], kept=[], samples=samples, duration_s=end, joints=joints, beyond_limits=beyond)
 
     def motion(self) -> list[Part]:
         """Return the table of the motion, and the limits that it exceeds."""
@@ -160,23 +218,28 @@ def instructions(
     expected: Diagnosed,
 ) -> Report:
     """Return the page of a scenario's motions and payloads; `name` is the scenario's on the command line."""
-    chosen, robot = setup.scenario.table, setup.experiments[0].plant.robot
-    load, observe = robot.rated_load, chosen.identification.observe
+    chosen, robot, experiments = setup.scenario.table, setup.experiments[0].plant.robot, setup.experiments
+    warm_up, load, observe = chosen.experiment.warm_up, robot.rated_load, chosen.identification.observe
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
     heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
     rated += f" Above the rated load: {', '.join(heavy)}; check the manual for the permitted speed." if heavy else ""
-    warm_up = chosen.experiment.warm_up
-    warming = (
-        "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare motion at the "
-        "end shows the remaining drift."
-    )
-    if warm_up > 0.0:
+    warming = f"Before the first one, repeat the motion with a bare flange for {warm_up:g} s to warm up drives and oil."
+    if not warm_up:
         warming = (
-            f"Before the first one, repeat the motion with a bare flange for {warm_up:g} s to warm up drives and oil."
+            "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare motion at "
+            "the end shows the remaining drift."
         )
     parts: list[Part] = [
         Heading("Command"),
-        _motions(setup),
+        table(
+            list(enumerate(zip(setup.protocol, experiments, strict=True), 1)),
+            column("Motion", lambda row: row[0]),
+            column("Mounted", lambda row: "nothing" if row[1][0] == BARE else row[1][0], words=True),
+            column("Rest before [s]", lambda row: f"{row[1][1].pause:g}" if row[0] > 1 else None),
+            column("Lasts [s]", lambda row: f"{row[1][1].trajectory.duration:g}"),
+            column("File", lambda row: f"{row[1][1].name}.parquet", words=True),
+            title="Order of motions",
+        ),
         Paragraph(warming),
         *recorded.motion(),
         Paragraph(
@@ -185,7 +248,14 @@ def instructions(
         ),
         Line(shlex.join(["rx90", "view", name])),
         Heading("Mount"),
-        _weights(payloads),
+        table(
+            payloads.items(),
+            column("Payload", lambda row: row[0], words=True),
+            column("Mass [kg]", lambda row: _about([row[1].mass], [row[1].mass_std])),
+            column("Centre [m]", lambda row: _about(row[1].com or (), row[1].com_std) or "not stated", words=True),
+            column("Known", lambda row: row[1].known, words=True),
+            column("File", lambda row: payload_file(row[0]), words=True),
+        ),
         Paragraph(
             "In the frame of the last link, as the scenario states; ± is one standard deviation. The files are in "
             "the folder of this page; enter the measured values there." + rated
@@ -211,70 +281,37 @@ def instructions(
     return Report(f"Recording of {setup.scenario.name}, robot {robot.name}", tuple(parts), {})
 
 
-def _motions(setup: Setup) -> Table:
-    return table(
-        list(enumerate(zip(setup.protocol, setup.experiments, strict=True), 1)),
-        column("Motion", lambda row: row[0]),
-        column("Mounted", lambda row: "nothing" if row[1][0] == BARE else row[1][0], words=True),
-        column("Rest before [s]", lambda row: f"{row[1][1].pause:g}" if row[0] > 1 else None),
-        column("Lasts [s]", lambda row: f"{row[1][1].trajectory.duration:g}"),
-        column("File", lambda row: f"{row[1][1].name}.parquet", words=True),
-        title="Order of motions",
-    )
-
-
-def _weights(payloads: Mapping[str, Payload]) -> Table:
-    def mass(payload: Payload) -> str:
-        return f"{payload.mass:g}" + (f" ± {payload.mass_std:g}" if payload.mass_std else "")
-
-    def centre(payload: Payload) -> str:
-        if payload.com is None:
-            return "not stated"
-        spread = f" ± {', '.join(f'{x:g}' for x in payload.com_std)}" if any(payload.com_std) else ""
-        return ", ".join(f"{x:g}" for x in payload.com) + spread
-
-    return table(
-        payloads.items(),
-        column("Payload", lambda row: row[0], words=True),
-        column("Mass [kg]", lambda row: mass(row[1])),
-        column("Centre [m]", lambda row: centre(row[1]), words=True),
-        column("Known", lambda row: row[1].known, words=True),
-        column("File", lambda row: payload_file(row[0]), words=True),
-    )
-
-
-def _checked(setup: Setup, files: Sequence[str]) -> list[list[str]]:
-    """Return the recordings of each check: bare ones with those of one mounting."""
-    bare = [file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE]
-    loaded = dict[str, list[str]]()
-    for file, carried in zip(files, setup.protocol, strict=True):
-        if carried != BARE:
-            loaded.setdefault(carried, []).append(file)
-    if not bare or not loaded:
-        return [list(files)]
-    return [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in loaded.items()]
+def _about(values: Collection[float], std: Collection[float]) -> str:
+    """Return numbers with their standard deviations, if there are any; empty without numbers."""
+    spread = f" ± {', '.join(f'{x:g}' for x in std)}" if values and any(std) else ""
+    return ", ".join(f"{x:g}" for x in values) + spread
 
 
 def _afterwards(setup: Setup, commands: Collection[str]) -> list[Part]:
+    """Return the commands for the logs; a check has the bare ones with those of one mounting."""
     files = [f"{each.name}.parquet" for each in setup.experiments]
-    first, (model, *believed) = files[0], model_words(setup)
-    n = setup.experiments[0].plant.robot.n
-    columns = ["t=time[ms]", f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
+    (model, *believed), n = model_words(setup), setup.structure.arm.n
+    columns = [f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
+    convert = ["convert", "LOG", "--out", files[0], "--signal", "current", "--columns", "t=time[ms]", *columns]
+    of = {name: [f for f, c in zip(files, setup.protocol, strict=True) if c == name] for name in setup.protocol}
+    bare = of.pop(BARE, [])
+    checks = [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in of.items()]
     parts: list[Part] = [
         Paragraph(
             f"A Parquet or CSV log with columns t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is used as it is. "
             "Convert any other log, with the names and units of its columns in place of these:"
         ),
-        Line(shlex.join(["rx90", "convert", "LOG", "--out", first, "--signal", "current", "--columns", *columns])),
+        Line(shlex.join(["rx90", *convert])),
         Paragraph("and so on for each motion; then:"),
     ]
     if "check" in commands:
-        parts += [Line(shlex.join(["rx90", "check", model, *words, *believed])) for words in _checked(setup, files)]
-    other = ["--loaded", "other.parquet", "--payload", "other.toml"]
-    bare = next((file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE), None)
+        parts += [
+            Line(shlex.join(["rx90", "check", model, *words, *believed]))
+            for words in (checks if bare and checks else [files])
+        ]
     parts.append(Line(identify_command(setup, Path()) + " --gains-out gains.toml"))
-    if bare is not None:
+    if bare:
+        other = ["--unloaded", bare[0], "--loaded", "other.parquet", "--payload", "other.toml"]
         parts.append(Paragraph("and, with one more motion with another known payload:"))
-        words = ["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", "--unloaded", bare, *other]
-        parts.append(Line(shlex.join(words)))
+        parts.append(Line(shlex.join(["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", *other])))
     return parts

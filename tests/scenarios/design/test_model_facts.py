@@ -12,7 +12,7 @@ from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
-from scenarios.design.model_facts import ArmEnd, arm_end, model_facts
+from scenarios.design.model_facts import arm_end, model_facts
 from sim.errors import RobotError
 
 JAW = with_jaw(jaw="m6")  # of body claw_part
@@ -21,15 +21,15 @@ INERTIAL = '<inertial pos="0 0 0" mass="0.01" diaginertia="1e-6 1e-6 1e-6"/>'
 TIP = f'<body name="tip">{INERTIAL}<joint name="m7" range="0 1"/></body>'
 NAMELESS = HAND.replace("finger1", "m7").replace("finger2", "m8").replace('name="hand"', 'name="x"')
 ENDS = {
-    "jaw": (with_jaw(jaw="jaw"), ArmEnd("palm", ("jaw",))),
-    "by its body": (JAW, ArmEnd("palm", ("m6",))),
-    "turns as far as a wrist": (WRIST, ArmEnd(None)),
-    "no known name": (JAW.replace("claw_part", "part6"), ArmEnd(None)),
-    "jaw with a tip": (re.sub(r'(name="jaw"[^>]*/>)', rf"\1{TIP}", with_jaw()), ArmEnd("palm", ("jaw", "m7"))),
-    "short slides": (menagerie(hand=NAMELESS), ArmEnd("wrist_link", ("m7", "m8"))),
-    "equality": (menagerie(hand=HAND, tail=FINGERS), ArmEnd("wrist_link", ("finger1", "finger2"))),
-    "mimic": (ros(more=GRIPPER), ArmEnd("wrist_link", ("grip", "grip_r"))),
-    "no limits": (no_limits(), ArmEnd(None)),
+    "jaw": (with_jaw(jaw="jaw"), ("palm", ("jaw",))),
+    "by its body": (JAW, ("palm", ("m6",))),
+    "turns as far as a wrist": (WRIST, (None, ())),
+    "no known name": (JAW.replace("claw_part", "part6"), (None, ())),
+    "jaw with a tip": (re.sub(r'(name="jaw"[^>]*/>)', rf"\1{TIP}", with_jaw()), ("palm", ("jaw", "m7"))),
+    "short slides": (menagerie(hand=NAMELESS), ("wrist_link", ("m7", "m8"))),
+    "equality": (menagerie(hand=HAND, tail=FINGERS), ("wrist_link", ("finger1", "finger2"))),
+    "mimic": (ros(more=GRIPPER), ("wrist_link", ("grip", "grip_r"))),
+    "no limits": (no_limits(), (None, ())),
 }
 ARM = """<robot name="two"><link name="base"/>
 <link name="arm"><inertial><origin xyz="0 0 0.2"/><mass value="MASS"/>
@@ -114,8 +114,8 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
         ("MASS", "2,3", "line 2: mass: value = '2,3'"),
         ("EFFORT", "-41", "line 5: limit: effort = '-41'"),
         ("SPEED", "1001", "line 5: limit: velocity = '1001'"),
-        ("IZZ", "0.111", "line 3: inertia of link 'arm': no body has principal moments 0.05, 0.06, 0.111 kg m^2"),
-        ("IXY", "0.0551", "line 3: inertia of link 'arm': no body has principal moments -0.0003"),
+        ("IZZ", "0.111", "line 3: inertia: no body has principal moments 0.05, 0.06, 0.111 kg m^2"),
+        ("IXY", "0.0551", "line 3: inertia: no body has principal moments -0.0003"),
     ],
 )
 def test_a_number_that_no_arm_has_is_refused_with_line_and_value(tmp_path, capsys, key, value, said):

@@ -13,16 +13,19 @@ from printed import printed
 import scenarios.design.robot_folder as folder_module
 import scenarios.design.search as search_module
 from ident.model.arm import Arm, load_arm
+from ident.payload.payload import Payload, payload_from_table, read_payload
 from ident.support.errors import PayloadError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
+from scenarios.design.excitation import Design
 from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.design.new_robot import Load, beside_the_axis, drives_by_default, first_load, home_pose
-from scenarios.design.robot_folder import Found
+from scenarios.design.new_robot import bar, drives_by_default, first_payload, home_pose
+from scenarios.experiments.scenario import body_of
 from sim.controller import inverse_dynamics
 from sim.errors import RobotError, TrajectoryError
 from sim.plant import bare_arm
 from sim.robot import read_robot
+from sim.shapes import Clearance
 from sim.trajectory import at_rest
 
 BOTTLE = """mass = 0.31
@@ -41,13 +44,14 @@ def made(path, folder, capsys, *words):
     return json.loads(output.out)
 
 
-def load_of(path, flange=None, torque=None, **given) -> Load:
+def load_of(path, flange=None, torque=None, **given) -> tuple[Payload, str, str]:
     arm = load_arm(path, flange=flange)
     drives = drives_by_default(arm, path, flange, model_facts(path, flange), torque)
-    return first_load(arm, path, flange, drives, **given)
+    return first_payload(arm, path, flange, drives, **given)
 
 
-def torques(path, arm: Arm, bodies, q, dq, ddq):
+def torques(path, arm: Arm, payloads, q, dq, ddq):
+    bodies = [each and body_of(each) for each in payloads]
     return [np.abs(inverse_dynamics(bare_arm(path, np.zeros(arm.n), None, each), q, dq, ddq)) for each in bodies]
 
 
@@ -60,11 +64,14 @@ def servo_arm(tmp_path):
 def still(monkeypatch):
     """A search that takes no time: the arm does not move."""
 
-    def found(new, *_, advice):
-        n = new.arm.n
-        return Found(motion=at_rest(np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), 5.0), predicted=np.full(n, 0.013))
+    def found(design, *_):
+        n = design.plant.robot.n
+        return at_rest(np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), 5.0)
 
-    monkeypatch.setattr(folder_module, "moved", found)
+    monkeypatch.setattr(folder_module, "best_fitted", found)
+    monkeypatch.setattr(folder_module, "quickened", lambda _, motion: motion)
+    monkeypatch.setattr(Design, "deviations", lambda design, _: np.full(design.plant.robot.n, 0.013))
+    monkeypatch.setattr("scenarios.commands.new_robot._searched", lambda *_: [])
 
 
 @pytest.mark.usefixtures("still")
@@ -120,7 +127,7 @@ def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_it
     rng, n = np.random.default_rng(3), (4000, 3)  # other states than those of the default
     low, high = np.where(np.isfinite(arm.lower), arm.lower, -np.pi), np.where(np.isfinite(arm.upper), arm.upper, np.pi)
     speed = np.array([2.0, 2.0, 0.4]) / 3.0
-    load = first_load(arm, arm_file := tmp_path / "plain.urdf", None, drives, payload=0.1 * 12.0).body  # of 12 kg
+    load, arm_file = bar(arm, 0.1 * 12.0), tmp_path / "plain.urdf"  # of 12 kg
     states = (rng.uniform(low, high, n), rng.uniform(-speed, speed, n), 4.0 * rng.uniform(-speed, speed, n))
     (need,) = torques(arm_file, arm, [load], *states)
     share = 2.0 * need.max(axis=0) / drives["current_limit"].value
@@ -131,11 +138,11 @@ def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_it
 def test_a_payload_adds_as_much_torque_as_the_weakest_joint_has_left_and_no_more(servo_arm, weakest):
     arm, limit, speed = load_arm(servo_arm), np.array([80.0, weakest, 71.0]), np.array([2.0, 1.6, 2.3])
     drives = {"current_limit": SimpleNamespace(value=limit), "max_velocity": SimpleNamespace(value=speed)}
-    load = first_load(arm, servo_arm, None, drives, rated=10.0).body
+    load, *_ = first_payload(arm, servo_arm, None, drives, rated=10.0)
     rng, n = np.random.default_rng(5), (4000, arm.n)  # other states than those of the rule, and more of them
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), n)
     dq, ddq = (rng.uniform(-most / 3.0, most / 3.0, n) for most in (speed, 4.0 * speed))
-    model = [bare_arm(servo_arm, np.zeros(arm.n), None, each) for each in (None, load)]
+    model = [bare_arm(servo_arm, np.zeros(arm.n), None, each) for each in (None, body_of(load))]
     bare, loaded = (inverse_dynamics(each, q, dq, ddq) for each in model)
     room = np.minimum(0.3 * limit, 0.75 * limit - np.quantile(np.abs(bare), 0.9, axis=0))
     used = np.abs(loaded - bare).max(axis=0) / room
@@ -145,22 +152,22 @@ def test_a_payload_adds_as_much_torque_as_the_weakest_joint_has_left_and_no_more
 
 def test_a_payload_keeps_to_the_rated_load_or_to_the_last_link_s_mass_and_a_heavier_one_is_warned_of(tmp_path):
     path = written(tmp_path, "arm.xml", with_jaw())
-    unrated = load_of(path, "palm")  # palm and claw weigh 0.105 kg, two digits are kept
-    assert (unrated.body.mass, unrated.warning) == (0.1, "")
-    assert "at most the last link's own mass, 0.1 kg" in unrated.source
-    rated = load_of(path, "palm", rated=0.062)
-    assert rated.body.mass == 0.062
-    assert "within the rated load of 0.062 kg" in rated.source
-    np.testing.assert_allclose(unrated.body.com, rated.body.com)
+    unrated, source, warning = load_of(path, "palm")  # palm and claw weigh 0.105 kg, two digits are kept
+    assert (unrated.mass, warning) == (0.1, "")
+    assert "at most the last link's own mass, 0.1 kg" in source
+    rated, source, _ = load_of(path, "palm", rated=0.062)
+    assert rated.mass == 0.062
+    assert "within the rated load of 0.062 kg" in source
+    assert unrated.com == rated.com
     path = written(tmp_path, "arm.urdf", no_limits())  # links of 3.3 kg times 0.83 to the power 0 to 6, 14.1 kg
-    usual = load_of(path, torque=[900.0] * 7)
-    assert usual.body.mass == pytest.approx(1.4, abs=0.05)
-    assert "at most 1.4 kg: 10 % of the moving links' mass" in usual.source
-    heavy = load_of(path, payload=1.9)
-    assert heavy.body.mass == 1.9
-    assert heavy.warning.startswith("1.9 kg is more than the last link's own 1.1 kg")
-    assert load_of(path, payload=1.9, rated=1.8).warning == "1.9 kg is above the rated load, 1.8 kg"
-    assert load_of(path, payload=1.9, rated=2.0).warning == ""
+    usual, source, _ = load_of(path, torque=[900.0] * 7)
+    assert usual.mass == pytest.approx(1.4, abs=0.05)
+    assert "at most 1.4 kg: 10 % of the moving links' mass" in source
+    heavy, _, warning = load_of(path, payload=1.9)
+    assert heavy.mass == 1.9
+    assert warning.startswith("1.9 kg is more than the last link's own 1.1 kg")
+    assert load_of(path, payload=1.9, rated=1.8)[2] == "1.9 kg is above the rated load, 1.8 kg"
+    assert load_of(path, payload=1.9, rated=2.0)[2] == ""
     for com in ("", "com = [0.01, 0.02, 0.03]\n"):
         partly = written(tmp_path, "p.toml", f'mass = 0.4\nknown = "mass"\n{com}')
         with pytest.raises(PayloadError, match=r"p\.toml: a simulation needs com and inertia"):
@@ -169,22 +176,22 @@ def test_a_payload_keeps_to_the_rated_load_or_to_the_last_link_s_mass_and_a_heav
 
 def test_an_arm_that_hardly_lifts_itself_carries_what_it_can_where_it_holds_itself_more_easily(tmp_path):
     strong, tired = (written(tmp_path, f"{k}.xml", weak(torque)) for k, torque in enumerate((60.0, 4.6)))
-    assert load_of(strong, rated=2.0).body.mass == 2.0
-    load = load_of(tired, rated=3.0)
-    assert "the largest mass that the torque of joint m2 can hold" in load.source
+    assert load_of(strong, rated=2.0)[0].mass == 2.0
+    load, source, _ = load_of(tired, rated=3.0)
+    assert "the largest mass that the torque of joint m2 can hold" in source
     rng, arm = np.random.default_rng(9), load_arm(tired)  # at rest, other positions than those of the rule
     q, still = rng.uniform(arm.lower, arm.upper, (3000, arm.n)), np.zeros((3000, arm.n))
-    bare, loaded = torques(tired, arm, (None, load.body), q, still, still)
+    bare, loaded = torques(tired, arm, (None, load), q, still, still)
     assert np.quantile(bare[:, 1], 0.9) > 0.75 * 4.6  # stretched out it is too heavy for itself
     assert 0.4 < (loaded < 0.8 * 4.6).all(axis=1).mean() < 0.9
-    assert 0.05 < load.body.mass < 0.5
+    assert 0.05 < load.mass < 0.5
 
 
 def test_a_joint_that_never_holds_the_arm_is_refused_with_the_option_that_helps(tmp_path, capsys):
     path = written(tmp_path, "arm.xml", weak(0.5))
     with pytest.raises(RobotError, match=r"joint m2: its largest torque is 0.5, .* --torque"):
         load_of(path)
-    assert load_of(path, torque=[0.5, 40.0, 20.0, 5.0, 5.0, 5.0], rated=0.2).body.mass == 0.2
+    assert load_of(path, torque=[0.5, 40.0, 20.0, 5.0, 5.0, 5.0], rated=0.2)[0].mass == 0.2
     words = ["new-robot", str(path), "--out", str(tmp_path / "x"), "--torque", "1", "2"]
     assert main(words) == Status.BAD_INPUT
     assert "torque: 2 values, but the arm has 6 joints: m1, m2" in capsys.readouterr().err
@@ -200,23 +207,26 @@ def test_a_payload_lies_beside_the_last_axis_and_on_its_far_side(sign, step):
         translation=np.array([[7.0, 7.0, 7.0], step]),
         rotation=np.array([np.eye(3), cycle]),
     )
-    com, reach = beside_the_axis(arm), float(np.linalg.norm(step))
+    com, reach = bar(arm, 1.0).com, float(np.linalg.norm(step))
     np.testing.assert_allclose(com[2], sign * 0.06 * reach, atol=6e-4)  # three decimals
     np.testing.assert_allclose(np.linalg.norm(com[:2]), np.hypot(0.1, 0.07) * reach, atol=1e-3)
 
 
 def test_the_home_pose_is_the_first_clear_one_or_the_farthest_with_its_clearance(arm):
-    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=(), left=())
+    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=(), ignored=())
+
+    most = 0.012
 
     def clearance(q):
-        return 0.012 - 0.001 * np.linalg.norm(q - 1.1, axis=1)
+        return most - 0.001 * np.linalg.norm(q - 1.1, axis=1)
 
-    home = home_pose(arm, facts, clearance, far=0.02)
+    home = home_pose(arm, facts, clearance)
     millimetres = 1e3 * clearance(home.value[None])[0]
     assert home.source.startswith(f"a random pose, the pose with the largest clearance, {millimetres:.0f} mm; none")
     middle = 0.5 * (arm.lower + arm.upper)
     assert millimetres > 1e3 * clearance(np.array([np.zeros(arm.n), middle])).max()
-    clear = home_pose(arm, facts, clearance, far=0.009)
+    most = 0.065  # 60 mm are clear
+    clear = home_pose(arm, facts, clearance)
     assert clear.source.startswith("zero, the first pose")
     np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 
@@ -237,7 +247,7 @@ def test_a_given_home_is_taken_one_outside_the_ranges_is_refused_and_one_near_th
     assert "Home" not in capsys.readouterr().out
     for near, said in ((0.0123, "Home comes within 12 mm of floor"), (-0.0344, "Home reaches 34 mm into floor")):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(folder_module.Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
+            patch.setattr(Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
             main(words)
         assert said in " ".join(capsys.readouterr().out.split())
 
@@ -258,14 +268,14 @@ def test_files_are_written_all_or_none_and_those_of_another_robot_or_changed_one
     assert main(words) == Status.BAD_INPUT
     assert "robot.toml: is of another robot, 'first' from '../arm.xml'" in capsys.readouterr().err
 
-    def nothing(*_, advice):
+    def nothing(*_):
         raise TrajectoryError("no motion")
 
     def full(*_):
         raise OSError(28, "No space left on device")
 
     again = ["new-robot", str(servo_arm), "--name", "late", "--out"]
-    for name, failing in (("moved", nothing), ("write_motion", full)):
+    for name, failing in (("best_fitted", nothing), ("write_motion", full)):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(folder_module, name, failing)
             assert main([*again, str(mine)]) == Status.BAD_INPUT
@@ -293,10 +303,9 @@ def test_given_payload_and_torques_are_written_and_run_and_the_gripper_is_locked
     assert (robot["flange"], robot["rated_load"]["value"]) == ("palm", 0.25)
     assert robot["drives"]["current_limit"]["value"] == [float(each) for each in torque]
     scenario = tomllib.loads((out / "scenario.toml").read_text())
-    bare = {key: value for key, value in tomllib.loads(BOTTLE).items() if key != "mass_std"}
-    bare["inertia"] = {key: float(value) for key, value in bare["inertia"].items()}
-    assert scenario["plant"]["payload"] == bare
-    assert scenario["belief"]["payload"] == {**bare, "mass_std": 0.004}
+    for part, std in (("plant", 0.0), ("belief", 0.004)):
+        assert scenario[part]["payload"].get("mass_std", 0.0) == std
+        assert payload_from_table({**scenario[part]["payload"], "mass_std": 0.004}) == read_payload(bottle)
     assert main(["run", str(out / "scenario.toml"), "--json"]) == Status.PASSED
 
 

@@ -1,32 +1,40 @@
+"""The search for a motion: parametrisations, CMA-ES, which of its motions a robot is given, and `rx90 excite`."""
+
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from invented_arm import invented_problem
+from invented_arm import invented_design
 from robot_folders import robot_folder
 
 import scenarios.design.search as module
 from scenarios.cli import main
 from scenarios.commands.excite import unfinished
-from scenarios.design.excitation import HALF_TURN, Design, Limits, Problem, design_problem, robot_limits
+from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
+from scenarios.design.parametrisations import LEAST_SHARE, LEGS, Holds, Series, hold_design
+from scenarios.design.robot_folder import quickened
 from scenarios.design.search import (
-    LEAST_SHARE,
     SMALL_STEP,
     STEP,
-    Series,
-    admissible,
-    judge_here,
+    Found,
+    best_fitted,
     judge_in,
     random_point,
     search,
     starts,
 )
 from scenarios.experiments.motions import read_motion
-from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
+from scenarios.experiments.run import run
+from scenarios.experiments.scenario import changed, load_scenario, setup_of, setup_without_motion
+from scenarios.support.errors import ScenarioError
 from sim.errors import TrajectoryError
+from sim.feedforward_currents import feedforward_currents
 from sim.plant import Plant
 from sim.robot import read_robot
+from sim.trajectory import FourierTrajectory, at_rest
 
 
 def limits(n: int = 3) -> Limits:
@@ -43,8 +51,8 @@ SERIES = Series(limits=limits(), harmonics=4, duration=9.0)
 
 
 @pytest.fixture(scope="module")
-def problem(tmp_path_factory) -> Problem:
-    return invented_problem(tmp_path_factory.mktemp("arm"))
+def design(tmp_path_factory) -> Design:
+    return invented_design(tmp_path_factory.mktemp("arm"))
 
 
 def test_a_point_s_motion_moves_each_joint_by_its_share_of_what_its_limits_allow():
@@ -102,57 +110,203 @@ def test_random_motions_begin_at_every_start_in_turn_and_the_best_of_them_is_tak
     assert len(seen) == 300
 
 
-def test_motions_are_judged_the_same_and_in_their_order_wherever(problem):
-    series = Series(limits=problem.limits, harmonics=3, duration=6.0)
+def test_motions_are_judged_in_workers_in_their_order_at_the_cost_that_they_have(design):
+    series = Series(limits=design.limits, harmonics=3, duration=6.0)
     rng = np.random.default_rng(1)
     points = [series.drawn(np.array([0.2, 0.3, -0.1]), rng) for _ in range(5)]
-    here = judge_here(Design(problem), series)(points)
+    here = [design.cost(series.motion(x)) for x in points]
     assert len(set(here)) == 5
     with ThreadPoolExecutor(1) as pool:
         for workers in (1, 2, 7):
-            assert judge_in(pool, workers, problem, series)(points) == here
+            assert judge_in(pool, workers, design, series)(points) == here
 
 
-def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_not(problem):
-    design = Design(problem)
+def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_not(design):
     home, rng = np.array([0.2, 0.4, -0.3]), np.random.default_rng(0)
     np.testing.assert_array_equal(starts(design, home, rng), home[None])
     folded = np.array([0.0, 2.7, 0.0])  # into the floor
     found = starts(design, folded, rng)
     assert len(found) == 30
-    assert admissible(design, found).all()
-    assert not admissible(design, folded[None])[0]
-    half = 0.5 * (problem.limits.upper - problem.limits.lower)
-    center = 0.5 * (problem.limits.upper + problem.limits.lower)
-    assert (np.abs(found - center) <= 0.9 * half).all()
-    assert (np.abs(found - center).max(axis=0) > 0.6 * half).any()
+    assert not design.at_rest(found).any()
+    assert design.at_rest(folded[None])[0] > 0.0
+    np.testing.assert_allclose(design.at_rest(np.array([home, folded]))[1], design.at_rest(folded[None])[0], rtol=1e-12)
+    share = np.abs(found - design.limits.center) / design.limits.half
+    assert share.max() <= 0.9
+    assert (share.max(axis=0) > 0.6).any()
 
 
-SAID = (
-    r"robot invented: neither home nor any of 170 random positions is "
-    r"feasible: at 100 % of them, arm and payload are too heavy "
-    r"for joint axis2; check these shapes and torques, or take a lighter"
-)
-
-
-def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(problem, monkeypatch):
+def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(design, monkeypatch):
     monkeypatch.setattr(module, "POSITIONS", 170)
-    torque = problem.limits.torque * np.array([1.0, 1e-4, 1.0])
-    weak = Design(replace(problem, limits=replace(problem.limits, torque=torque)))
-    with pytest.raises(TrajectoryError, match=SAID):
+    torque = design.limits.torque * np.array([1.0, 1e-4, 1.0])
+    weak = replace(design, limits=replace(design.limits, torque=torque))
+    said = r"robot invented: neither home nor any of 170 random .* takes \d+ % of the torque of joint axis2, where 80 %"
+    with pytest.raises(TrajectoryError, match=said):
         starts(weak, np.zeros(3), np.random.default_rng(0))
 
 
-def test_a_joint_without_limits_is_kept_within_half_a_turn_of_home_either_way(problem, tmp_path):
-    path = robot_folder(tmp_path, 3)
-    robot = replace(read_robot(path), home=np.array([0.3, 0.7, -0.2]))
-    text = robot.model.read_text().replace(
-        '<joint name="axis2" axis="0 1 0" range="-2.9 2.9"/>', '<joint name="axis2" axis="0 1 0"/>'
-    )
-    robot.model.write_text(text)
-    found = robot_limits(Plant(robot=robot, drives=robot.drives, payload=problem.plant.payload))
+def test_a_joint_without_limits_is_kept_within_half_a_turn_of_home_either_way(design, tmp_path):
+    robot = replace(read_robot(robot_folder(tmp_path, 3)), home=np.array([0.3, 0.7, -0.2]))
+    ranged = '<joint name="axis2" axis="0 1 0" range="-2.9 2.9"/>'
+    robot.model.write_text(robot.model.read_text().replace(ranged, '<joint name="axis2" axis="0 1 0"/>'))
+    found = Limits.of(Plant(robot=robot, drives=robot.drives, payload=design.plant.payload))
     np.testing.assert_array_equal(found.lower, [-2.9, 0.7 - HALF_TURN, -2.9])
     np.testing.assert_array_equal(found.upper, [2.9, 0.7 + HALF_TURN, 2.9])
+
+
+# Which motion of a search a robot is given
+
+
+CASES = {  # costs in the search, costs after scaling (None: no size is small enough), which is taken, which are tried
+    "best": ([0.9, 0.5, 0.1], [0.9, 0.5, 0.2], 2, [2]),
+    "an earlier one": ([0.9, 0.5, 0.1], [0.9, 0.6, 0.7], 1, [2, 1]),
+    "the first": ([0.4, 0.3, 0.1], [0.4, 0.9, None], 0, [2, 1, 0]),
+    "near ones": ([0.9, 0.118, 0.109, 0.105, 0.1], [0.9, 0.0, 0.0, 0.0, None], 1, [4, 1]),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_motion_that_costs_least_after_scaling_is_taken_and_those_that_cannot_are_not_tried(name):
+    searched, after, taken, tried = CASES[name]
+    seen: list[int] = []
+
+    def fitted(k: int) -> int:
+        seen.append(k)
+        if after[k] is None:
+            raise TrajectoryError(f"{k} is too fast")
+        return k
+
+    stub = SimpleNamespace(fitted=fitted, cost=lambda k: after[k])
+    series = SimpleNamespace(motion=lambda x: x)
+    kept = [Found(x=k, cost=cost, tried=7) for k, cost in enumerate(searched)]
+    assert best_fitted(stub, series, kept) == taken
+    assert seen == tried
+    after[:] = [None] * len(after)
+    with pytest.raises(TrajectoryError, match=f"^no motion found .*; the best one: {len(kept) - 1} is too fast"):
+        best_fitted(stub, series, kept)
+
+
+@pytest.mark.parametrize(("factor", "kept"), [(0.99, False), (1.01, True)])
+def test_a_speed_that_is_reached_between_the_samples_of_the_search_counts(design, factor, kept):
+    cosine = np.zeros((3, 30))
+    cosine[:, -1] = 0.02, 0.03, -0.01  # 5 Hz: at rest at every sample of 10 Hz
+    motion = FourierTrajectory(np.array([0.2, 0.3, -0.1]), np.zeros((3, 30)), cosine, 6.0)
+    fastest = 10.0 * np.pi * np.abs(cosine[:, -1]) / (SHARES["speed"] + EXCESS)
+    free = replace(design.limits, acceleration=np.full(3, 1e3), torque=np.full(3, 1e5))
+    assert replace(design, limits=replace(free, velocity=factor * fastest)).keeps_limits(motion) is kept
+
+
+def test_a_slow_motion_is_repeated_faster_as_long_as_limits_allow(design):
+    q = np.array([0.2, 0.3, -0.1])
+    slow = design.fitted(at_rest(q, *(0.15 * np.random.default_rng(4).standard_normal((2, 3, 4))), 20.0))
+    quick = quickened(design, slow)
+    times = quick.sine.shape[1] // 4
+    assert times > 1
+    t = np.linspace(0.0, 20.0 / times, 50)
+    (was, speed, _), (now, faster, _) = slow(times * t), quick(t)
+    np.testing.assert_allclose(now, was, atol=1e-12)  # rounding: the same path
+    np.testing.assert_allclose(faster, times * speed, atol=1e-12)
+    assert design.keeps_limits(quick)
+    assert design.cost(quick) < design.cost(slow)
+    tight = replace(design, limits=replace(design.limits, velocity=np.abs(slow(times * t)[1]).max(axis=0)))
+    np.testing.assert_array_equal(quickened(tight, slow).sine, slow.sine)  # no speed is left
+
+
+def test_a_motion_about_a_centre_that_cannot_be_held_is_shrunk_about_a_position_that_can(design):
+    q, cosine = np.array([0.0, 2.7, 0.0]), np.zeros((3, 3))  # into the floor
+    cosine[1, 0] = 2.4
+    motion = at_rest(q, np.zeros((3, 3)), cosine, 12.0)
+    found = design.fitted(motion)
+    assert design.keeps_limits(found)
+    size = found.cosine[1, 0] / motion.cosine[1, 0]
+    assert 0.1 < size < 0.9
+    pose = (found.center - size * motion.center) / (1.0 - size)
+    np.testing.assert_array_equal(design.at_rest(np.array([q, pose])) == 0.0, [False, True])
+
+
+# Holds and slow sweeps
+
+
+def test_a_point_s_holds_rest_at_its_poses_and_between_and_come_back_the_same_way(design):
+    holds, limits = Holds(limits=design.limits, duration=72.0), design.limits
+    x = np.random.default_rng(2).uniform(-0.8, 0.8, (LEGS + 1) * holds.n)
+    motion = holds.motion(x)
+    poses = limits.center + limits.half * x.reshape(LEGS + 1, -1)
+    middles = np.arange(0.0, LEGS + 0.5, 0.5)
+    there = np.stack([np.interp(middles, np.arange(LEGS + 1), each) for each in poses.T], axis=1)
+    q, dq, _ = motion(np.linspace(0.0, 72.0, 4 * LEGS + 1))  # the middle of each hold
+    size = np.abs(np.diff(poses, axis=0)).max()
+    np.testing.assert_allclose(q, np.concatenate((there, there[-2::-1])), rtol=0, atol=2e-3 * size)  # smoothed kinks
+    fastest = np.abs(motion(np.arange(0.0, 72.0, 0.02))[1]).max()
+    assert np.abs(dq).max() < 0.03 * fastest
+    t = np.linspace(0.0, 36.0, 50)
+    np.testing.assert_allclose(motion(t)[0], motion(72.0 - t)[0], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(holds.point(motion), x, rtol=0, atol=1e-6)  # the condition to be at rest
+
+
+def test_holds_are_slow_use_less_torque_and_want_what_gravity_loads_and_a_joint_at_rest_shows_nothing(design):
+    held, unloaded = hold_design(design)
+    held = pickle.loads(pickle.dumps(held))
+    assert not np.intersect1d(held.joints, np.flatnonzero(unloaded)).size
+    assert (held.limits.velocity <= 0.5 / 0.95 + 1e-12).all()
+    holds = Holds(limits=held.limits, duration=72.0)
+    still = holds.motion(np.zeros((LEGS + 1) * holds.n))
+    assert (held.deviations(still)[held.joints] > 0.9).all()  # what is known beforehand: 1
+    moving = holds.motion(np.random.default_rng(1).uniform(-0.7, 0.7, (LEGS + 1) * holds.n))
+    assert (held.deviations(moving)[held.joints] < 0.1).any()
+    with pytest.raises(ScenarioError, match="puts no torque on any joint to identify"):
+        hold_design(replace(design, joints=np.flatnonzero(unloaded)))
+    middle = (np.tile(held.limits.center, (5, 1)), np.zeros((5, 3)), np.zeros((5, 3)))
+    torques = np.zeros((2, 5, 3))
+    torques[1, 3, 2] = -0.77 * held.limits.torque[2]
+    assert not design.limits.excess(middle, torques).any()
+    over = held.limits.excess(middle, torques)
+    np.testing.assert_allclose(over[3, 3, 2], 0.07, rtol=1e-9)
+    assert np.count_nonzero(over) == 1
+
+
+@pytest.mark.parametrize(("direction", "offset"), [(-0.3, 0.2), (0.3, -0.2)])
+def test_drives_bear_the_built_in_holds_with_the_weakest_gains_and_most_friction_that_are_drawn(direction, offset):
+    setup = setup_of(load_scenario("holds"))
+    drawn = {
+        "plant.gain": (0.85 * setup.true_gain).tolist(),
+        "plant.amplifier_offset": [offset] * 6,
+        "plant.payload.mass": 8.04,
+        "plant.errors.load_friction": 0.1,
+        "plant.errors.stribeck": 0.2,
+        "plant.errors.coulomb_by_direction": direction,
+    }
+    experiments = changed(setup, drawn).experiments
+    for experiment, v in zip(experiments, feedforward_currents(experiments, 100.0), strict=True):
+        assert (np.abs(v) < experiment.plant.drives.current_limit).all()
+
+
+@pytest.mark.slow
+def test_holds_at_30_hz_give_the_gains_that_gravity_loads_within_their_tolerances():
+    done = run(setup_of(load_scenario("holds")), 3)
+    gains = done.verdict.gains
+    assert done.passed
+    assert [gain.identifiable for gain in gains] == [False, True, True, True, True, True]
+    # Of 20 seeds 93 of 95 gains lay within two deviations; four of this fixed seed's are 1 in 16 000.
+    assert all(abs(gain.z) < 4.0 for gain in gains[1:])
+    np.testing.assert_allclose(1.0 / done.recordings[0].period, 30.0, rtol=1e-9)
+
+
+# The command
+
+
+def test_the_command_writes_a_motion_file_of_holds(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(module, "FIRST", 8)
+    out = tmp_path / "motion.toml"
+    words = ["excite", "ur10e", "--protocol", "holds", "--evaluations", "1", "--jobs", "1", "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr()
+    assert "puts no torque on joint 1: holds" in said.err
+    assert "of the gains, from noise of the currents alone [%]: -, " in " ".join(said.out.split())
+    assert "excite ur10e --protocol holds --seed 0 --duration 72 --evaluations 1 --out FILE" in out.read_text()
+    assert read_motion(out.name, tmp_path).duration == 72.0
+    for more in ("--harmonics=9", "--improve"):
+        assert main([*words, more, "--force"]) == 2
+        assert "cannot be combined with --protocol holds" in capsys.readouterr().err
 
 
 SHORT = ["--harmonics", "3", "--duration", "6", "--evaluations", "60", "--seed", "5"]
@@ -221,7 +375,7 @@ def test_a_search_that_improves_begins_with_the_scenario_s_own_motion(tmp_path, 
     assert main(["excite", "tx40", "--out", str(path), *IMPROVING]) == 0
     cost, found = (float(word.rstrip(".")) for word in _costs(capsys.readouterr().err))
     scenario = load_scenario("tx40")
-    design = Design(design_problem(setup_without_motion(scenario)))
+    design = Design.of(setup_without_motion(scenario))
     own = setup_of(scenario).experiments[0].trajectory
     np.testing.assert_allclose(cost, design.cost(own), rtol=0, atol=3e-3)  # what uses all its limit begins 0.1 % less
     assert found <= cost

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from scenarios.design.excitation import EXCESS, Design, design_problem
+from scenarios.design.excitation import EXCESS, Design
 from scenarios.experiments.judge import Verdict
 from scenarios.experiments.run import run
 from scenarios.experiments.scenario import Setup, load_scenario, setup_of, setup_without_motion
@@ -59,10 +59,10 @@ def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
 def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     scenario = setup("nominal")
     experiment = scenario.experiments[0]
-    design = Design(design_problem(setup_without_motion(scenario.scenario)))
+    design = Design.of(setup_without_motion(scenario.scenario))
     rows = design.rows(experiment.trajectory, 100.0)
     motion = rows.motion
-    assert design.excess(rows).max() <= EXCESS
+    assert max(each.max() for each in design.excess(rows)) <= EXCESS
     robot = experiment.plant.robot
     assert (np.abs(motion[1]) < robot.max_velocity).all()
     assert (np.abs(motion[2]) < robot.max_acceleration).all()
@@ -78,8 +78,9 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
         "[identification.gains]\nuncertainty = 'classical'\n[identification.observe]\nreversal_speed = 0.2\n"
     )
     scenario = setup(str(path))
-    design = Design(design_problem(setup_without_motion(scenario.scenario)))
-    predicted = design.deviations(design.rows(scenario.experiments[0].trajectory)).noise
+    design = Design.of(setup_without_motion(scenario.scenario))
+    rows = design.rows(scenario.experiments[0].trajectory)
+    predicted = design.prediction(rows, design.structure)(design.carried).noise
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
         residual = result.estimate.residual_share(j)

@@ -6,10 +6,10 @@ from ident.model.arm import load_arm
 from ident.model.parameters import STANDARD
 from ident.model.structure import Structure, structure_of
 from ident.payload.payload import KnownPayload, Payload
-from scenarios.design.excitation import arm_model
 from scenarios.prediction.deviations import (
     RESIDUAL,
     ROWS_PER_SECOND,
+    ArmModel,
     Carried,
     MotionRows,
     all_joints,
@@ -33,10 +33,10 @@ def arm(tmp_path_factory) -> tuple[Structure, MotionRows]:
     robot = read_robot(robot_folder(tmp_path_factory.mktemp("arm"), 3))
     structure = structure_of(load_arm(robot.model))
     body = PayloadBody(mass=2.9, com=(0.11, -0.07, 0.13), inertia=INERTIA)
-    model = arm_model(Plant(robot=robot, drives=robot.drives, payload=body), structure)
+    model = ArmModel.of(Plant(robot=robot, drives=robot.drives, payload=body), structure)
     rng = np.random.default_rng(3)
     motion = at_rest(np.array([0.3, -0.6, 0.8]), *rng.normal(0.0, 0.35, (2, 3, 4)), 7.0)
-    return structure, model.rows(motion, RATE)
+    return structure, model.rows(motion(np.arange(0.0, 7.0, 1.0 / RATE)), RATE)
 
 
 def payload(known: str, **stds) -> Payload:

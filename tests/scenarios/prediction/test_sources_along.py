@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.design.excitation import Design, design_problem
+from scenarios.design.excitation import Design
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.experiments.schema import Scenario, SourceTable
 from scenarios.prediction.budget import predicted_budget
@@ -56,9 +56,9 @@ def test_sources_that_cost_a_tenth_of_the_costliest_or_less_are_left_out(scenari
 
 
 def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenario, sourced):
-    motion, problem = motion_of(scenario), design_problem(setup_without_motion(scenario))
-    plain, with_all = Design(problem), Design(replace(problem, added=sourced))
-    noise = plain.deviations(plain.rows(motion, 10.0)).total[:5]
+    motion, plain = motion_of(scenario), Design.of(setup_without_motion(scenario))
+    with_all = replace(plain, added=sourced)
+    noise = plain.deviations(motion, 10.0)[:5]
     total = np.hypot(noise, sourced(motion, 10.0)[:5])
     gap = with_all.cost(motion) - plain.cost(motion)
     expected = [np.log(np.linalg.norm(x, ord=8)) + 0.2 * np.log(x).mean() for x in (noise, total)]

@@ -1,8 +1,8 @@
-"""Holds and slow sweeps: slow motion between held poses, forward and back, as a Fourier series.
+"""Parametrisations of motions for a search: Fourier series, and holds with slow sweeps.
 
-The path has `LEGS` straight legs, with a hold at each end and in the middle of each leg. It is followed forward and
-back, so every position is passed in both directions. Corners are smoothed by a Gaussian, so that a series of
-`HARMONICS` cosines represents the motion (`docs/derivations.md`).
+Holds and slow sweeps are a path of `LEGS` straight legs, with a hold at each end and in the middle of each leg. It is
+followed forward and back, so every position is passed in both directions. Corners are smoothed by a Gaussian, so that a
+series of `HARMONICS` cosines represents the motion (`docs/derivations.md`).
 """
 
 from collections.abc import Callable
@@ -10,15 +10,18 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
+from scipy import special
 
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Mask
-from scenarios.design.excitation import SHARES, Limits, Problem
+from scenarios.design.excitation import SHARES, Design, Limits
 from scenarios.prediction.deviations import Carried, Deviations, MotionRows, Prediction
 from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory, at_rest
 
+LEAST_SHARE = 0.25
+"""Smallest amplitude of a joint, as a share of the largest: a joint at rest gives no information on its parameters."""
 LEGS = 3
 """Number of straight legs of the forward path; a search then has 24 variables for six joints."""
 HOLD = 0.5
@@ -44,6 +47,51 @@ SEARCHED_HZ = 4.0
 """Sampling rate during the search for such slow motions [Hz]."""
 SHORTEST = 36.0
 """Shortest motion [s]: sweeps of 2 s, holds of 1 s."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """Parametrisation: centres, shares of the largest feasible amplitude, coefficients up to scale.
+
+    Attributes:
+        limits: Limits that scale the amplitudes.
+        harmonics: Number of harmonics.
+        duration: Period [s].
+    """
+
+    limits: Limits
+    harmonics: int
+    duration: float
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.limits.lower)
+
+    def motion(self, x: Array) -> FourierTrajectory:
+        """Return the motion of a point, shape (2 n + 2 n harmonics,)."""
+        n = self.n
+        sine, cosine = x[2 * n :].reshape(2, n, self.harmonics)
+        raw = at_rest(x[:n], sine, cosine, self.duration)
+        share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
+        scale = (share * self.limits.largest_scale(raw))[:, None]
+        return FourierTrajectory(raw.center, scale * raw.sine, scale * raw.cosine, self.duration)
+
+    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
+        """Return the point of a random motion about a position."""
+        fade = 1.0 / np.sqrt(np.arange(1, self.harmonics + 1))
+        shares = rng.uniform(-1.0, 2.0, self.n)
+        return np.concatenate((start, shares, (fade * rng.standard_normal((2, self.n, self.harmonics))).ravel()))
+
+    def point(self, motion: FourierTrajectory) -> Array:
+        """Return the point of a motion with at most these harmonics; amplitudes are at least the smallest share."""
+        room = self.limits.largest_scale(motion)
+        share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
+        coefficients = np.zeros((2, self.n, self.harmonics))
+        coefficients[..., : motion.sine.shape[1]] = motion.sine, motion.cosine
+        size = np.sqrt(np.mean(coefficients**2, axis=(0, 2), keepdims=True))
+        usual = np.sqrt(np.mean(1.0 / np.arange(1, self.harmonics + 1)))
+        return np.concatenate((motion.center, special.logit(share), (usual * coefficients / size).ravel()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,8 +156,8 @@ def _cosines() -> Array:
     return np.concatenate((series[:, :1], 2.0 * series[:, 1:]), axis=1)
 
 
-def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
-    """Return the design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
+def hold_design(design: Design) -> tuple[Design, Mask]:
+    """Return a design problem for holds and slow sweeps, and a mask of joints without gravity load, shape (n,).
 
     Joints move slowly, only joints with payload torque at rest are to be identified, and rows of a joint at rest have
     no weight.
@@ -117,20 +165,20 @@ def hold_problem(problem: Problem) -> tuple[Problem, Mask]:
     Raises:
         ScenarioError: If the payload loads none of these joints at rest.
     """
-    structure = problem.structure
+    structure = design.structure
     q = np.random.default_rng(PROBE_SEED).uniform(-np.pi, np.pi, (64, structure.arm.n))
     still = np.zeros_like(q)
     columns = regressor(structure.arm, q, still, still)[:, :, structure.payload_columns]
-    torque = np.abs(columns @ problem.carried.chi).max(axis=0)
+    torque = np.abs(columns @ design.carried.chi).max(axis=0)
     unloaded = torque <= LEAST_LOAD * torque.max()
-    wanted = problem.joints[~unloaded[problem.joints]]
+    wanted = design.joints[~unloaded[design.joints]]
     if not len(wanted):
         raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")
     fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
-    speed = np.minimum(problem.limits.velocity, fast / SHARES["speed"])
-    limits = replace(problem.limits, velocity=speed, torque_share=TORQUE_SHARE)
-    prediction = partial(_weighted, problem.prediction, slow)
-    return replace(problem, limits=limits, joints=wanted, prediction=prediction, searched_hz=SEARCHED_HZ), unloaded
+    speed = np.minimum(design.limits.velocity, fast / SHARES["speed"])
+    limits = replace(design.limits, velocity=speed, torque_share=TORQUE_SHARE)
+    prediction = partial(_weighted, design.prediction, slow)
+    return replace(design, limits=limits, joints=wanted, prediction=prediction, searched_hz=SEARCHED_HZ), unloaded
 
 
 def _weighted(
@@ -141,3 +189,7 @@ def _weighted(
     share = np.maximum(speed / (speed + slow**2), STILL)
     W, Y, rigid = rows.W * share[:, :, None], rows.Y * share[:, :, None], rows.rigid * share
     return prediction(replace(rows, W=W, Y=Y, rigid=rigid), structure)
+
+
+Searchable = Series | Holds
+"""Parametrisation: `motion` of a point, `point` of a motion, and a random point `drawn` about a position."""

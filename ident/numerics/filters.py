@@ -39,15 +39,7 @@ def butterworth(order: int, cutoff_hz: float, rate_hz: float) -> Array:
 
 
 def filtered(sections: Array, x: Array) -> Array:
-    """Filter signals with a cascade of sections, initially at rest.
-
-    Args:
-        sections: Rows (b_0, b_1, b_2, 1, a_1, a_2), shape (s, 6).
-        x: Signals, shape (N, k).
-
-    Returns:
-        Shape (N, k).
-    """
+    """Filter signals, shape (N, k), with a cascade of sections, shape (s, 6), initially at rest."""
     numerator = reduce(np.convolve, sections[:, :3])
     y = np.array([np.convolve(each, numerator)[: len(x)] for each in x.T]).T  # each signal is contiguous
     band = np.ones((3, len(x)), order="F")  # the diagonal and the two below it
@@ -67,9 +59,6 @@ def filtered_both_ways(sections: Array, x: Array, padding: int) -> Array:
         sections: Rows (b_0, b_1, b_2, 1, a_1, a_2), shape (s, 6).
         x: Signals, shape (N, k).
         padding: Number of samples by which each end is extended, less than N.
-
-    Returns:
-        Shape (N, k).
     """
     before, after = 2.0 * x[0] - x[padding:0:-1], 2.0 * x[-1] - x[-2 : -padding - 2 : -1]
     y = np.concatenate((before, x, after))

@@ -53,9 +53,6 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
         Y: Measurements, shape (r,).
         rank_tol: Smallest relative singular value of the scaled W for full rank.
 
-    Returns:
-        The solution with its covariance.
-
     Raises:
         TooFewRows: If there are fewer rows than unknowns plus one.
         NotExcited: If a column is zero, or W is rank deficient.
@@ -117,15 +114,12 @@ def factors(W: Array, *, rank_tol: float) -> Factors:
 
 
 def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
-    """Return the inverse of the residual's standard deviation of each group of rows (paper, eq. 22).
+    """Return the inverse of the residual's standard deviation of each row's group, shape (r,) (paper, eq. 22).
 
     Args:
         W: Observation matrix, shape (r, b).
         Y: Measurements, shape (r,).
         groups: Group number of each row, one group per joint, shape (r,).
-
-    Returns:
-        Weights of the rows, shape (r,).
     """
     weight = np.empty(len(Y))
     for group in np.unique(groups):
@@ -139,14 +133,5 @@ def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
 
 
 def column_space(columns: Array) -> Array:
-    """Return an orthonormal basis of the span of columns, independent of their norms, shape (r, rank).
-
-    Args:
-        columns: Columns, shape (r, k); zero columns are ignored.
-    """
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns[:, size > 0.0] / size[size > 0.0]
-    if not unit.shape[1]:
-        return unit
-    Q, R, _ = linalg.qr(unit, mode="economic", pivoting=True)
-    return readonly(Q[:, np.abs(np.diag(R)) > NEW])
+    """Return an orthonormal basis, shape (r, rank), of the span of columns, shape (r, k), of whatever norms."""
+    return readonly(factors(columns, rank_tol=NEW).Q)

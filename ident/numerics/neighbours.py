@@ -13,15 +13,7 @@ SHARE = 0.99
 
 
 def running_median(x: Array, reach: int) -> Array:
-    """Return the running median; the ends are extended by the outer values.
-
-    Args:
-        x: Signal, shape (N,).
-        reach: Number of samples to either side.
-
-    Returns:
-        Shape (N,).
-    """
+    """Return the median of `reach` samples to either side, shape (N,); the ends are extended by the outer values."""
     padded = np.pad(x, reach, mode="edge")
     near = [padded[k : k + len(x)] for k in range(2 * reach + 1)]
     for last in range(2 * reach, reach - 1, -1):  # the largest of the first last + 1 values moves to their end
@@ -31,15 +23,7 @@ def running_median(x: Array, reach: int) -> Array:
 
 
 def widened(marked: Mask, reach: int) -> Mask:
-    """Return a mask dilated by neighbouring samples.
-
-    Args:
-        marked: Mask, shape (N, n).
-        reach: Number of samples to either side.
-
-    Returns:
-        Shape (N, n).
-    """
+    """Return a mask, shape (N, n), dilated by `reach` samples to either side."""
     before = np.cumsum(np.pad(marked, ((reach + 1, reach), (0, 0))), axis=0, dtype=np.intp)
     return before[2 * reach + 1 :] > before[: -2 * reach - 1]
 

@@ -28,16 +28,15 @@ NOISE_BAND = (0.25, 0.45)
 def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
     """Low-pass positions with zero phase and differentiate them (paper, II.C).
 
-    A Butterworth filter of order four runs forward and backward, then five-point central differences take
-    the derivatives, exact for polynomials of degree four (velocity) and five (acceleration).
+    Five-point central differences are exact for polynomials of degree four (velocity) and five (acceleration).
 
     Args:
-        q: Positions [rad], shape (N, n), on a uniform clock.
+        q: Positions [rad or m], shape (N, n), on a uniform clock.
         period: Sampling interval [s].
-        cutoff_hz: Cut-off frequency [Hz], below the Nyquist frequency.
+        cutoff_hz: Cut-off frequency [Hz] of `low_passed`.
 
     Returns:
-        q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). Discard the outer `edge_samples`.
+        Positions, velocities and accelerations, shape (N, n) each. Discard the outer `edge_samples`.
     """
     smooth = low_passed(q, period, cutoff_hz).T  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
@@ -71,7 +70,7 @@ def noise_density(x: Array, period: float) -> Array:
     """Return the density of white noise in signals of slow motion, from the upper half of their spectrum.
 
     Args:
-        x: Signals, shape (N, n), on a uniform clock.
+        x: Signals, shape (N, n).
         period: Sampling interval [s].
 
     Returns:
@@ -81,16 +80,14 @@ def noise_density(x: Array, period: float) -> Array:
     size = min(len(bent), NOISE_BLOCK)
     f = np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
-    power = 2.0 * _mean_square_spectrum(bent, size)[:, upper] / np.sum(hann_window(size) ** 2)
-    return np.median(power / (2.0 * np.sin(np.pi * f[upper])) ** 4, axis=1) * period
+    power = power_density(bent, period, size)[1][upper]
+    return np.median(power / (2.0 * np.sin(np.pi * f[upper, None])) ** 4, axis=0)
 
 
 def delayed(x: Array, periods: float) -> Array:
-    """Return a signal delayed by sampling periods, linearly interpolated and held at the start.
+    """Return signals, shape (N, n), delayed by sampling periods, linearly interpolated and held at the start.
 
-    Args:
-        x: Signal, shape (N, n).
-        periods: Delay in sampling periods; a negative one advances the signal, which is then held at the end.
+    A negative delay advances them, and the end is held.
     """
     if periods == 0.0:
         return x
@@ -137,39 +134,36 @@ class Decimator:
 
         A row is a sum over groups of `factor` samples; each group is weighted for all its rows at once.
         """
-        rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
-        weights = np.zeros(pieces * self.factor)
-        weights[: len(self.kernel)] = self.kernel
-        signals = x.reshape(len(x), -1).T
-        padded = np.zeros((len(signals), (rows + pieces - 1) * self.factor))
+        rows, pieces, signals = self.rows(len(x)), self._pieces, x.reshape(len(x), -1).T
+        padded = np.zeros((len(signals), (rows + len(pieces) - 1) * self.factor))
         used = min(len(x), padded.shape[1])
         padded[:, :used] = signals[:, :used]
-        parts = padded.reshape(len(signals), -1, self.factor) @ weights.reshape(pieces, self.factor).T
-        total = np.sum([parts[:, k : k + rows, k] for k in range(pieces)], axis=0)
+        parts = padded.reshape(len(signals), -1, self.factor) @ pieces.T
+        total = np.sum([parts[:, k : k + rows, k] for k in range(len(pieces))], axis=0)
         return total.T.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:
-        """Return the weights of samples in a weighted sum of rows: the transpose of `applied`.
-
-        Args:
-            weights: Weight of each row, shape (rows,).
+        """Return the weights of samples in a weighted sum of rows, shape (rows,): the transpose of `applied`.
 
         Returns:
             Weights, shape ((rows - 1) factor + 2 h + 1,): later samples have no effect.
         """
-        rows, pieces = len(weights), -(-len(self.kernel) // self.factor)
-        kernel = np.zeros((pieces, self.factor))
-        kernel.flat[: len(self.kernel)] = self.kernel
-        of_samples = np.zeros((rows + pieces - 1, self.factor))
-        for k, piece in enumerate(kernel):
+        rows, pieces = len(weights), self._pieces
+        of_samples = np.zeros((rows + len(pieces) - 1, self.factor))
+        for k, piece in enumerate(pieces):
             of_samples[k : k + rows] += weights[:, None] * piece
         return of_samples.ravel()[: (rows - 1) * self.factor + len(self.kernel)]
+
+    @property
+    def _pieces(self) -> Array:
+        """The kernel in groups of `factor` samples, shape (groups, factor), padded with zeros."""
+        count = -(-len(self.kernel) // self.factor)
+        return np.pad(self.kernel, (0, count * self.factor - len(self.kernel))).reshape(count, self.factor)
 
     def band(self, samples: int) -> Array:
         """Return weights of consecutive samples in all their rows, if a row begins with the first sample.
 
-        Returns:
-            Shape (overlap + rows that begin with one of the samples, samples).
+        Shape (overlap + rows that begin with one of the samples, samples).
         """
         begins = self.factor * np.arange(-self.overlap, -(-samples // self.factor))
         lag = np.arange(samples) - begins[:, None]
@@ -190,11 +184,6 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
     return Decimator(kernel / kernel.sum(), factor)
 
 
-def hann_window(size: int) -> Array:
-    """The window (1 - cos(2 pi k / size)) / 2, periodic, shape (size,)."""
-    return np.hanning(size + 1)[:-1]
-
-
 def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
     """Return the one-sided power density of signals: mean over half-overlapping blocks, each without its mean.
 
@@ -206,13 +195,9 @@ def power_density(x: Array, period: float, size: int) -> tuple[Array, Array]:
     Returns:
         Frequencies [Hz], shape (size // 2 + 1,), and densities [unit^2/Hz], shape (size // 2 + 1, n).
     """
-    power = _mean_square_spectrum(x, size).T * (period / np.sum(hann_window(size) ** 2))
+    blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
+    window = np.hanning(size + 1)[:-1]  # (1 - cos(2 pi k / size)) / 2
+    spectrum = np.fft.rfft((blocks - blocks.mean(axis=2, keepdims=True)) * window)
+    power = np.mean(np.abs(spectrum) ** 2, axis=0).T * (period / np.sum(window**2))
     power[1 : None if size % 2 else -1] *= 2.0  # contribution of negative frequencies
     return np.asarray(np.fft.rfftfreq(size, period), np.float64), power
-
-
-def _mean_square_spectrum(x: Array, size: int) -> Array:
-    """Return the mean spectrum of half-overlapping windowed blocks without means, shape (n, size // 2 + 1)."""
-    blocks = np.lib.stride_tricks.sliding_window_view(x, size, axis=0)[:: size - size // 2]  # (blocks, n, size)
-    spectrum = np.fft.rfft((blocks - blocks.mean(axis=2, keepdims=True)) * hann_window(size))
-    return np.mean(np.abs(spectrum) ** 2, axis=0)

@@ -12,6 +12,7 @@ from ident.numerics.neighbours import quantum
 from ident.numerics.signals import FILTER_ORDER, SHARE_OF_RATE, noise_density
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 
 MOST_BENT = 0.05
@@ -20,14 +21,7 @@ DEFAULTS = ObserveOptions()
 
 
 def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple[ObserveOptions, str | None]:
-    """Return the filters for recordings that are used together, lowered if the slowest requires it.
-
-    Args:
-        options: Requested filters; defaults among them may be lowered.
-        recordings: One or more.
-
-    Returns:
-        The filters, and a note; None if nothing was lowered.
+    """Return the filters for recordings that are used together, lowered if the slowest requires it, and a note if so.
 
     Raises:
         RecordingError: If a joint moves too fast for the cut-off that its log allows.
@@ -42,19 +36,23 @@ def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple
     if lowered is options:
         return options, None
     for each in recordings:
-        _refuse_bent(each, lowered.cutoff_hz)
+        bent = _bent(each, lowered.cutoff_hz)
+        j = int(np.argmax(bent))
+        if bent[j] > MOST_BENT:
+            raise RecordingError(
+                f"joint {j + 1} moves too fast for a log at {1.0 / each.period:.4g} Hz: a low-pass at "
+                f"{lowered.cutoff_hz:.3g} Hz removes {100.0 * bent[j]:.2g} % of its speed; log faster, or move more "
+                "slowly",
+                each.name,
+            )
     return lowered, (
         f"{slowest.name}: logged at {rate:.4g} Hz, so positions are low-passed at {lowered.cutoff_hz:.3g} Hz and "
         f"currents at {lowered.decimation_cutoff_hz:.3g} Hz"
     )
 
 
-def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
-    """Refuse a motion whose speed a low-pass attenuates.
-
-    Raises:
-        RecordingError: Naming the joint.
-    """
+def _bent(recording: Recording, cutoff_hz: float) -> Array:
+    """Return the share of each joint's rms speed that a low-pass removes, shape (n,)."""
     q, period = recording.q, recording.period
     window = np.hanning(len(q))[:, None]
     f = np.fft.rfftfreq(len(q), period)
@@ -67,11 +65,4 @@ def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
     taken = 1.0 - 1.0 / (1.0 + (f[:, None] / cutoff_hz) ** (2 * FILTER_ORDER))  # forward and backward
     whole, lost = speeds.sum(axis=0), (taken**2 * speeds).sum(axis=0)
     lost = np.where(lost > 2.0 * (taken**2 * square * noise).sum(axis=0), lost, 0.0)  # not motion
-    bent = np.sqrt(lost / np.where(whole > 0.0, whole, 1.0))
-    j = int(np.argmax(bent))
-    if bent[j] > MOST_BENT:
-        raise RecordingError(
-            f"joint {j + 1} moves too fast for a log at {1.0 / period:.4g} Hz: a low-pass at {cutoff_hz:.3g} Hz "
-            f"removes {100.0 * bent[j]:.2g} % of its speed; log faster, or move more slowly",
-            recording.name,
-        )
+    return np.sqrt(lost / np.where(whole > 0.0, whole, 1.0))

@@ -212,7 +212,23 @@ def observe(
     if spoilt is not None and spoilt.any():
         moving &= group_means(widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
-    joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
+    joints: list[JointObservation] = []
+    for j, Wj in enumerate(W):
+        own, columns = len(STANDARD) * j, structure.joint_columns[j]
+        weight = Wj[:, STANDARD.index("off")]  # the column of ones is now the remaining weight
+        keep = weight >= options.min_weight
+        joints.append(
+            JointObservation(
+                V=readonly(V[keep, j]),
+                W=readonly(Wj[np.ix_(keep, structure.base.columns[columns] - own)]),
+                columns=columns,
+                W_L=readonly(Wj[np.ix_(keep, structure.payload_columns - own)]),
+                weight=readonly(weight[keep]),
+                t=readonly(middle[keep]),
+                position=np.flatnonzero(keep),
+                row_period=period * D.factor,
+            )
+        )
     behind = FullRate(
         q=q,
         dq=dq,
@@ -270,11 +286,7 @@ def reduced(
 def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
     """Mask of samples at which each joint, and each coupled sum that acts on it, is away from reversals, shape (N, n).
 
-    Args:
-        structure: Structure of the arm.
-        dq: Speeds, shape (N, n).
-        share: Share of the rms speed below which a sample is masked.
-        reach: Number of masked samples to each side of a reversal.
+    Samples are masked below a share of the rms speed, and within `reach` samples of a reversal.
     """
 
     def away(speed: Array) -> Mask:
@@ -285,22 +297,3 @@ def _moving(structure: Structure, dq: Array, share: float, reach: int) -> Mask:
     for first, second in structure.arm.couplings:
         moving[:, [first, second]] &= away(dq[:, [first]] + dq[:, [second]])
     return moving
-
-
-def _kept(
-    structure: Structure, j: int, V: Array, W: Array, t: Array, row_period: float, options: ObserveOptions
-) -> JointObservation:
-    """Rows of joint j with a sufficient weight; V and W as returned by `reduced`."""
-    own, columns = len(STANDARD) * j, structure.joint_columns[j]
-    weight = W[:, STANDARD.index("off")]  # the column of ones is now the remaining weight
-    keep = weight >= options.min_weight
-    return JointObservation(
-        V=readonly(V[keep, j]),
-        W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
-        columns=columns,
-        W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),
-        weight=readonly(weight[keep]),
-        t=readonly(t[keep]),
-        position=np.flatnonzero(keep),
-        row_period=row_period,
-    )

@@ -52,39 +52,17 @@ def reference(behind: FullRate) -> Reference:
     t = np.asarray(behind.period * np.arange(samples), np.float64)
     at = np.arange(0, samples, max(1, int(1.0 / (SAMPLES * behind.cutoff_hz * behind.period))))
     independent = 2.0 * behind.cutoff_hz * float(t[-1])
-    fits = [_Fit.of(t[at], behind.q[at], number) for number in _numbers(independent)]
-    cost = np.array([independent * np.log(each.squares) + each.size * np.log(independent) for each in fits])
-    best = [fits[k] for k in np.argmin(cost, axis=0).tolist()]
-    q, dq, ddq = (np.column_stack([each.spline(t, order)[:, j] for j, each in enumerate(best)]) for order in range(3))
-    return Reference(
-        q=q,
-        dq=dq,
-        ddq=ddq,
-        kept=np.array([each.size / independent for each in best]),
-        left=np.sqrt([each.squares[j] for j, each in enumerate(best)]),
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Fit:
-    """A spline of all joints' positions, its number of coefficients per joint, and its mean squares of residuals."""
-
-    spline: "scipy.interpolate.BSpline"
-    size: int
-    squares: Array
-
-    @classmethod
-    def of(cls, t: Array, q: Array, pieces: int) -> "_Fit":
-        """Fit a spline of equal pieces by least squares."""
-        inner = np.linspace(t[0], t[-1], pieces + 1)
-        knots = np.concatenate(([t[0]] * DEGREE, inner, [t[-1]] * DEGREE))
-        spline = scipy.interpolate.make_lsq_spline(t, q, knots, k=DEGREE)
-        squares = np.mean((q - spline(t)) ** 2, axis=0)
-        return cls(spline, pieces + DEGREE, np.maximum(squares, np.finfo(np.float64).tiny))
-
-
-def _numbers(independent: float) -> list[int]:
-    """Numbers of pieces to try."""
     most = max(1.0, MOST * independent - DEGREE)
-    steps = int(np.log(most) / np.log(FINER)) + 1
-    return sorted({int(most / FINER**k) for k in range(steps)})
+    numbers = sorted({int(most / FINER**k) for k in range(int(np.log(most) / np.log(FINER)) + 1)})
+    splines, squares = list["scipy.interpolate.BSpline"](), list[Array]()
+    for pieces in numbers:
+        inner = np.linspace(t[0], t[at[-1]], pieces + 1)
+        knots = np.concatenate(([inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE))
+        splines.append(scipy.interpolate.make_lsq_spline(t[at], behind.q[at], knots, k=DEGREE))
+        off = np.mean((behind.q[at] - splines[-1](t[at])) ** 2, axis=0)
+        squares.append(np.maximum(off, np.finfo(np.float64).tiny))
+    sizes = np.array(numbers) + DEGREE
+    best = np.argmin(independent * np.log(squares) + sizes[:, None] * np.log(independent), axis=0).tolist()
+    q, dq, ddq = (np.column_stack([splines[k](t, order)[:, j] for j, k in enumerate(best)]) for order in range(3))
+    left = np.sqrt([squares[k][j] for j, k in enumerate(best)])
+    return Reference(q=q, dq=dq, ddq=ddq, kept=sizes[best] / independent, left=left)

@@ -95,7 +95,8 @@ def test_a_polynomial_of_the_spline_s_degree_needs_one_piece(degree):
 def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeypatch):
     # Noise as the positions' filter leaves it, white up to 15 Hz, on a cubic, which any number of pieces fits: what
     # 65 of 450 independent values in 6 joints hold is known to sqrt(2 / (6 * 65)) = 7 %; 4 of them.
-    monkeypatch.setattr("ident.observation.smooth_motion._numbers", lambda independent: [60])
+    monkeypatch.setattr("ident.observation.smooth_motion.MOST", 65.5 / 450)  # 60 pieces, and no other number
+    monkeypatch.setattr("ident.observation.smooth_motion.FINER", 1e3)
     t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
     below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
     sizes = 0.01 * np.arange(1, 7)

@@ -1,8 +1,7 @@
 """Parameters of arm and payload with given gains, and what they say of the gains.
 
-arm             ratios of gains, base parameters and friction from bare motions; forecast of a loaded motion
-links           physically consistent links with these base parameters
-payload         a payload from currents (paper, eq. 25), its mass, centre and inertia
-weighing        gains tested with a weighed payload: mass from all joints and from each alone
-pooled_payload  the paper's own least squares of rows of all joints
+arm       ratios of gains, base parameters and friction from bare motions; forecast of a loaded motion
+links     physically consistent links with these base parameters
+payload   a payload from currents, its mass, centre and inertia; the paper's own least squares (eq. 25)
+weighing  gains tested with a weighed payload: mass from all joints and from each alone
 """

@@ -12,6 +12,7 @@ so the rows of the bare motions plus this term represent the loaded ones, includ
 that of real motions, except for load-dependent friction.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,14 +22,14 @@ from ident.estimation.all_joints.selection import AlternativeModel, Selected
 from ident.estimation.all_joints.solution import Fitted, GivenGain
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
-from ident.estimation.fixed_gains import braked_gain, deviations, held, shares
+from ident.estimation.fixed_gains import Shares, braked_gain, deviations, held, shares
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.identifiability import ratio_refusal
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.model.parameters import unit_of
-from ident.observation.observation import Observation
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NotIdentifiable
@@ -42,20 +43,41 @@ FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter:
-    """A parameter of the arm or of a joint's own friction.
+class Quantity:
+    """A number with its standard deviations, from the residuals, from the gains, and from the model's assumptions.
 
-    Attributes:
-        name: Name as in the literature, numbered by joint; several names if only their sum is identifiable.
-        unit: Unit of the value.
-        value: Estimate.
-        std: Standard deviation, including that of known gains.
+    A parameter of the arm or of a joint's friction is named as in the literature, with the number of the joint; it has
+    several names if only their sum is identifiable.
     """
 
     name: str
     unit: str
     value: float
-    std: float
+    residual_std: float
+    gain_std: float = 0.0
+    model_std: float = 0.0
+
+    @property
+    def std(self) -> float:
+        """Total standard deviation."""
+        return float(np.linalg.norm((self.residual_std, self.gain_std, self.model_std)))
+
+
+def quantities(names: Sequence[str], units: Sequence[str], values: Array, of: Shares) -> tuple[Quantity, ...]:
+    """Return numbers with the standard deviations of their covariance."""
+    stds = [deviations(part).tolist() for part in (of.residual, of.gains, of.model)]
+    return tuple(
+        Quantity(name=name, unit=unit, value=value, residual_std=residual, gain_std=gain, model_std=model)
+        for name, unit, value, residual, gain, model in zip(names, units, values.tolist(), *stds, strict=True)
+    )
+
+
+def shared_shares(selected: Selected, options: GainOptions, gains: KnownGains | None, k: Indices) -> Shares:
+    """Return the covariance of parameters that joints share, by their indices."""
+    fit, belief = selected.final.fit, selected.final.fit.theta_belief[k]
+    rivals = [each.share * (each.other.fit.found.theta[k] - each.final.fit.found.theta[k]) for each in selected.rivals]
+    beside = np.column_stack((belief[:, :0], *rivals))
+    return shares(fit.rows, options, gains, influence=fit.theta_influence[k], belief=belief, rivals=beside)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,9 +150,9 @@ class BareArm:
     problem: Problem
     gains: KnownGains | None
     ratios: GainRatios | None
-    inertial: tuple[Parameter, ...]
+    inertial: tuple[Quantity, ...]
     inertial_covariance: Array
-    friction: tuple[tuple[Parameter, ...], ...]
+    friction: tuple[tuple[Quantity, ...], ...]
     selected: Selected
 
     def in_si(self) -> tuple[Array, Array]:
@@ -201,50 +223,30 @@ def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
 def _arm(problem: Problem, selected: Selected, gains: KnownGains | None, ratios: GainRatios | None) -> BareArm:
     """Return the parameters of a fit; in the unit of the reference gain if there are ratios."""
     structure, options, final = problem.structure, problem.options, selected.final
-    revolute, names = structure.arm.revolute.tolist(), structure.base.names
-    fit, arm = final.fit, shared_arm(structure.base)
+    revolute, fit, arm = structure.arm.revolute.tolist(), final.fit, shared_arm(structure.base)
     scale = 1.0 if ratios is None else float(fit.found.h[ratios.reference])  # of size 1
-    unit = "" if ratios is None else f" / g{ratios.reference + 1}"
-    a = len(arm)
-    rivals = [
-        each.share * (each.other.fit.found.theta[:a] - each.final.fit.found.theta[:a]) for each in selected.rivals
-    ]
-    influence, belief = fit.theta_influence[:a], fit.theta_belief[:a]
-    beside = np.column_stack((belief[:, :0], *rivals))
-    C = scale**2 * shares(fit.rows, options, gains, influence=influence, belief=belief, rivals=beside).total
-    std, shown = deviations(C), np.flatnonzero(influence.any(axis=1))
-    inertial = tuple(
-        Parameter(
-            name=names[arm[k]],
-            unit=unit_of(names[arm[k]], revolute) + unit,
-            value=float(fit.found.theta[k] * scale),
-            std=float(std[k]),
-        )
-        for k in shown
-    )
-    friction = list[tuple[Parameter, ...]]()
+    over = "" if ratios is None else f" / g{ratios.reference + 1}"
+    shown = np.flatnonzero(fit.theta_influence[: len(arm)].any(axis=1))
+    names = [structure.base.names[k] for k in arm[shown]]
+    covariance = shared_shares(selected, options, gains, shown).of(scale * np.eye(len(shown)))
+    units = [unit_of(name, revolute) + over for name in names]
+    friction = list[tuple[Quantity, ...]]()
     for j, (own, phi) in enumerate(zip(final.own, fit.phi, strict=True)):
         belief = fit.phi_belief[j]
         beside = np.column_stack((belief[:, :0], *(rival_friction(each, j, final) for each in selected.rivals)))
-        covariance = shares(fit.rows, options, gains, influence=fit.phi_influence[j], belief=belief, rivals=beside)
-        each = zip(own.names, own.motion, phi.tolist(), deviations(covariance.total).tolist(), strict=True)
-        friction.append(
-            tuple(
-                Parameter(
-                    name=name if motion < 0 or len(problem.motions) == 1 else f"{name} in motion {motion + 1}",
-                    unit=friction_unit(name, turns=revolute[j]),
-                    value=value,
-                    std=deviation,
-                )
-                for name, motion, value, deviation in each
-            )
-        )
+        of = shares(fit.rows, options, gains, influence=fit.phi_influence[j], belief=belief, rivals=beside)
+        several = len(problem.motions) > 1
+        numbered = [
+            f"{name} in motion {motion + 1}" if several and motion >= 0 else name
+            for name, motion in zip(own.names, own.motion, strict=True)
+        ]
+        friction.append(quantities(numbered, [friction_unit(name, turns=revolute[j]) for name in own.names], phi, of))
     return BareArm(
         problem=problem,
         gains=gains,
         ratios=ratios,
-        inertial=inertial,
-        inertial_covariance=C[np.ix_(shown, shown)],
+        inertial=quantities(names, units, scale * fit.found.theta[shown], covariance),
+        inertial_covariance=covariance.total,
         friction=tuple(friction),
         selected=selected,
     )
@@ -274,9 +276,10 @@ def friction_unit(name: str, *, turns: bool) -> str:
 
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
     """Return the covariance of log |g| relative to the given gain, shape (n, n)."""
-    fit = selected.final.fit
-    influence, rivals = fit.log_influence, selected.model
-    return shares(fit.rows, problem.options, None, influence=influence, belief=fit.log_belief, rivals=rivals).total
+    fit, rivals = selected.final.fit, selected.model
+    return shares(
+        fit.rows, problem.options, None, influence=fit.log_influence, belief=fit.log_belief, rivals=rivals
+    ).total
 
 
 def surest(C: Array, most: float) -> int:
@@ -314,26 +317,25 @@ def forecast_gains(
             "no parameter of the payload to be mounted is known, so it determines no gain; give its mass"
         )
     assert in_si.gains is not None, "of an arm with known gains"
-    gain, joints = 1.0 / in_si.selected.final.fit.found.h, in_si.gains.joints
-    loaded = [ObservedMotion(with_payload_torque(each.observation, payload, gain), payload) for each in problem.motions]
+    joints = in_si.gains.joints
+    loaded = [as_if_loaded(each, payload, 1.0 / in_si.selected.final.fit.found.h) for each in problem.motions]
     estimate = all_joints_gains(replace(problem, motions=(*problem.motions, *loaded)), options)
-    tied = bool(ratios.given[joints].any())
-    unknown = "its gain is neither given nor identifiable relative to a given one, so the payload's torque is unknown"
-    return tuple(
-        unknown
-        if j not in joints and not (tied and ratios.given[j])
-        else abs(each.std / each.value)
-        if isinstance(each, IdentifiedGain)
-        else each.reason
-        for j, each in enumerate(estimate.joints)
+    forecast = list[float | str](
+        abs(each.std / each.value) if isinstance(each, IdentifiedGain) else each.reason for each in estimate.joints
     )
+    tied = ratios.given & bool(ratios.given[joints].any())
+    for j in np.flatnonzero(~tied & ~np.isin(np.arange(len(forecast)), joints)):
+        forecast[j] = (
+            "its gain is neither given nor identifiable relative to a given one, so the payload's torque is unknown"
+        )
+    return tuple(forecast)
 
 
-def with_payload_torque(observation: Observation, payload: Payload, gain: Array) -> Observation:
-    """Return a bare motion's rows with the added torque of a payload; gains [N m / drive unit] of shape (n,)."""
-    chi = payload.known_part().chi
-    joints = zip(observation.joints, gain.tolist(), strict=True)
-    return replace(observation, joints=tuple(replace(each, V=each.V + each.W_L @ chi / g) for each, g in joints))
+def as_if_loaded(motion: ObservedMotion, payload: Payload, gain: Array) -> ObservedMotion:
+    """Return a bare motion with the added torque of a payload; gains [N m / drive unit] of shape (n,)."""
+    joints, chi = zip(motion.observation.joints, gain.tolist(), strict=True), payload.known_part().chi
+    rows = tuple(replace(each, V=each.V + each.W_L @ chi / g) for each, g in joints)
+    return ObservedMotion(replace(motion.observation, joints=rows), payload)
 
 
 def predicted_torque(system: PooledSystem, base: Array, payload: Payload | None) -> Array:

@@ -18,8 +18,7 @@ from scipy.linalg import block_diag
 
 from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
 from ident.model.structure import BaseParameters
-from ident.parameters.arm import Parameter
-from ident.parameters.nearest_body import Bodies, nearest_possible
+from ident.parameters.arm import Quantity
 from ident.support.arrays import Array, Mask
 from ident.support.errors import NoBody
 
@@ -27,14 +26,16 @@ LEFT = 1e-3
 """Smallest share of a model's link that remains: simulators cannot use a link with zero inertia about an axis."""
 LEAST = 1e-10
 """Smallest relative eigenvalue of a correlation matrix that is used."""
-UNIT = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0])
-"""Parameters of a pseudo-inertia with a fixed unit diagonal except the mass, which is any positive number.
-
-It represents a motor's positive inertia as a body.
-"""
+BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))])
+"""Pseudo-inertias of unit parameters, shape (10, 4, 4)."""
 SHOWN = 1e-9
 """Smallest share of a parameter in a base parameter above rounding."""
 MASS = INERTIAL.index("M")
+SMALLEST_BARRIER, SMALLER = 1e-11, 0.1
+"""Final weight of the barrier, in units of the squared distance, and the factor between successive weights."""
+MOST_STEPS = 100
+ENOUGH = 1e-12
+"""Predicted decrease of a Newton step, in units of the weight, below which the next weight is used."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,7 +80,7 @@ class FoundLinks:
 
 
 def nearest_links(
-    base: BaseParameters, found: Sequence[Parameter], covariance: Array, nominal: ModelLinks
+    base: BaseParameters, found: Sequence[Quantity], covariance: Array, nominal: ModelLinks
 ) -> FoundLinks:
     """Return the physically consistent links nearest to the model's that the data allow.
 
@@ -118,12 +119,12 @@ def nearest_links(
     right = scale * (K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
     wanted = centre + scale * np.linalg.solve(M * np.outer(scale, scale), right)
     least = np.concatenate((LEFT * own, np.zeros(m)))  # the excess must be physically consistent
-    bodies = Bodies(
-        known=np.vstack((np.zeros((n, size)), np.tile(UNIT, (m, 1)))),
-        body=np.concatenate((np.repeat(np.arange(n), size), n + np.arange(m))),
-        place=np.concatenate((np.tile(np.arange(size), n), np.full(m, MASS, dtype=np.intp))),
-    )
-    x = least + nearest_possible(bodies, wanted - least, M, start - least)
+    fixed, slopes = np.zeros((n + m, 4, 4)), np.zeros((size * n + m, n + m, 4, 4))
+    for j in range(n):
+        slopes[size * j : size * (j + 1), j] = BASIS
+    for k in range(m):  # a motor is a body with a unit diagonal, and its inertia as mass
+        fixed[n + k, :3, :3], slopes[size * n + k, n + k] = np.eye(3), BASIS[MASS]
+    x = least + nearest_possible(fixed, slopes, wanted - least, M, start - least)
     motor, motor_found = nominal.motor.copy(), np.isin(p * np.arange(n) + size, motors)
     motor[motor_found] = x[size * n :][: np.count_nonzero(motor_found)]
     return FoundLinks(
@@ -144,8 +145,51 @@ def _information(covariance: Array) -> Array:
 
 def _prior(own: Array, motor: Array) -> Array:
     """Return the coordinate-invariant metric of links, and that of motors, zero if the model states none."""
-    basis = [pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))]
-    relative = [[np.linalg.solve(pseudo_inertia(chi), each) for each in basis] for chi in own]
-    links = [np.array([[0.5 * float(np.sum(a * b.T)) for b in each] for a in each]) for each in relative]
+    relative = [np.linalg.solve(pseudo_inertia(chi), BASIS) for chi in own]
+    links = [0.5 * np.einsum("aij,bji->ab", each, each) for each in relative]
     motors = np.divide(1.0, motor**2, out=np.zeros(len(motor)), where=motor > 0)
     return block_diag(*links, *([np.diag(motors)] if len(motor) else []))
+
+
+def nearest_possible(fixed: Array, slopes: Array, wanted: Array, information: Array, inside: Array) -> Array:
+    """Return the unknowns nearest to given ones with positive definite pseudo-inertias, by a log det barrier.
+
+    Args:
+        fixed: Pseudo-inertias of the known parameters of each body, shape (bodies, 4, 4).
+        slopes: Derivative of the pseudo-inertias by each unknown, shape (k, bodies, 4, 4).
+        wanted: The given values, shape (k,).
+        information: Metric, positive definite, shape (k, k).
+        inside: Initial values with positive definite pseudo-inertia, shape (k,).
+
+    Returns:
+        Unknowns whose squared distance exceeds the minimum by at most `SMALLEST_BARRIER` times the number of rows of
+        all pseudo-inertias, shape (k,).
+    """
+
+    def cost(x: Array, weight: float) -> float:
+        sign, size = np.linalg.slogdet(fixed + np.tensordot(x, slopes, 1))
+        off = x - wanted
+        return 0.5 * float(off @ information @ off) / weight - float(size.sum()) if (sign > 0.0).all() else np.inf
+
+    def step_from(x: Array, weight: float) -> tuple[Array, float]:
+        solved = np.linalg.solve(fixed + np.tensordot(x, slopes, 1), slopes)  # (k, bodies, 4, 4)
+        gradient = information @ (x - wanted) / weight - np.einsum("kbii->k", solved)
+        curvature = information / weight + np.einsum("kbij,lbji->kl", solved, solved)
+        scale = 1.0 / np.sqrt(np.diag(curvature))
+        step = -scale * np.linalg.solve(curvature * np.outer(scale, scale), scale * gradient)
+        return step, float(-gradient @ step)
+
+    x, weight = inside, 1.0
+    while weight > SMALLEST_BARRIER:
+        for _ in range(MOST_STEPS):
+            step, promised = step_from(x, weight)
+            if promised < ENOUGH:
+                break
+            length, before = 1.0, cost(x, weight)
+            while np.linalg.eigvalsh(fixed + np.tensordot(x + length * step, slopes, 1)).min() <= 0.0 or (
+                cost(x + length * step, weight) > before - 0.1 * length * promised and length > 1e-9
+            ):
+                length *= 0.5
+            x = x + length * step
+        weight *= SMALLER
+    return x

@@ -1,8 +1,17 @@
-"""The parameters of an unknown payload from all joints together, with fixed gains (paper, eq. 25), and its body.
+"""The parameters of an unknown payload from all joints together, with fixed gains, and its body.
 
 V_j = h_j (A_j theta + W_L chi_L) + F_j phi_j with given h = 1/g; friction and offset are in drive units and separate
 for each motion. Other terms are selected as in `nls`, so that gains have the same meaning as in their identification.
 Mass, centre and inertia about it follow with first-order standard deviations.
+
+The paper's own least squares has the torque on the left (section III.A, eq. 23 to 25), all joints stacked, each joint's
+rows weighted by its own residual (eq. 22):
+
+    g V = [W_a 0  ] [chi  ]
+          [W_b W_L] [chi_L]
+
+Its solution is linear in the gains, so their contribution to the covariance is exact: the derivative of chi_L by g_j is
+the solution with left side V on joint j's rows and zero elsewhere.
 """
 
 from dataclasses import dataclass
@@ -13,12 +22,15 @@ import numpy as np
 from ident.estimation.all_joints.selection import Selected
 from ident.estimation.all_joints.solution import Setting
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
-from ident.estimation.fixed_gains import Shares, deviations, held, shares
+from ident.estimation.fixed_gains import Shares, deviations, held
+from ident.estimation.joint_by_joint.pooled_system import PooledSystem
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
 from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.model.parameters import UNITS as PARAMETER_UNITS
 from ident.model.structure import Structure
+from ident.numerics.least_squares import least_squares, row_weights
+from ident.parameters.arm import Quantity, quantities, shared_shares
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NegativeMass, NotIdentifiable
@@ -38,23 +50,6 @@ NEEDS = {
     **dict.fromkeys(INERTIA_KEYS, INERTIAL),
 }
 """Standard parameters that determine each quantity."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Quantity:
-    """A number with its standard deviations, from the residuals, from the gains, and from the model's assumptions."""
-
-    name: str
-    unit: str
-    value: float
-    residual_std: float
-    gain_std: float
-    model_std: float
-
-    @property
-    def std(self) -> float:
-        """Total standard deviation."""
-        return float(np.linalg.norm((self.residual_std, self.gain_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +112,7 @@ class FoundPayload:
     @property
     def parameters(self) -> tuple[Quantity, ...]:
         """The parameters that have a value."""
-        return _quantities(self.names, [PARAMETER_UNITS[name] for name in self.names], self.value, self.shares)
+        return quantities(self.names, [PARAMETER_UNITS[name] for name in self.names], self.value, self.shares)
 
     @cached_property
     def body(self) -> FoundBody:
@@ -139,20 +134,12 @@ class FoundPayload:
                 refused[name] = f"{missing[0]}: {self.refused[missing[0]]}"
             elif name != "mass" and not sure:
                 refused[name] = f"the mass is less than {SURE:g} standard deviations above zero"
-        every = _quantities(tuple(UNITS), list(UNITS.values()), values, self.shares.of(J))
+        every = quantities(tuple(UNITS), list(UNITS.values()), values, self.shares.of(J))
         return FoundBody(
             quantities=tuple(each for each in every if each.name not in refused),
             refused=refused,
             possible=None if self.refused else bool(np.linalg.eigvalsh(pseudo_inertia(chi))[0] >= 0.0),
         )
-
-
-def _quantities(names: tuple[str, ...], units: list[str], values: Array, of: Shares) -> tuple[Quantity, ...]:
-    each = (values, *map(deviations, (of.residual, of.gains, of.model)))
-    return tuple(
-        Quantity(name=name, unit=unit, value=value, residual_std=residual, gain_std=gain, model_std=model)
-        for name, unit, value, residual, gain, model in zip(names, units, *(x.tolist() for x in each), strict=True)
-    )
 
 
 def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -> FoundPayload:
@@ -179,19 +166,11 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
             "no payload parameter is identifiable from these motions; use larger or more varied motions"
         )
     why = ("only its sum with other parameters is identifiable", "these motions do not excite it")
-    k, belief = [at[p] for p in place], fit.theta_belief
-    rivals = [each.share * (each.other.fit.found.theta[k] - each.final.fit.found.theta[k]) for each in selected.rivals]
+    k = np.array([at[p] for p in place])
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
         value=fit.found.theta[k],
-        shares=shares(
-            fit.rows,
-            problem.options,
-            gains,
-            influence=fit.theta_influence[k],
-            belief=belief[k],
-            rivals=np.column_stack((belief[k, :0], *rivals)),
-        ),
+        shares=shared_shares(selected, problem.options, gains, k),
         refused={name: why[int(separate[p])] for p, name in enumerate(INERTIAL) if p not in place},
         ready=ready,
         selected=selected,
@@ -220,3 +199,75 @@ def body_values(chi: Array) -> Array:
     moments = XX - M * (y * y + z * z), YY - M * (x * x + z * z), ZZ - M * (x * x + y * y)
     products = XY + M * x * y, XZ + M * x * z, YZ + M * y * z
     return np.array((M, x, y, z, *moments, *products))
+
+
+RANK_TOL = 1e-7
+"""Smallest relative singular value of columns that the motions determine."""
+ESSENTIAL_REL_STD = 0.1
+"""Relative standard deviation (eq. 21) below which a parameter is essential, as usual with IDIM-LS."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PaperEstimate:
+    """A payload identified as in the paper.
+
+    Attributes:
+        parameters: The ten parameters, in the order of `INERTIAL`.
+        gain: The given gains [N m / drive unit], shape (n,).
+        unknowns: Number of estimated arm and payload parameters.
+        error_norm: Norm of the weighted residual (table 4 of the paper).
+        rel_error_norm: `error_norm` over the norm of the weighted left side.
+        sigma: Standard deviation of the residual (eq. 19).
+        system: Its rows.
+        torque: Torques of the fitted model on those rows [N m], shape (r,).
+    """
+
+    parameters: tuple[Quantity, ...]
+    gain: Array
+    unknowns: int
+    error_norm: float
+    rel_error_norm: float
+    sigma: float
+    system: PooledSystem
+    torque: Array
+
+    def __getitem__(self, name: str) -> Quantity:
+        """The parameter of that name."""
+        return self.parameters[INERTIAL.index(name)]
+
+    @property
+    def essential(self) -> tuple[bool, ...]:
+        """Whether each parameter has a relative standard deviation below `ESSENTIAL_REL_STD`, of the residual."""
+        return tuple(each.residual_std < ESSENTIAL_REL_STD * abs(each.value) for each in self.parameters)
+
+
+def payload_as_in_paper(system: PooledSystem, gain: Array, gain_std: Array) -> PaperEstimate:
+    """Identify arm and payload together with given gains (paper, eq. 25).
+
+    Args:
+        system: Rows of unloaded and loaded motions of an arm with n joints.
+        gain: Given drive gains [N m / drive unit], shape (n,).
+        gain_std: Their standard deviations, zero for gains taken as exact, shape (n,). Gains are assumed independent of
+            the rows; for gains identified from the same rows the result is conservative.
+
+    Raises:
+        NotExcited: If the motions do not determine every unknown.
+    """
+    b, torque = system.W.shape[1], gain[system.joint] * system.V
+    W = np.hstack((system.W, system.W_L))
+    weight = row_weights(W, torque, system.joint)
+    fit = least_squares(W * weight[:, None], torque * weight, rank_tol=RANK_TOL)
+    by_gain = np.eye(len(gain))[system.joint] * (weight * system.V)[:, None]  # derivative of the left side
+    moved = (fit.cofactor @ (W * weight[:, None]).T @ by_gain)[b:] * gain_std  # (10, n)
+    error_norm = float(np.linalg.norm(fit.residual))
+    stated = Shares(residual=fit.covariance[b:, b:], gains=moved @ moved.T, model=np.zeros((10, 10)))
+    return PaperEstimate(
+        parameters=quantities(INERTIAL, [PARAMETER_UNITS[name] for name in INERTIAL], fit.x[b:], stated),
+        gain=gain,
+        unknowns=W.shape[1],
+        error_norm=error_norm,
+        rel_error_norm=error_norm / float(np.linalg.norm(torque * weight)),
+        sigma=fit.sigma,
+        system=system,
+        torque=W @ fit.x,
+    )

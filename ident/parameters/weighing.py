@@ -17,14 +17,14 @@ import numpy as np
 
 from ident.estimation.all_joints.solution import Fitted, Setting
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.gain_comparison import CommonScale, common_scale, sharing_joints
+from ident.estimation.gain_comparison import common_scale, sharing_joints
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.numerics.least_squares import factors
-from ident.parameters.arm import PLAIN, BareArm, arm_in_use
-from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, Quantity, payload_of
+from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
+from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, payload_of
 from ident.payload.payload import FARTHEST, HEAVIEST, LIGHTEST, KnownPayload, Payload
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable, PayloadError
@@ -67,15 +67,9 @@ class Weighed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """Result of a verification.
+    """A weighed payload, its mass from all joints and from each alone, and the estimated body.
 
-    Attributes:
-        payload: The weighed payload.
-        together: Mass from all joints.
-        joints: Mass from each joint alone.
-        body: Estimated mass, centre and inertia.
-        limit: Standard deviations above which a mass differs, for a total false-alarm rate of `LEVEL`.
-        remarks: Remarks on automatic choices.
+    `limit` is the number of standard deviations above which a mass differs, for a total false-alarm rate of `LEVEL`.
     """
 
     payload: Payload
@@ -240,13 +234,7 @@ def mass_alone(ready: Setting, fitted: Fitted, j: int, gain: float, known: Known
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """A joint whose estimate of the mass differs from that of the others.
-
-    Attributes:
-        joint: The joint, from 0.
-        rel_error: Relative difference: ratio of its mass to that of the others, minus one.
-        rel_std: Standard deviation of `rel_error`; relative.
-    """
+    """A joint, from 0, with the ratio of its mass to that of the others minus one, and its standard deviation."""
 
     joint: int
     rel_error: float
@@ -272,39 +260,31 @@ class CommonError:
 
 def common_error(found: Verification) -> CommonError | None:
     """Return a significant common error of the joints; None if they agree with the scale or have no common error."""
-    weighed = {
-        each.joint: each.mass
-        for each in found.joints
-        if each.joint is not None and each.mass is not None and each.mass.value > 0.0 and each.mass.std > 0.0
-    }
-    if found.passed or len(weighed) < LEAST:
+    each = [(w.joint, w.mass) for w in found.joints if w.joint is not None and w.mass is not None]
+    each = [(joint, mass) for joint, mass in each if mass.value > 0.0 and mass.std > 0.0]
+    if found.passed or len(each) < LEAST:
         return None
-    names, masses = list(weighed), list(weighed.values())
-    value, std = np.array([each.value for each in masses]), np.array([each.std for each in masses])
+    value, std, of_gain = (np.array([getattr(m, name) for _, m in each]) for name in ("value", "std", "gain_std"))
     x, wide = np.log(value / found.payload.mass), std / value
     sharing = sharing_joints(x, np.diag(wide**2)).tolist()
     if len(sharing) < LEAST:
         return None
     # common errors of all gains, as from the payload's mass, do not average out
-    alike = min(each.gain_std / each.value for each in masses), found.payload.mass_std / found.payload.mass
-
-    def of(kept: Sequence[int]) -> CommonScale:
-        return common_scale(x[kept], np.diag(wide[kept] ** 2))
-
-    def std_of(common: CommonScale) -> float:
-        return float(np.linalg.norm((common.std, *alike)))
-
-    common, others = of(sharing), [of([k for k in sharing if k != each]) for each in range(len(x))]
-    if not all(abs(each.value) > found.limit * std_of(each) for each in (common, *(others[k] for k in sharing))):
+    alike = float(np.hypot(np.min(of_gain / value), found.payload.mass_std / found.payload.mass))
+    groups = [sharing, *([k for k in sharing if k != one] for one in range(len(x)))]
+    common, *others = (common_scale(x[kept], np.diag(wide[kept] ** 2)) for kept in groups)
+    if not all(
+        abs(one.value) > found.limit * np.hypot(one.std, alike) for one in (common, *(others[k] for k in sharing))
+    ):
         return None
     away = [(float(x[k]) - other.value, float(np.hypot(wide[k], other.std))) for k, other in enumerate(others)]
     return CommonError(
-        joints=tuple(names[k] for k in sharing),
+        joints=tuple(each[k][0] for k in sharing),
         rel_error=float(np.expm1(common.value)),
-        rel_std=float(np.exp(common.value)) * std_of(common),
+        rel_std=float(np.exp(common.value) * np.hypot(common.std, alike)),
         apart=tuple(
             Departure(joint=joint, rel_error=float(np.expm1(off)), rel_std=float(np.exp(off)) * spread)
-            for joint, (off, spread) in zip(names, away, strict=True)
+            for (joint, _), (off, spread) in zip(each, away, strict=True)
             if abs(off) > found.limit * spread
         ),
     )
@@ -312,13 +292,7 @@ def common_error(found: Verification) -> CommonError | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainsOutcome:
-    """Arm and payload estimated with given gains; those with a-priori and with identified gains are compared.
-
-    Attributes:
-        gains: The gains.
-        arm: The arm from the bare motions, with viscous and Coulomb friction.
-        weighed: Payload from all joints and from each alone, compared with its weighed mass; its centre and inertia.
-    """
+    """Arm, from the bare motions, and payload with given gains, the latter compared with its weighed mass."""
 
     gains: KnownGains
     arm: BareArm
@@ -344,13 +318,7 @@ def gains_outcome(problem: Problem, weight: Payload, gains: KnownGains, options:
 
 
 def outcome_of_other_gains(problem: Problem, gains: KnownGains, options: object) -> GainsOutcome:
-    """Estimate the heaviest payload of motions used for identification, and the arm, with other gains.
-
-    Args:
-        problem: Bare and loaded motions.
-        gains: Gains, such as data-sheet gains.
-        options: As in `gains_outcome`, which also states what is raised.
-    """
+    """Estimate arm and heaviest payload of motions used for identification, as `gains_outcome`, with other gains."""
     problem.check_difference()
     weight = max(problem.payloads, key=lambda each: each.mass)
     loaded = [motion for motion in problem.motions if motion.payload is weight]

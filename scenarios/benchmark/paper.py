@@ -24,7 +24,7 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.joint_by_joint.pooled_system import pooled_system
 from ident.estimation.problem import ObservedMotion, pair
 from ident.observation.observation import observe
-from ident.parameters.pooled_payload import PayloadEstimate, payload_parameters
+from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
 from ident.support.arrays import Array
 from scenarios.benchmark.paper_result import (
@@ -73,7 +73,7 @@ class PaperRun:
     """
 
     seed: int
-    estimates: Mapping[str, PayloadEstimate]
+    estimates: Mapping[str, PaperEstimate]
     result: PaperResult
 
 
@@ -105,8 +105,8 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
         for motion, payload in ((loaded, first), (second, weighed))
     ]
 
-    def payload(gain: Array, gain_std: Array, system: int = 0) -> PayloadEstimate:
-        return payload_parameters(systems[system], gain, gain_std=gain_std, known={}, weighted=True)
+    def payload(gain: Array, gain_std: Array, system: int = 0) -> PaperEstimate:
+        return payload_as_in_paper(systems[system], gain, gain_std)
 
     exact = np.zeros(n)
     one, two, three = (payload(gain, exact) for gain in (prior, found, _off(found, SIGNS)))
@@ -151,7 +151,7 @@ def _off(gain: Array, signs: Sequence[int]) -> Array:
     return wrong
 
 
-def wrong_gains(signs: Sequence[int], wrong: PayloadEstimate, right: PayloadEstimate) -> WrongGains:
+def wrong_gains(signs: Sequence[int], wrong: PaperEstimate, right: PaperEstimate) -> WrongGains:
     """Return the effect of errors of the gains."""
     return WrongGains(
         signs=" ".join("-+"[sign > 0] for sign in signs),
@@ -161,13 +161,13 @@ def wrong_gains(signs: Sequence[int], wrong: PayloadEstimate, right: PayloadEsti
     )
 
 
-def _payload(case: PayloadEstimate, true: Array, published: dict[str, object]) -> PaperPayload:
+def _payload(case: PaperEstimate, true: Array, published: dict[str, object]) -> PaperPayload:
     payload = tuple(
-        PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=p.known, essential=p.essential)
-        for p, value in zip(case.parameters, true.tolist(), strict=True)
+        PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=False, essential=essential)
+        for p, essential, value in zip(case.parameters, case.essential, true.tolist(), strict=True)
     )
     fit = PaperFit(
-        method=case.method,
+        method="wls",
         rows=len(case.system.V),
         unknowns=case.unknowns,
         error_norm=case.error_norm,
@@ -209,7 +209,7 @@ def checks_of(found: PaperResult) -> tuple[Claim, ...]:
     return tuple(Claim(claim=claim, holds=holds) for claim, holds in claims.items())
 
 
-def case_rows(name: str, case: PayloadEstimate) -> pd.DataFrame:
+def case_rows(name: str, case: PaperEstimate) -> pd.DataFrame:
     """Return the rows of a case, the data of figure 3.
 
     Columns: `case`; `joint`, from 1; `loaded`, whether the row is of the loaded motion; `t`, time in its motion [s];
@@ -242,11 +242,11 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
             "std": p.std,
             "residual_std": p.residual_std,
             "gain_std": p.gain_std,
-            "known": p.known,
-            "essential": p.essential,
+            "known": False,
+            "essential": essential,
         }
         for name, case in run.estimates.items()
-        for p in case.parameters
+        for p, essential in zip(case.parameters, case.essential, strict=True)
     ]
     pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
     pd.concat([case_rows(*each) for each in run.estimates.items()]).to_parquet(folder / ROWS, index=False)

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
-from ident.parameters.arm import Parameter
+from ident.parameters.arm import Quantity
 from scenarios.rendering.content import (
     Column,
     Mood,
@@ -67,7 +67,7 @@ class BareParameter(ResultModel):
     std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
 
     @classmethod
-    def of(cls, found: Parameter) -> "BareParameter":
+    def of(cls, found: Quantity) -> "BareParameter":
         """Return an identified parameter."""
         return cls(parameter=found.name, unit=found.unit, estimate=found.value, std=found.std)
 

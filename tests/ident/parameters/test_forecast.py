@@ -8,7 +8,8 @@ from exact import GAIN, TRUSTING, exact_observation, exact_problem, lopsided
 
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.known_gains import KnownGains
-from ident.parameters.arm import arm_in_SI, forecast_gains, gain_ratios, with_payload_torque
+from ident.estimation.problem import ObservedMotion
+from ident.parameters.arm import arm_in_SI, as_if_loaded, forecast_gains, gain_ratios
 from ident.support.errors import NotIdentifiable
 
 OPTIONS = AllJointsOptions(friction_per_motion=False)
@@ -32,7 +33,8 @@ def test_rows_as_if_loaded_are_those_of_the_loaded_motion(structure, payload, ch
         exact_observation(structure, chi, carried, GAIN, np.random.default_rng(2), noise=0.0, rows=40)
         for carried in (np.zeros(10), payload.known_part().chi)
     )
-    for mine, true in zip(with_payload_torque(bare, payload, GAIN).joints, loaded.joints, strict=True):
+    rows = as_if_loaded(ObservedMotion(bare, None), payload, GAIN).observation.joints
+    for mine, true in zip(rows, loaded.joints, strict=True):
         np.testing.assert_allclose(mine.V, true.V, rtol=1e-9, atol=1e-9)  # rounding
 
 

@@ -8,8 +8,8 @@ from scipy import linalg
 
 from ident.model.parameters import pseudo_inertia
 from ident.model.structure import structure_of
-from ident.parameters.arm import Parameter
-from ident.parameters.links import LEFT, FoundLinks, ModelLinks, nearest_links
+from ident.parameters.arm import Quantity
+from ident.parameters.links import BASIS, LEFT, FoundLinks, ModelLinks, nearest_links, nearest_possible
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
 
@@ -43,7 +43,9 @@ def base_values(structure, drawn: ModelLinks) -> dict[str, float]:
 
 
 def found(structure, drawn, values: dict[str, float], std: float, names=None) -> FoundLinks:
-    parameters = [Parameter(name=k, unit="", value=v, std=std) for k, v in values.items() if not names or k in names]
+    parameters = [
+        Quantity(name=k, unit="", value=v, residual_std=std) for k, v in values.items() if not names or k in names
+    ]
     return nearest_links(structure.base, parameters, std**2 * np.eye(len(parameters)), drawn)
 
 
@@ -159,3 +161,25 @@ def test_data_and_model_that_are_as_sure_of_a_motor_meet_halfway(structure, draw
     for j, size in ((2, 0.21), (5, 0.07)):
         near = found(structure, drawn, {f"Ia{j + 1}": size + 0.04}, size)
         assert near.motor[j] == pytest.approx(size + 0.02, rel=1e-6)
+
+
+def test_in_the_metric_of_the_pseudo_inertia_negative_eigenvalues_become_zero(rng):
+    slopes = np.zeros((20, 2, 4, 4))
+    slopes[:10, 0] = slopes[10:, 1] = BASIS
+    flat, wanted = slopes.reshape(20, -1), rng.normal(size=20)
+    inside = np.tile(standard_parameters(1.3, np.zeros(3), (0.7, 0.7, 0.7, 0.0, 0.0, 0.0)), 2)
+    near = nearest_possible(np.zeros((2, 4, 4)), slopes, wanted, flat @ flat.T, inside)
+    for each, possible in zip(wanted.reshape(2, 10), near.reshape(2, 10), strict=True):
+        size, axes = np.linalg.eigh(pseudo_inertia(each))
+        assert size[0] < -0.1
+        # Higham (1988). The barrier ends at a distance whose square is within 8e-11 of the least.
+        expected = (axes * np.maximum(size, 0.0)) @ axes.T
+        np.testing.assert_allclose(pseudo_inertia(possible), expected, rtol=0, atol=2e-5)
+        assert np.linalg.eigvalsh(pseudo_inertia(possible))[0] > 0.0
+
+
+def test_the_pseudo_inertia_is_the_second_moment_of_the_mass(rng):
+    m, r = rng.uniform(0.2, 1.7, 5), rng.normal(size=(5, 3))
+    points = sum(standard_parameters(mass, at, (0.0,) * 6) for mass, at in zip(m, r, strict=True))
+    moments = np.column_stack((r, np.ones(5)))
+    np.testing.assert_allclose(pseudo_inertia(points), np.einsum("k,ki,kj->ij", m, moments, moments), rtol=1e-12)

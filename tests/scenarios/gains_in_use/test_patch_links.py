@@ -13,7 +13,7 @@ from printed import printed
 
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
-from ident.parameters.arm import Parameter
+from ident.parameters.arm import Quantity
 from ident.parameters.links import nearest_links
 from scenarios.cli import main
 from scenarios.experiments.robots import nominal_links, read_arm
@@ -73,7 +73,11 @@ def told(cell: Path, model: str, **more: object) -> np.ndarray:
         chi[j, :10] = rng.uniform(0.8, 1.25) * nominal.own[j] + nominal.carried[j]
         chi[j, 10] = rng.uniform(0.1, 0.4)
     names = zip(structure.base.names, (structure.base.regrouping @ chi.ravel()).tolist(), strict=True)
-    shown = [Parameter(name=k, unit="", value=v, std=0.01) for k, v in names if k.rstrip("0123456789") not in FRICTION]
+    shown = [
+        Quantity(name=k, unit="", value=v, residual_std=0.01)
+        for k, v in names
+        if k.rstrip("0123456789") not in FRICTION
+    ]
     found = nearest_links(structure.base, shown, 1e-4 * np.eye(len(shown)), nominal)
     joints = [{"joint": j + 1, "name": name, "friction": []} for j, name in enumerate(JOINTS)]
     consistent = links_document(found, nominal, structure.arm).model_dump(mode="json") | more

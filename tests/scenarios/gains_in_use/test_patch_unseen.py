@@ -15,7 +15,7 @@ import ident
 import rx90_mjcf
 from ident.model.arm import load_arm
 from ident.model.structure import structure_of
-from ident.parameters.arm import Parameter
+from ident.parameters.arm import Quantity
 from ident.parameters.links import nearest_links
 from ident.recordings.files import write_recording
 from scenarios.cli import main
@@ -123,7 +123,9 @@ def test_a_copy_is_compared_with_the_same_arm_and_friction_with_the_gains_of_the
 def test_a_copy_with_links_of_bare_motions_must_predict_as_these_predict_each_other(patching, tmp_path, capsys):
     structure, nominal = structure_of(load_arm(MODEL)), nominal_links(Path(MODEL), None)
     b = model_base(Path(MODEL), None, structure.base).tolist()
-    shown = [Parameter(name=k, unit="", value=v, std=0.01) for k, v in zip(structure.base.names, b, strict=True)]
+    shown = [
+        Quantity(name=k, unit="", value=v, residual_std=0.01) for k, v in zip(structure.base.names, b, strict=True)
+    ]
     shown = [each for each in shown if each.name[0] not in "Fo"]  # friction and offsets are no links'
     bare = json.loads((tmp_path / "bare.json").read_text())
     bare["joints"][2] |= {"predicted_rel_error": 0.031, "fitted_rel_error": 0.022}

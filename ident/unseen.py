@@ -10,8 +10,7 @@ payload do not. Hence b of
 
     g V - W chi = b W_L chi_L + Fv dq + Fc sign(dq) + off
 
-is the ratio of the gain to the correct one, with any viscous and Coulomb friction. In the same way the links of a model
-file give the ratio of each joint's bare torque, by its gain, to their own.
+is the ratio of the gain to the correct one, with any viscous and Coulomb friction.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +22,6 @@ import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Exclusion, Severity
-from ident.diagnosis.link_masses import LinkWeight, weight_of_links
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
@@ -391,23 +389,6 @@ def _gain_errors(
         moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
         found[j] = float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
     return found
-
-
-def link_weights(motions: Sequence[ObservedMotion], gains: KnownGains, base: Array) -> tuple[LinkWeight, ...]:
-    """Return the ratio of each joint's measured torque, by its gain, to that of the links in a model file.
-
-    Args:
-        motions: A bare motion, in parts.
-        gains: The gains to test.
-        base: Base parameters of the arm in the model file, shape (b,).
-    """
-    system, links = pooled_system(motions), _named(motions[0].observation.structure, INERTIAL)
-    rows = ((j, g, system.joint == j) for j, g in zip(gains.joints.tolist(), gains.value, strict=True))
-    found = (
-        weight_of_links(j, system.W[at][:, links] @ base[links], g * system.V[at], _beside(system.W[at], links))
-        for j, g, at in rows
-    )
-    return tuple(each for each in found if each is not None)
 
 
 def _named(structure: Structure, names: Sequence[str]) -> Mask:

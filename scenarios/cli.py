@@ -7,13 +7,11 @@ import shutil
 import sys
 import textwrap
 import traceback
-from collections.abc import Callable, Collection, Iterator, Sequence
-from typing import Any
+from collections.abc import Collection, Iterator, Sequence
 
 import scenarios.command_line.arguments as arguments
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest, needed_extra
-from scenarios.command_line.arguments import escaped, is_text, quoted
 from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.process import (
     MEANINGS,
@@ -91,11 +89,14 @@ def _carried_out(words: list[str]) -> Status:
     parser = parser_of([] if name is None else [name])
     if name is not None and name not in COMMANDS:
         known = f"; known: {', '.join(COMMANDS)}"
-        parser.error(f"no command {quoted(name)}{nearest(name, COMMANDS) or known}")
-    unreadable = next((word for word in words if not is_text(word)), None)
+        parser.error(f"no command {arguments.quoted(name)}{nearest(name, COMMANDS) or known}")
+    unreadable = next((word for word in words if not arguments.is_text(word)), None)
     if unreadable is not None:
-        parser.error(f"{escaped(unreadable)}: the name is not UTF-8; rename the file or folder")
+        parser.error(f"{arguments.escaped(unreadable)}: the name is not UTF-8; rename the file or folder")
     options = parser.parse_args(words)
+    if options.version or options.print_completion:
+        write(_completion(options.print_completion) if options.print_completion else _versions())
+        return Status.PASSED
     if name is None:
         parser.error("which command?")
     if "scenario" in options:
@@ -118,26 +119,7 @@ def _filled(text: str, indent: int = 0) -> str:
     return textwrap.fill(text, shutil.get_terminal_size().columns - 2, subsequent_indent=" " * indent)
 
 
-class _Print(argparse.Action):
-    """Prints what a function returns for the value of the option, and exits."""
-
-    def __init__(self, *, text: Callable[[object], str], **settings: Any) -> None:
-        super().__init__(**settings)
-        self._text = text
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[object] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Print and exit."""
-        write(self._text(values))
-        parser.exit(Status.PASSED)
-
-
-def version_text(_: object = None) -> str:
+def _versions() -> str:
     """Return the versions of this project and of packages, one per line."""
     from importlib.metadata import PackageNotFoundError  # slow import
 
@@ -147,16 +129,13 @@ def version_text(_: object = None) -> str:
         found = versions()
     except PackageNotFoundError as error:
         return f"rx90 (not installed: {error.name})\n"
-    project, *_ = PACKAGES
-    others = [f"{name} {version}" for name, version in found.items() if name != project]
-    return "\n".join([f"rx90 {found[project]}", *others, ""])
+    others = [f"{name} {version}" for name, version in found.items() if name != PACKAGES[0]]
+    return "\n".join([f"rx90 {found[PACKAGES[0]]}", *others, ""])
 
 
-def completion(shell: object) -> str:
+def _completion(shell: str) -> str:
     """Return the completion of a shell, as by shtab: commands, options, scenarios, files and folders."""
     import shtab
-
-    from scenarios.command_line.gains import gains_path
 
     whole = parser_of(COMMANDS)
     for action in _actions(whole):
@@ -164,12 +143,12 @@ def completion(shell: object) -> str:
             action.help = "what to do"  # shtab skips commands without help
         elif action.choices is not None:
             action.choices = [str(choice) for choice in action.choices]
-        elif action.type in (arguments.file, gains_path, arguments.folder):
+        elif action.type in (*arguments.FILES, arguments.folder):
             kind = shtab.DIRECTORY if action.type is arguments.folder else shtab.FILE
             action.complete = kind  # pyright: ignore[reportAttributeAccessIssue] # where shtab looks for it
         elif action.metavar in ("SCENARIO", "SCENARIO|FOLDER"):
             action.choices = builtin_names()
-    return shtab.complete(whole, str(shell)) + "\n"
+    return shtab.complete(whole, shell) + "\n"
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
@@ -183,22 +162,21 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 def parser_of(wanted: Collection[str]) -> OneLineParser:
     """Return the parser. Only commands in `wanted` are imported, for their arguments."""
+    statuses = [_filled(f"  {status:<4} {meaning}", 7) for status, meaning in MEANINGS.items()]
     parser = OneLineParser(
         prog="rx90",
         usage="rx90 [-h] [--version] [--print-completion SHELL] COMMAND ...",
         description=overview(),
-        epilog="\n".join(
-            ["exit statuses:", *(_filled(f"  {status:<4} {said}", 7) for status, said in MEANINGS.items())]
-        ),
+        epilog="\n".join(["exit statuses:", *statuses]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=_Print, text=version_text, nargs=0, help="versions that results depend on")
+    parser.add_argument("--version", action="store_true", help="versions that results depend on")
     said = 'print the completion of a shell, e.g. eval "$(rx90 --print-completion bash)" in ~/.bashrc'
-    parser.add_argument(COMPLETION, action=_Print, text=completion, choices=SHELLS, metavar="SHELL", help=said)
+    parser.add_argument(COMPLETION, choices=SHELLS, metavar="SHELL", help=said)
     commands = parser.add_subparsers(prog="rx90", metavar="COMMAND", help=argparse.SUPPRESS)
     for name, summary in COMMANDS.items():
         below = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
         if name in wanted:
             command(name).add_arguments(below)
-            arguments.add_quiet_argument(below)
+            below.add_argument("--quiet", action="store_true", help="no progress on standard error")
     return parser

@@ -27,44 +27,37 @@ MOST_APART = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moved:
-    """A relative change with its standard deviation.
+    """Change of a gain.
 
     Attributes:
-        log: log |g_B / g_A|.
-        std: Its standard deviation.
-        limit: Number of standard deviations beyond which it is significant.
-        turned: Whether the gain's sign also differs.
+        rel_change: Relative change of its magnitude, |g_B / g_A| - 1.
+        std: Standard deviation of log |g_B / g_A|, for small changes equal to that of the relative change.
+        rel_std: Standard deviation of `rel_change`, `std` times |g_B / g_A|; relative.
+        turned: Whether the sign of the gain changed.
+        moved: Whether the change is significant.
     """
 
-    log: float
+    rel_change: float
     std: float
-    limit: float
-    turned: bool = False
+    rel_std: float
+    turned: bool
+    moved: bool
 
-    @property
-    def rel(self) -> float:
-        """Relative change of the magnitude, g_B / g_A - 1."""
-        return float(np.expm1(self.log))
 
-    @property
-    def rel_std(self) -> float:
-        """Standard deviation of `rel`, to first order."""
-        return float(np.exp(self.log)) * self.std
-
-    @property
-    def moved(self) -> bool:
-        """Whether the change is significant or the sign differs."""
-        return self.turned or abs(self.log) > self.limit * self.std
+def change(log: float, std: float, *, limit: float, turned: bool = False) -> Moved:
+    """Return a change log |g_B / g_A| with its standard deviation, significant beyond `limit` of these or with the sign."""
+    ratio, moved = float(np.exp(log)), turned or abs(log) > limit * std
+    return Moved(rel_change=float(np.expm1(log)), std=std, rel_std=ratio * std, turned=turned, moved=bool(moved))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Together:
-    """A test of all joints at once.
+    """A test of all joints together.
 
     Attributes:
-        chi2: Statistic, with correlations included.
-        freedom: Its degrees of freedom.
-        p: Probability of a statistic at least as large without a change.
+        chi2: Sum of the squared changes over their standard deviations, with correlations between joints.
+        freedom: Degrees of freedom.
+        p: Probability of a value at least as large without a change.
     """
 
     chi2: float
@@ -90,6 +83,7 @@ class GainComparison:
         apart: Change of each joint relative to the common one.
         pattern: Test of a change common to all joints; None for a single joint.
         missing: Joints, from 0, with a gain in only one set, and the name of that set, `A` or `B`.
+        limit: Number of standard deviations beyond which a joint's change is significant.
     """
 
     joints: Indices
@@ -100,6 +94,7 @@ class GainComparison:
     apart: tuple[Moved, ...]
     pattern: Together | None
     missing: tuple[tuple[int, str], ...]
+    limit: float
 
     @property
     def moved(self) -> bool:
@@ -144,13 +139,14 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
         joints=joints.astype(np.intp),
         each=_changes(x, std, limit, turned),
         together=_test(float(y @ y), len(x)),
-        scale=Moved(log=common.value, std=common.std, limit=-NormalDist().inv_cdf(0.5 * LEVEL)),
+        scale=change(common.value, common.std, limit=-NormalDist().inv_cdf(0.5 * LEVEL)),
         sharing=joints[sharing].astype(np.intp),
         apart=_changes(apart @ x, left, limit, turned),
         pattern=everyone.rest if len(x) > 1 else None,
         missing=tuple(
             (j, "A" if j in A.joints else "B") for j in np.setxor1d(A.joints, B.joints).astype(np.intp).tolist()
         ),
+        limit=limit,
     )
 
 
@@ -196,10 +192,8 @@ def sharing_joints(x: Array, C: Array) -> Indices:
 
 
 def _changes(x: Array, std: Array, limit: float, turned: Mask) -> tuple[Moved, ...]:
-    return tuple(
-        Moved(log=float(log), std=float(deviation), limit=limit, turned=bool(sign))
-        for log, deviation, sign in zip(x, std, turned, strict=True)
-    )
+    each = zip(x.tolist(), std.tolist(), turned.tolist(), strict=True)
+    return tuple(change(log, deviation, limit=limit, turned=sign) for log, deviation, sign in each)
 
 
 def _whitening(C: Array, std: Array) -> Array:

@@ -5,13 +5,16 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from scenarios.experiments.scenario_files import SEEDS
 
+Number = TypeVar("Number", int, float)
 LONGEST = 40
 """Number of characters of an argument in a message."""
 AUTO = "auto"
 """Word in place of a number that is to be estimated."""
+GAINS_ENDINGS = (".json", ".toml")
 
 
 def is_text(word: str) -> bool:
@@ -48,37 +51,36 @@ def number(text: str) -> float:
     return value
 
 
-def seed(text: str) -> int:
-    """A seed of NumPy's generators."""
-    value = whole(text)
-    if not 0 <= value < SEEDS:
-        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
-    return value
+def within(kind: Callable[[str], Number], least: float, most: float, expected: str) -> Callable[[str], Number]:
+    """Return a type: a number between bounds, both included."""
+
+    def bounded(text: str) -> Number:
+        value = kind(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected {expected}")
+        return value
+
+    return bounded
 
 
-def folder(text: str) -> Path:
-    """A folder, which may not exist yet."""
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a folder")
-    path = Path(text)
-    if path.is_file():
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is a file; expected a folder")
-    return path
+seed = within(whole, 0, SEEDS - 1, "a whole number from 0 to 2^31 - 1")
+count = within(whole, 1, math.inf, "1 or more")
+not_negative = within(number, 0.0, math.inf, "a number of 0 or more")
 
 
-def file(text: str) -> Path:
-    """A file."""
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a file")
-    return Path(text)
+def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
+    """Return a type: a whole number between bounds, both included."""
+    return within(whole, least, most, f"a whole number from {least} to {most}: {why}")
 
 
-def not_negative(text: str) -> float:
-    """A finite number, 0 or more."""
-    value = number(text)
-    if value < 0.0:
-        raise argparse.ArgumentTypeError("expected a number of 0 or more")
-    return value
+def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
+    """Return a type: a number between bounds, both included."""
+    return within(number, least, most, f"{least:g} to {most:g} {unit}: {why}")
+
+
+def numbers(text: str) -> tuple[float, ...]:
+    """Finite numbers, separated by commas."""
+    return tuple(map(number, text.split(",")))
 
 
 def number_or_auto(text: str) -> float | str:
@@ -89,43 +91,48 @@ def number_or_auto(text: str) -> float | str:
         raise argparse.ArgumentTypeError(f"{error}, and not {AUTO}") from None
 
 
-def count(text: str) -> int:
-    """A whole number, 1 or more."""
-    value = whole(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError("expected 1 or more")
-    return value
+def names(text: str) -> tuple[str, ...]:
+    """Different names, separated by commas."""
+    each = tuple(name.strip() for name in text.split(","))
+    if not all(each) or len(set(each)) < len(each):
+        raise argparse.ArgumentTypeError("expected names, each once, separated by commas")
+    return each
 
 
-def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
-    """Return a type: a whole number between bounds, both included."""
-
-    def bounded(text: str) -> int:
-        value = whole(text)
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"expected a whole number from {least} to {most}: {why}")
-        return value
-
-    return bounded
+def file(text: str) -> Path:
+    """A file."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a file")
+    return Path(text)
 
 
-def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
-    """Return a type: a number between bounds, both included."""
-
-    def bounded(text: str) -> float:
-        value = number(text)
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"expected {least:g} to {most:g} {unit}: {why}")
-        return value
-
-    return bounded
+def folder(text: str) -> Path:
+    """A folder, which may not exist yet."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a folder")
+    if Path(text).is_file():
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is a file; expected a folder")
+    return Path(text)
 
 
-def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:
-    """Declare --force, which allows overwriting files of others; `more` states what else it allows."""
-    parser.add_argument("--force", action="store_true", help=f"overwrite files that this command did not write{more}")
+def gains_file(text: str) -> Path:
+    """A file of gains, whose ending determines the format."""
+    path = file(text)
+    if path.suffix.lower() not in GAINS_ENDINGS:
+        known = " or ".join(GAINS_ENDINGS)
+        raise argparse.ArgumentTypeError(f"{quoted(text)}: expected a file name that ends with {known}")
+    return path
 
 
-def add_quiet_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare --quiet, which suppresses progress but not notes and errors."""
-    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")
+def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
+    """A file of gains, or the gains of all joints, separated by commas."""
+    if "," in text and Path(text).suffix.lower() not in GAINS_ENDINGS:
+        return numbers(text)
+    try:
+        return gains_file(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or numbers such as 12,12,10") from None
+
+
+FILES = (file, gains_file)
+"""Types that a shell completes with files."""

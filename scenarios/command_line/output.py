@@ -1,16 +1,22 @@
-"""Output of commands: results on standard output with format, width and colours; progress on standard error."""
+"""Output of commands: results on standard output, progress on standard error, files that they may write.
+
+Files that a command reads are never overwritten, files of others only with --force.
+"""
 
 import argparse
 import os
 import shutil
 import sys
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.command_line.process import write
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.process import Status, write
 from scenarios.rendering import RENDERERS, Page, renderer
 from scenarios.rendering.content import Report
+from scenarios.results.write_access import Claim, claim
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,6 +25,8 @@ if TYPE_CHECKING:
 
 NO_CURSOR = ("dumb", "unknown")
 """Values of TERM for terminals without colours and cursor control."""
+WRITTEN = frozenset({"out", "save", "gains_out", "ros_params", "render"})
+"""Options that name written files."""
 
 
 def add_form_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,14 +37,15 @@ def add_form_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--json", action="store_true", help="the same as --format json")
 
 
-def show(report: Report, options: argparse.Namespace) -> None:
-    """Write a report to standard output.
+def show(report: Report, options: argparse.Namespace, *, passed: bool = True) -> Status:
+    """Write a report to standard output, and return the status.
 
     Raises:
         NoOutput: If it cannot be written.
         BrokenPipeError: If its reader has ended.
     """
     write(renderer(form(options))(report, page()))
+    return Status.PASSED if passed else Status.MISSED
 
 
 def form(options: argparse.Namespace) -> str:
@@ -68,9 +77,52 @@ def console(options: argparse.Namespace) -> "Console":
 
 
 @contextmanager
-def under_way(options: argparse.Namespace, stage: str) -> "Generator[Progress]":
-    """Show the current stage until the work is done."""
+def under_way(options: argparse.Namespace, stage: str, *amount: int) -> "Generator[Progress]":
+    """Show the current stage until the work is done; `amount` is the whole work, and the part that is done already."""
     from scenarios.support.progress import progress_of
 
-    with progress_of(stage, console(options)) as stages:
+    with progress_of(stage, console(options), *amount) as stages:
         yield stages
+
+
+def add_force_argument(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """Declare --force, which allows overwriting files of others; `more` states what else it allows."""
+    parser.add_argument("--force", action="store_true", help=f"overwrite files that this command did not write{more}")
+
+
+def add_save_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the folder of a saved result."""
+    said = "folder for recordings, payloads, options and result, for `rx90 report DIR`"
+    parser.add_argument("--save", type=arguments.folder, metavar="DIR", help=said)
+
+
+def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
+    """Check whether a command may and can write a file, or files of these names in a folder.
+
+    Raises:
+        ScenarioError: If the folder is not writable; if a file is one that the command reads; if a file exists that the
+            command did not write, without --force.
+        OSError: If a file cannot be written.
+    """
+    folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
+    if any(name.endswith(".parquet") for name in names):
+        import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # its absence is reported before the work
+    return claim(folder, names, command=command, force=options.force, reads=files_read(options))
+
+
+def files_read(options: argparse.Namespace) -> tuple[Path, ...]:
+    """Return all paths of a command line except written ones, including words that are existing paths."""
+    return tuple(path for name, value in vars(options).items() if name not in WRITTEN for path in _paths(value))
+
+
+def _paths(value: object) -> Iterator[Path]:
+    match value:
+        case Path():
+            yield value
+        case str() if os.path.lexists(value):
+            yield Path(value)
+        case list() | tuple():
+            for each in value:  # pyright: ignore[reportUnknownVariableType]
+                yield from _paths(each)  # pyright: ignore[reportUnknownArgumentType]
+        case _:
+            pass

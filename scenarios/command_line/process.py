@@ -65,22 +65,21 @@ def ending(interrupt: KeyboardInterrupt) -> Status:
 @contextlib.contextmanager
 def signals_as_interrupts() -> Generator[None]:
     """Raise `Ended` on SIGTERM and SIGHUP, unless ignored as under nohup; a second one ends immediately."""
-    ours: dict[int, Status] = {}
-    if threading.current_thread() is threading.main_thread():  # only this thread may handle signals
-        known = {"SIGTERM": Status.ENDED, "SIGHUP": Status.HUNG_UP}  # not every platform has all
-        ours = {getattr(signal, name): status for name, status in known.items() if hasattr(signal, name)}
-        ours = {number: status for number, status in ours.items() if signal.getsignal(number) == signal.SIG_DFL}
+    known = {"SIGTERM": Status.ENDED, "SIGHUP": Status.HUNG_UP}  # not every platform has all
+    ours = {getattr(signal, name): status for name, status in known.items() if hasattr(signal, name)}
+    main_thread = threading.current_thread() is threading.main_thread()  # only this one may handle signals
+    handled = [number for number in ours if main_thread and signal.getsignal(number) == signal.SIG_DFL]
 
     def ended(number: int, frame: FrameType | None) -> None:
         signal.signal(number, signal.SIG_DFL)
         raise Ended(ours[number])
 
     try:
-        for number in ours:
+        for number in handled:
             signal.signal(number, ended)
         yield
     finally:
-        for number in ours:
+        for number in handled:
             signal.signal(number, signal.SIG_DFL)
 
 
@@ -130,7 +129,7 @@ def abandon(stream: TextIO) -> None:
 
 
 def complain(message: str, program: str = "rx90") -> None:
-    """Write an error message in one line to stderr, with any characters."""
+    """Write a message in one line to stderr, with any characters."""
     try:
         print(f"{program}: {printable(message)}", file=sys.stderr, flush=True)  # noqa: T201
     except OSError:  # the reader may have ended
@@ -164,11 +163,7 @@ def with_opengl() -> None:
 
 
 def foreign_packages(error: Exception) -> str | None:
-    """Return the probable cause of a failed import: a compiled package in a folder of PYTHONPATH.
-
-    Returns:
-        The message, None if PYTHONPATH has no such package or the error is another one.
-    """
+    """Return the probable cause of a failed import, a compiled package in a folder of PYTHONPATH, or None."""
     for folder in filter(None, os.environ.get(FOREIGN, "").split(os.pathsep)):
         specs = {name: PathFinder.find_spec(name, [folder]) for name in COMPILED}
         found = [name for name, spec in specs.items() if spec and spec.loader and spec.origin]  # no namespace package

@@ -1,7 +1,11 @@
-"""The commands of `rx90`: one file each, with its arguments (`add_arguments`) and its function (`main`)."""
+"""The commands of `rx90`, related ones in a module: `X_arguments` declares the arguments of X, `X_command` runs X."""
 
+import argparse
+from collections.abc import Callable
 from importlib import import_module
-from types import ModuleType
+from typing import NamedTuple
+
+from scenarios.command_line.process import Status
 
 GROUPS: dict[str, dict[str, str]] = {
     "try it": {
@@ -21,9 +25,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "check": "detect faults of recordings or of the model",
     },
     "identify": {"identify": "identify the gains of a robot from recordings"},
-    "validate": {
-        "verify": "test gains with a known payload, cross-validate, or compare",
-    },
+    "validate": {"verify": "test gains with a known payload, cross-validate, or compare"},
     "use": {
         "payload-of": "estimate an unknown payload from currents and gains",
         "torque": "estimate joint torques from currents and gains",
@@ -39,16 +41,33 @@ GROUPS: dict[str, dict[str, str]] = {
     "schemas": {"schema": "JSON Schemas of files and of --json output"},
 }
 """Commands in the order of use, each with a one-line summary."""
+COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
+MODULES = {
+    "catalog": ("list", "view", "report", "schema"),
+    "design": ("new-robot", "excite", "payload"),
+    "recordings": ("record", "convert", "check"),
+    "identification": ("run", "paper", "identify"),
+    "validation": ("verify", "payload-of", "torque", "patch"),
+    "studies": ("predict", "sensitivity", "monte-carlo", "compare"),
+}
+"""Modules here, each with its commands."""
 NEEDED = {
     **dict.fromkeys(("excite", "payload", "paper", "sensitivity", "monte-carlo", "compare"), "study"),
     "report": "pages",
     "view": "film",
 }
 """The package extra that a command needs, if any."""
-COMMANDS = {name: summary for group in GROUPS.values() for name, summary in group.items()}
-"""All of them; `monte-carlo` is the module `monte_carlo` here."""
 
 
-def command(name: str) -> ModuleType:
-    """Import the module of a command in `COMMANDS`: `add_arguments` declares its arguments, `main` runs it."""
-    return import_module(f"{__name__}.{name.replace('-', '_')}")
+class Command(NamedTuple):
+    """A command: what declares its arguments, and what runs it with the parsed ones."""
+
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    main: Callable[[argparse.Namespace], Status]
+
+
+def command(name: str) -> Command:
+    """Import a command in `COMMANDS`."""
+    module = import_module(f"{__name__}.{next(module for module, names in MODULES.items() if name in names)}")
+    prefix = name.replace("-", "_")
+    return Command(getattr(module, f"{prefix}_arguments"), getattr(module, f"{prefix}_command"))

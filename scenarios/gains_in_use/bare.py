@@ -1,63 +1,46 @@
 """Results of bare recordings: ratios of gains, parameters of the arm, expected gains with a payload."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ident.diagnosis.diagnose import diagnose
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.estimation.cross_validation import predicted
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
-from ident.model.arm import Arm
-from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import BareArm, arm_in_SI, forecast_gains, gain_ratios
+from ident.parameters.links import nearest_links
 from ident.payload.payload import Payload
-from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
+from ident.preparation import Policy, joined, prepare, raise_for
 from ident.recordings.recording import Motion
-from scenarios.gains_in_use.model_values import Unknown
+from ident.support.errors import NoBody
+from scenarios.experiments.robots import NamedRobot
+from scenarios.experiments.robots import KINEMATICS_ONLY, is_placeholder, nominal_links
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
 from scenarios.results.diagnoses import diagnosed_values
-from scenarios.results.links import Links
+from scenarios.results.links import Links, links_document
+from sim.errors import ModelFileError
+
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class BareAnswer:
-    """Results of bare recordings.
-
-    Attributes:
-        found: The arm over the gain of a reference joint, with ratios.
-        in_si: The arm in SI units with given gains, None without gains.
-        if_loaded: Expected gains with a payload, None if not requested.
-        said: Diagnoses of the recordings.
-        observing: Filters and thresholds, with the compensated delay.
-    """
-
-    found: BareArm
-    in_si: BareArm | None
-    if_loaded: ExpectedGains | None
-    said: Diagnosed
-    observing: ObserveOptions
-
-
-def bare_answer(
+def bare_result(
     motions: Sequence[Motion],
-    structure: Structure,
+    robot: NamedRobot,
     *,
     observing: ObserveOptions,
     gains: GainOptions,
     options: AllJointsOptions,
     known: KnownGains | None,
     payload: Payload | None,
-    policy: Policy = DOUBTED,
-) -> BareAnswer:
-    """Results of bare recordings.
+    policy: Policy,
+) -> tuple[BareResult, ObserveOptions]:
+    """Return the results of motions with a bare flange, and the filters with the compensated delay.
 
     Args:
-        motions: Motions with a bare flange.
-        structure: Identifiable structure of the arm.
+        motions: The motions.
+        robot: The robot.
         observing: Filters and thresholds.
         gains: Limits for accepting a gain.
         options: Model of the arm.
@@ -69,40 +52,27 @@ def bare_answer(
         IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no
             ratio; if the gains are not of this arm; if no parameter of the payload is known.
     """
-    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
-    said = diagnose(prepared.logs())
-    raise_for(prepared, said)
+    prepared = prepare(motions, robot.structure, observing=observing, gains=gains, policy=policy)
+    diagnosed = diagnose(prepared.logs())
+    raise_for(prepared, diagnosed)
     found = gain_ratios(prepared.problem, options)
-    assert found.ratios is not None, "ratios were asked for"
-    in_si, if_loaded = None if known is None else arm_in_SI(prepared.problem, options, known), None
+    ratios, arm, expected = found.ratios, robot.structure.arm, None
+    assert ratios is not None, "ratios were asked for"
+    in_si = None if known is None else arm_in_SI(prepared.problem, options, known)
     if in_si is not None and payload is not None:
-        expected = enumerate(forecast_gains(prepared.problem, options, payload, in_si, found.ratios), 1)
+        forecast = forecast_gains(prepared.problem, options, payload, in_si, ratios)
         joints = [
             ExpectedJoint(joint=j, rel_std=None, reason=each)
             if isinstance(each, str)
             else ExpectedJoint(joint=j, rel_std=each, reason=None)
-            for j, each in expected
+            for j, each in enumerate(forecast, 1)
         ]
-        if_loaded = ExpectedGains(mass=payload.mass, joints=joints)
-    said = joined(said, more=prepared.diagnoses)
-    return BareAnswer(found=found, in_si=in_si, if_loaded=if_loaded, said=said, observing=prepared.observing)
-
-
-def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareResult:
-    """Return the results of bare recordings as printed by `rx90 identify --json`.
-
-    Args:
-        answer: The results.
-        links: Physically consistent links, or why there are none.
-        arm: The arm.
-    """
-    found, in_si, ratios = answer.found, answer.in_si, answer.found.ratios
-    assert ratios is not None, "ratios were asked for"
-    known = None if in_si is None else in_si.gains
-    given = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
+        expected = ExpectedGains(mass=payload.mass, joints=joints)
+    gain = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
     off = {} if known is None else ratios.against(known)
     share = {each.joint: each for each in predicted(found.selected.final.fit.rows)}
-    return BareResult(
+    links = consistent_links(in_si, robot)
+    result = BareResult(
         reference=ratios.reference + 1,
         joints=[
             BareJoint(
@@ -112,7 +82,7 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
                 rel_std=float(ratios.rel_std[j]) if ratios.given[j] else None,
                 predicted_rel_std=float(ratios.rel_std[j]),
                 reason=ratios.reason(j),
-                gain=given.get(j),
+                gain=gain.get(j),
                 off=off.get(j, (None, None))[0],
                 off_std=off.get(j, (None, None))[1],
                 predicted_rel_error=share[j].share if j in share else None,
@@ -123,9 +93,24 @@ def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareRes
         ],
         base_parameters=[BareParameter.of(each) for each in found.inertial],
         base_parameters_si=None if in_si is None else [BareParameter.of(each) for each in in_si.inertial],
-        if_loaded=answer.if_loaded,
-        consistent=None if isinstance(links, Unknown) else links,
-        consistent_reason=links.reason if isinstance(links, Unknown) else None,
+        if_loaded=expected,
+        consistent=None if isinstance(links, str) else links,
+        consistent_reason=links if isinstance(links, str) else None,
         notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
-        **diagnosed_values(answer.said),
+        **diagnosed_values(joined(diagnosed, more=prepared.diagnoses)),
     )
+    return result, prepared.observing
+
+
+def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
+    """Return the physically consistent links nearest to the model's, or why there are none."""
+    if in_si is None:
+        return NO_GAINS
+    try:
+        nominal = nominal_links(robot.model, robot.flange)
+        if is_placeholder(nominal):
+            return KINEMATICS_ONLY
+        found = nearest_links(robot.structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
+    except (ModelFileError, NoBody) as error:
+        return str(error)
+    return links_document(found, nominal, robot.structure.arm)

@@ -1,4 +1,4 @@
-"""A copy of a model file with identified values, and what changed.
+"""A copy of a model file with identified values.
 
 URDF: `limit effort` and `dynamics damping friction` of joints, `inertial` of links; it has no armature.
 
@@ -16,7 +16,6 @@ from xml.etree import ElementTree as ET
 
 from ident.model.xml_tree import read_document
 from ident.payload.payload import INERTIA_KEYS
-from scenarios.gains_in_use.model_values import JointValues, Known, Unknown, Value
 from scenarios.results.links import Link
 from scenarios.support.errors import ScenarioError
 
@@ -36,7 +35,43 @@ Defaults = Mapping[tuple[str, str], Mapping[str, str]]
 """Attributes by default class and element, including those of enclosing classes."""
 
 
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A number, joint side, in SI; a scale of efforts is dimensionless.
+
+    Attributes:
+        value: The number.
+        rel_std: Its relative standard deviation, including that of the gain.
+    """
+
+    value: float
+    rel_std: float
+
+
+Known = Value | str
+"""A number, or the reason why there is none."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
+class JointValues:
+    """Positive values of a joint.
+
+    Attributes:
+        name: Name in the model.
+        effort: Ratio of identified to data-sheet gain, without sign.
+        damping: Viscous friction [N m s/rad or N s/m].
+        friction: Coulomb friction [N m or N].
+        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None if it is written with the links.
+    """
+
+    name: str
+    effort: Known
+    damping: Known
+    friction: Known
+    armature: Known | None
+
+
+@dataclass(frozen=True, slots=True)
 class Change:
     """An attribute of a joint, changed or not.
 
@@ -75,9 +110,9 @@ def patched_model(
     root = next(each for each in document if each.tag in FORMATS)
     of_joints, of_links, armature = FORMATS[root.tag]
     if links is None:
-        changes = of_joints(root, joints)
+        changes = [*of_joints(root, joints)]
     else:  # rotor inertia is written with the links
-        changes = of_joints(root, [replace(each, armature=None) for each in joints]) + of_links(root, links)
+        changes = [*of_joints(root, [replace(each, armature=None) for each in joints]), *of_links(root, links)]
         _insert(root, ET.Comment(COMMENT.format(armature)))  # pyright: ignore[reportArgumentType]  (a kind of element)
     text = "\n".join(ET.tostring(each, encoding="unicode").rstrip() for each in document) + "\n"
     if b" />" not in path.read_bytes():
@@ -85,75 +120,68 @@ def patched_model(
     return text.encode(), tuple(changes)
 
 
-def _insert(parent: ET.Element, child: ET.Element) -> None:
-    """Insert a first child, on its own line if the others are."""
+def _insert(parent: ET.Element, child: ET.Element) -> ET.Element:
+    """Insert a first child, on its own line if the others are, and return it."""
     child.tail = parent.text
     parent.insert(0, child)
+    return child
 
 
 def _part(parent: ET.Element, tag: str) -> ET.Element:
     """Return a child, inserted if there is none."""
-    if (found := parent.find(tag)) is None:
-        _insert(parent, found := ET.Element(tag))
-    return found
+    found = parent.find(tag)
+    return _insert(parent, ET.Element(tag)) if found is None else found
 
 
 def _named(elements: Sequence[ET.Element]) -> dict[str, ET.Element]:
     return {each.get("name", ""): each for each in elements}
 
 
-def _set(element: ET.Element | None, joint: str, name: str, before: str | None, known: Known) -> Change:
-    """Set an attribute of a joint to a number, if it is known."""
-    if isinstance(known, Unknown):
-        return Change(joint=joint, attribute=name, before=before, reason=known.reason)
-    after = f"{known.value:.6g}"  # its standard deviation is at least a millionth
-    if element is not None:
-        element.set(name, after)
-    return Change(joint=joint, attribute=name, before=before, after=after, rel_std=known.rel_std)
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(map(repr, values))
 
 
-def _scale(element: ET.Element | None, joint: str, name: str, before: str | None, factor: Known) -> Change:
-    """Scale an effort limit, if there is one and the factor is known."""
-    try:
-        limits = [float(word) for word in (before or "").split()]
-    except ValueError:
-        limits = []
-    if isinstance(factor, Value) and not any(limits):
-        factor = Unknown("a limit of 0 is no limit" if limits else "the model states no limit")
-    if isinstance(factor, Unknown) or element is None:
-        reason = factor.reason if isinstance(factor, Unknown) else ""
-        return Change(joint=joint, attribute=name, before=before, reason=reason)
-    after = " ".join(f"{limit * factor.value:.6g}" for limit in limits)
+def _set(
+    element: ET.Element | None, joint: str, name: str, before: str | None, known: Known, *, scale: bool = False
+) -> Change:
+    """Set an attribute of a joint to a number, or multiply its numbers by it, if it is known and they are limits."""
+    numbers = [1.0]
+    if scale:
+        try:
+            numbers = [float(word) for word in (before or "").split()]
+        except ValueError:
+            numbers = []
+        if isinstance(known, Value) and not any(numbers):
+            known = "a limit of 0 is no limit" if numbers else "the model states no limit"
+    if isinstance(known, str) or element is None:
+        return Change(joint, name, before, reason=str(known))
+    after = " ".join(f"{each * known.value:.6g}" for each in numbers)  # its standard deviation is at least a millionth
     element.set(name, after)
-    return Change(joint=joint, attribute=name, before=before, after=after, rel_std=factor.rel_std)
+    return Change(joint, name, before, after, known.rel_std)
 
 
-def _urdf_joints(root: ET.Element, joints: Sequence[JointValues]) -> list[Change]:
-    elements, found = _named(root.findall("joint")), list[Change]()
+def _no_armature(joint: str, found: float) -> Change:
+    return Change(joint, "armature", None, reason=f"URDF has no such attribute; found {found:.4g}")
+
+
+def _urdf_joints(root: ET.Element, joints: Sequence[JointValues]) -> Iterator[Change]:
+    elements = _named(root.findall("joint"))
     for joint in joints:
         element = elements[joint.name]
         limit, old = element.find("limit"), element.find("dynamics")
         dynamics = ET.Element("dynamics") if old is None else old
         effort = None if limit is None else limit.get("effort")
-        found.append(_scale(limit, joint.name, "effort", effort, joint.effort))
-        found += [
-            _set(dynamics, joint.name, name, dynamics.get(name), known)
-            for name, known in (("damping", joint.damping), ("friction", joint.friction))
-        ]
+        yield _set(limit, joint.name, "effort", effort, joint.effort, scale=True)
+        for name, known in (("damping", joint.damping), ("friction", joint.friction)):
+            yield _set(dynamics, joint.name, name, dynamics.get(name), known)
         if old is None and dynamics.attrib:
             _insert(element, dynamics)
         if isinstance(joint.armature, Value):
-            found.append(_no_armature(joint.name, joint.armature.value))
-    return found
+            yield _no_armature(joint.name, joint.armature.value)
 
 
-def _no_armature(joint: str, found: float) -> Change:
-    reason = f"URDF has no such attribute; found {found:.4g}"
-    return Change(joint=joint, attribute="armature", before=None, reason=reason)
-
-
-def _urdf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
-    joints, bodies, found = _named(root.findall("joint")), _named(root.findall("link")), list[Change]()
+def _urdf_links(root: ET.Element, links: Sequence[Link]) -> Iterator[Change]:
+    joints, bodies = _named(root.findall("joint")), _named(root.findall("link"))
     for link in links:
         name = next(child.get("link", "") for child in joints[link.name].iter("child"))
         inertial = _part(bodies[name], "inertial")
@@ -161,31 +189,24 @@ def _urdf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
         xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers(link.inertia.six)
         old = origin.get("xyz", "0 0 0") + (f"; rpy {turned}" if turned else "")
         stated = " ".join(inertia.get(key, "0") for key in INERTIA_KEYS)
-        found += [
-            Change(joint=link.name, attribute="mass", before=mass.get("value"), after=repr(link.mass)),
-            Change(joint=link.name, attribute="inertial origin", before=old, after=xyz),
-            Change(joint=link.name, attribute="inertia", before=stated, after=moments),
-        ]
+        yield Change(link.name, "mass", mass.get("value"), repr(link.mass))
+        yield Change(link.name, "inertial origin", old, xyz)
+        yield Change(link.name, "inertia", stated, moments)
         mass.set("value", repr(link.mass))
         origin.attrib |= {"xyz": xyz} | ({"rpy": "0 0 0"} if turned else {})
         inertia.attrib |= dict(zip(INERTIA_KEYS, moments.split(), strict=True))
         if link.motor_found:
-            found.append(_no_armature(link.name, link.motor_inertia))
-    return found
+            yield _no_armature(link.name, link.motor_inertia)
 
 
-def _numbers(values: Sequence[float]) -> str:
-    return " ".join(map(repr, values))
-
-
-def _mjcf_joints(root: ET.Element, joints: Sequence[JointValues]) -> list[Change]:
+def _mjcf_joints(root: ET.Element, joints: Sequence[JointValues]) -> Iterator[Change]:
     """As of a URDF; a joint without a name in the file is unchanged."""
-    defaults, found = _defaults(root), list[Change]()
+    defaults = _defaults(root)
     elements = {joint.get("name", ""): (joint, inherited) for _, joint, inherited in _joints_of(root)}
     drives = [drive for section in root.findall("actuator") for drive in section.iter() if drive.tag in ACTUATORS]
     for joint in joints:
         if joint.name not in elements:
-            found.append(Change(joint=joint.name, attribute="joint", before=None, reason=NOT_THERE))
+            yield Change(joint.name, "joint", None, reason=NOT_THERE)
             continue
         element, inherited = elements[joint.name]
         limits = [(element, inherited, "actuatorfrcrange")]
@@ -193,32 +214,22 @@ def _mjcf_joints(root: ET.Element, joints: Sequence[JointValues]) -> list[Change
             if joint.name in (drive.get("joint"), drive.get("jointinparent")):
                 limits += [(drive, MAIN, key) for key in ("forcerange", *(["ctrlrange"] * (drive.tag == "motor")))]
         stated = [(each, key, _resolved(each, of, key, defaults)) for each, of, key in limits]
-        efforts = [_scale(each, joint.name, key, old, joint.effort) for each, key, old in stated if old is not None]
-        found += efforts or [_scale(None, joint.name, "forcerange", None, joint.effort)]
-        found += [
-            _set(element, joint.name, name, _resolved(element, inherited, name, defaults), known)
-            for name, known in (
-                ("damping", joint.damping),
-                ("frictionloss", joint.friction),
-                ("armature", joint.armature),
-            )
-            if known is not None
-        ]
-    return found
+        stated = [each for each in stated if each[2] is not None] or [(None, "forcerange", None)]
+        for drive, key, before in stated:
+            yield _set(drive, joint.name, key, before, joint.effort, scale=True)
+        values = {"damping": joint.damping, "frictionloss": joint.friction, "armature": joint.armature}
+        for name, known in values.items():
+            if known is not None:
+                yield _set(element, joint.name, name, _resolved(element, inherited, name, defaults), known)
 
 
-def _joints_of(root: ET.Element) -> Iterator[tuple[ET.Element, ET.Element, str]]:
-    """Return joints of the worldbody with their bodies and classes."""
-
-    def walk(parent: ET.Element, inherited: str) -> Iterator[tuple[ET.Element, ET.Element, str]]:
-        for child in parent:
-            if child.tag == "joint":
-                yield parent, child, inherited
-            else:
-                yield from walk(child, child.get("childclass") or inherited)
-
-    for world in root.findall("worldbody"):
-        yield from walk(world, MAIN)
+def _joints_of(parent: ET.Element, inherited: str | None = None) -> Iterator[tuple[ET.Element, ET.Element, str]]:
+    """Return joints of the worldbody, or of one of its bodies, with their bodies and classes."""
+    for child in parent.findall("worldbody") if inherited is None else parent:
+        if child.tag == "joint":
+            yield parent, child, inherited or MAIN
+        else:
+            yield from _joints_of(child, child.get("childclass") or inherited or MAIN)
 
 
 def _kind(element: ET.Element) -> str:
@@ -251,7 +262,7 @@ def _defaults(root: ET.Element) -> Defaults:
     return found
 
 
-def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
+def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> Iterator[Change]:
     for compiler in root.findall("compiler"):
         over = [name for name in SCALING if float(compiler.get(name, "0")) > 0.0]
         over += ["inertiafromgeom"] if compiler.get("inertiafromgeom") == "true" else []
@@ -261,7 +272,6 @@ def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
                 "it first"
             )
     bodies = {joint.get("name", ""): (body, joint) for body, joint, _ in _joints_of(root)}
-    found = list[Change]()
     for link in links:
         if link.name not in bodies:
             raise ScenarioError(f"joint {link.name}: the file has no joint of this name, so its link cannot be written")
@@ -276,15 +286,11 @@ def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> list[Change]:
         )
         inertial.attrib.clear()
         inertial.attrib.update(stated)
-        found += [
-            Change(joint=link.name, attribute=f"inertial {name}", before=before.get(name) or None, after=after)
-            for name, after in stated.items()
-        ]
+        for name, after in stated.items():
+            yield Change(link.name, f"inertial {name}", before.get(name) or None, after)
         if link.motor_found:
-            after, old = repr(link.motor_inertia), joint.get("armature")
-            joint.set("armature", after)
-            found.append(Change(joint=link.name, attribute="armature", before=old, after=after))
-    return found
+            yield Change(link.name, "armature", joint.get("armature"), repr(link.motor_inertia))
+            joint.set("armature", repr(link.motor_inertia))
 
 
 FORMATS = {

@@ -1,6 +1,6 @@
-"""Results of `rx90 verify` and `rx90 payload-of`: estimated payloads, and gains tested with a weighed mass."""
+"""Payloads estimated with gains of a file, `rx90 payload-of`, and gains tested with a weighed mass, `rx90 verify`."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -22,6 +22,7 @@ from scenarios.rendering.content import (
     Part,
     Table,
     column,
+    number,
     percent,
     plus_minus,
     sentence,
@@ -53,38 +54,28 @@ class Deviations(ResultModel):
         model_std: Contribution of the model's assumptions to `std`, in `unit`.
     """
 
-    estimate: float | None = None
+    unit: str = Field(description="Unit of the values")
+    estimate: float | None
     std: float | None
     residual_std: float | None
     gain_std: float | None
     model_std: float | None
 
 
-class _Quantity(ResultModel):
-    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
-    unit: str = Field(description="Unit of the values")
-
-
-class Quantity(Deviations, _Quantity):
+class Quantity(Deviations):
     """Mass, a coordinate of the centre, or an inertia about the centre."""
 
-    @classmethod
-    def of(cls, each: payload.Quantity) -> "Quantity":
-        """Return an estimated quantity."""
-        return cls(quantity=each.name, **_deviations(each))
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
 
 
-class _Parameter(ResultModel):
-    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
-    unit: str = Field(description="Unit of the values")
-
-
-class PayloadParameter(Deviations, _Parameter):
+class PayloadParameter(Deviations):
     """A standard parameter at the origin of the last frame."""
+
+    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
 
 
 def _deviations(each: payload.Quantity) -> dict[str, Any]:
-    return {"estimate": each.value, "unit": each.unit, **{name: getattr(each, name) for name in STDS}}
+    return {"unit": each.unit, "estimate": each.value, **{name: getattr(each, name) for name in STDS}}
 
 
 class Weighed(ResultModel):
@@ -120,11 +111,6 @@ class Weighed(ResultModel):
         values = {name: each.mass and getattr(each.mass, name) for name in STDS}
         joint, mass = None if each.joint is None else each.joint + 1, each.mass and each.mass.value
         return cls.model_validate(asdict(each) | values | {"joint": joint, "mass": mass})
-
-    @property
-    def off(self) -> str:
-        """Relative error in words."""
-        return _off(self.rel_error or 0.0, self.rel_std or 0.0)
 
 
 class Verification(DiagnosedResult):
@@ -162,7 +148,7 @@ class Verification(DiagnosedResult):
             limit=found.limit,
             together=Weighed.of(found.together),
             joints=list(map(Weighed.of, found.joints)),
-            payload=list(map(Quantity.of, found.body.quantities)),
+            payload=[Quantity(quantity=each.name, **_deviations(each)) for each in found.body.quantities],
             common=weighing.common_error(found),
             notes=list(found.remarks),
             unseen=unseen,
@@ -175,16 +161,18 @@ class Verification(DiagnosedResult):
         yield from unseen_verdict(self.unseen, this="these gains")
         yield Paragraph(f"Weighed mass: {self.mass:.6g} kg, standard deviation {self.mass_std:.2g} kg.")
         yield table(
-            [("all joints", self.together), *((f"joint {each.joint}", each) for each in self.joints)],
-            column("Estimated from", lambda row: row[0], words=True),
-            column("Mass [kg]", _kilograms(lambda each: each.mass, 1.0)),
-            column("2 sigma [kg]", _kilograms(lambda each: each.std)),
-            column("From residual [kg]", _kilograms(lambda each: each.residual_std), file_only=True),
-            column("From gains [kg]", _kilograms(lambda each: each.gain_std), file_only=True),
-            column("From model [kg]", _kilograms(lambda each: each.model_std), file_only=True),
-            column("Error [%]", lambda row: percent(row[1].rel_error, "+.2f")),
-            column("2 sigma [%]", lambda row: two_sigma(row[1].rel_std)),
-            column("Verdict", lambda row: VERDICTS[row[1].verdict], words=True),
+            [self.together, *self.joints],
+            column(
+                "Estimated from", lambda each: "all joints" if each.joint is None else f"joint {each.joint}", words=True
+            ),
+            column("Mass [kg]", lambda each: number(each.mass, ".3f")),
+            column("2 sigma [kg]", lambda each: _twice(each.std)),
+            column("From residual [kg]", lambda each: _twice(each.residual_std), file_only=True),
+            column("From gains [kg]", lambda each: _twice(each.gain_std), file_only=True),
+            column("From model [kg]", lambda each: _twice(each.model_std), file_only=True),
+            column("Error [%]", lambda each: percent(each.rel_error, "+.2f")),
+            column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
+            column("Verdict", lambda each: VERDICTS[each.verdict], words=True),
         )
         yield Paragraph(
             "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
@@ -197,59 +185,49 @@ class Verification(DiagnosedResult):
                 yield Paragraph(sentence(f"Joint {each.joint}: {each.reason}"))
         yield from unseen_parts(self.unseen)
         yield from doubt_paragraphs(self.found)
-        for note in self.notes:
-            yield Paragraph(sentence(f"Note: {note}"))
+        yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
 
     def _verdict(self) -> Paragraph:
-        together = self.together
+        together, common = self.together, self.common
         off = [each for each in self.joints if each.verdict == DIFFERS]
         off.sort(key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0))
         mass = f"{plus_minus(together.mass or 0.0, 2.0 * (together.std or 0.0))} kg from the currents, "
         mass += f"{self.mass:.6g} kg weighed"
-        if self.common is not None:
-            words = self._common_words(self.common)
-        elif together.verdict == AGREES and not off:
-            return Paragraph(f"PASSED: {mass}, error {together.off}.", Mood.GOOD, strong=True)
+        if common is None and together.verdict == AGREES and not off:
+            return Paragraph(f"PASSED: {mass}, error {_error(together)}.", Mood.GOOD, strong=True)
+        if common is not None:
+            shown = sum(each.mass is not None for each in self.joints)
+            who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
+            times = 1.0 + common.rel_error
+            if not 1.0 / OTHER_UNIT < times < OTHER_UNIT:
+                words = f"{two_digits(times)} times that on the scale: check the units of mass, currents and gains"
+            else:
+                same = f"off by the same {_error(common)}"
+                words = f"{same}: check the weighed masses, here and of the identification"
+            apart = (
+                f"; joint {each.joint + 1} differs from them by {_error(each)}: its gain is off"
+                for each in common.apart
+            )
+            words = f"the mass from {who} is {words}{''.join(apart)}"
         elif off:
             more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
-            words = f"gains are off: {', '.join(f'joint {each.joint} by {each.off}' for each in off)}{more}"
+            words = f"gains are off: {', '.join(f'joint {each.joint} by {_error(each)}' for each in off)}{more}"
         elif together.verdict == DIFFERS:
-            words = f"{mass}, off by {together.off}, and no single joint explains it; check which payload was mounted"
+            alone = "no single joint explains it; check which payload was mounted"
+            words = f"{mass}, off by {_error(together)}, and {alone}"
         else:
             words = f"the mass is inconclusive: {together.reason}"
         return Paragraph(sentence(f"FAILED: {words}"), Mood.BAD, strong=True)
 
-    def _common_words(self, common: CommonError) -> str:
-        shown = sum(each.mass is not None for each in self.joints)
-        who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
-        apart = "".join(
-            f"; joint {each.joint + 1} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
-            for each in common.apart
-        )
-        times = 1.0 + common.rel_error
-        if not 1.0 / OTHER_UNIT < times < OTHER_UNIT:
-            return (
-                f"the mass from {who} is {two_digits(times)} times that on the scale: check the units of mass, "
-                f"currents and gains{apart}"
-            )
-        return (
-            f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the weighed "
-            f"masses, here and of the identification{apart}"
-        )
+
+def _twice(std: float | None) -> str:
+    return number(None if std is None else 2.0 * std, ".3f")
 
 
-def _kilograms(
-    number: Callable[[Weighed], float | None], sigmas: float = 2.0
-) -> Callable[[tuple[str, Weighed]], str | None]:
-    def text(row: tuple[str, Weighed]) -> str | None:
-        value = number(row[1])
-        return None if value is None else f"{sigmas * value:.3f}"
-
-    return text
-
-
-def _off(rel_error: float, rel_std: float) -> str:
-    return f"{two_digits(100.0 * rel_error, sign='+')} % (2 sigma {two_digits(200.0 * rel_std)} %)"
+def _error(of: Weighed | CommonError | weighing.Departure) -> str:
+    """Return a relative error with its interval, in words."""
+    error, std = of.rel_error or 0.0, of.rel_std or 0.0
+    return f"{two_digits(100.0 * error, sign='+')} % (2 sigma {two_digits(200.0 * std)} %)"
 
 
 COLUMNS = (
@@ -292,7 +270,7 @@ class FoundPayload(DiagnosedResult):
         return cls(
             parameters=[PayloadParameter(parameter=each.name, **_deviations(each)) for each in found.parameters],
             covariance=found.shares.total.tolist(),
-            body=list(map(Quantity.of, found.body.quantities)),
+            body=[Quantity(quantity=each.name, **_deviations(each)) for each in found.body.quantities],
             refused={**found.refused, **found.body.refused},
             possible=found.body.possible,
             joints=list(map(Weighed.of, joints)),
@@ -304,18 +282,16 @@ class FoundPayload(DiagnosedResult):
         """Payload in the frame of the last link, with intervals that include those of the gains."""
         doubts = list(self._doubts())
         yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
-        yield Table(
-            columns=COLUMNS,
-            rows=tuple(
-                quantity_row(
-                    each.quantity,
-                    each.unit,
-                    each.estimate,
-                    *(2.0 * (std or 0.0) for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
-                )
-                for each in self.body
-            ),
-        )
+        rows = [
+            quantity_row(
+                each.quantity,
+                each.unit,
+                each.estimate,
+                *(2.0 * (std or 0.0) for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
+            )
+            for each in self.body
+        ]
+        yield Table(columns=COLUMNS, rows=tuple(rows))
         yield Paragraph(
             "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
             "from the residual, the gains and the model together."
@@ -324,26 +300,26 @@ class FoundPayload(DiagnosedResult):
             if name in self.refused:
                 yield Paragraph(sentence(f"No {name}: {self.refused[name]}"))
         yield from doubt_paragraphs(self.found)
-        for note in self.notes:
-            yield Paragraph(sentence(f"Note: {note}"))
+        yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
         if self.possible is False:
             words = "Note: not physically consistent; parameters within their intervals may be."
             yield Paragraph(words, Mood.DOUBTFUL)
-        for words in doubts:
-            yield Paragraph(words, Mood.DOUBTFUL)
+        yield from (Paragraph(words, Mood.DOUBTFUL) for words in doubts)
 
     def verdict(self, mood: Mood = Mood.PLAIN) -> Paragraph:
         """Return a sentence on mass and centre."""
         found = {each.quantity: (each.estimate or 0.0, 2.0 * (each.std or 0.0)) for each in self.body}
         if "mass" not in found:
             return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)
-        centre = [f"{x} {plus_minus(*(1e3 * number for number in found[x]))}" for x in payload.CENTRE if x in found]
+        centre = [f"{x} {plus_minus(*(1e3 * value for value in found[x]))}" for x in payload.CENTRE if x in found]
         where = f"; centre of mass at {', '.join(centre)} mm" if centre else ""
         return Paragraph(f"{plus_minus(*found['mass'])} kg (2 sigma){where}.", mood, strong=True)
 
     def _doubts(self) -> Iterable[str]:
         mass = next((each.estimate for each in self.body if each.quantity == "mass"), None)
-        if mass is not None and mass < 0.0:
+        if mass is None:
+            return
+        if mass < 0.0:
             yield (
                 "Note: the mass is negative, but not significantly. Check that a payload was mounted and that "
                 "bare and loaded are not swapped."
@@ -353,7 +329,7 @@ class FoundPayload(DiagnosedResult):
             for each in self.joints
             if each.verdict == DIFFERS
         ]
-        if apart and mass is not None:
+        if apart:
             yield (
                 f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass:.3f} kg. "
                 "A gain is wrong or the payload moved, and the intervals do not include this; check the gains "

@@ -24,13 +24,13 @@ def test_a_change_is_held_against_the_deviations_of_both_sets():
     std = np.hypot([0.03, 0.01, 0.02], [0.04, 0.02, 0.01])
     x = np.log([1.05, 1.1, 1.02])
     np.testing.assert_allclose([each.std for each in found.each], std, rtol=1e-12)  # rounding
-    np.testing.assert_allclose([each.rel for each in found.each], [0.05, 0.1, 0.02], rtol=1e-12)
+    np.testing.assert_allclose([each.rel_change for each in found.each], [0.05, 0.1, 0.02], rtol=1e-12)
     assert [each.moved for each in found.each] == [False, True, False]  # 1.0, 4.3 and 0.9 deviations
-    np.testing.assert_allclose(found.each[0].limit, stats.norm.isf(0.025 / 3), rtol=1e-12)  # Bonferroni, two-sided
+    np.testing.assert_allclose(found.limit, stats.norm.isf(0.025 / 3), rtol=1e-12)  # Bonferroni, two-sided
     np.testing.assert_allclose(found.together.chi2, np.sum((x / std) ** 2), rtol=1e-12)
     np.testing.assert_allclose(found.together.p, stats.chi2(3).sf(np.sum((x / std) ** 2)), rtol=1e-12)
     weight = std**-2.0
-    np.testing.assert_allclose(found.scale.log, weight @ x / weight.sum(), rtol=1e-12)
+    np.testing.assert_allclose(np.log1p(found.scale.rel_change), weight @ x / weight.sum(), rtol=1e-12)
     np.testing.assert_allclose(found.scale.std, weight.sum() ** -0.5, rtol=1e-12)
     assert found.moved
 
@@ -38,9 +38,9 @@ def test_a_change_is_held_against_the_deviations_of_both_sets():
 def test_a_scale_common_to_all_joints_is_told_apart_from_a_pattern():
     A, B = gains([0, 1, 3], [2.0, -3.0, 5.0], [0.01] * 3), gains([0, 1, 3], [2.2, -3.3, 5.5], [0.02] * 3)
     found = compared(A, B)
-    np.testing.assert_allclose(found.scale.rel, 0.1, rtol=1e-12)
+    np.testing.assert_allclose(found.scale.rel_change, 0.1, rtol=1e-12)
     assert found.scale.moved
-    np.testing.assert_allclose([each.log for each in found.apart], 0.0, atol=1e-12)
+    np.testing.assert_allclose([np.log1p(each.rel_change) for each in found.apart], 0.0, atol=1e-12)
     assert found.pattern is not None
     assert not found.pattern.moved
     np.testing.assert_allclose(found.pattern.p, 1.0, rtol=1e-9)
@@ -70,7 +70,7 @@ def test_beside_the_scale_a_change_has_the_deviation_that_draws_have():
     # One draw in a thousand looks as if a joint had moved alone (4000 draws: 4 +- 2) and takes the scale of the others.
     all_share = [one for one in found if len(one.sharing) == 3]
     assert 4000 - 10 <= len(all_share) < 4000
-    apart = np.array([[each.log for each in one.apart] for one in all_share])
+    apart = np.array([[np.log1p(each.rel_change) for each in one.apart] for one in all_share])
     np.testing.assert_allclose(apart.std(axis=0), [each.std for each in found[0].apart], rtol=0.045)
     # p is uniform where nothing moved: 5 % of 4000 is 200 +- 13.8
     for share in (np.mean([one.together.moved for one in found]), np.mean([one.pattern.moved for one in found])):
@@ -92,8 +92,8 @@ def test_a_joint_that_moved_alone_does_not_draw_the_common_scale_along():
     B = gains([0, 1, 2, 3], [2.04, 6.12, 5.1, 7.14], [0.03, 0.002, 0.02, 0.01], 0.3)
     found = compared(A, B)
     assert found.sharing.tolist() == [0, 2, 3]
-    np.testing.assert_allclose(found.scale.rel, 0.02, rtol=1e-9)
-    np.testing.assert_allclose([each.rel for each in found.apart], [0.0, 1.0, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(found.scale.rel_change, 0.02, rtol=1e-9)
+    np.testing.assert_allclose([each.rel_change for each in found.apart], [0.0, 1.0, 0.0, 0.0], atol=1e-9)
     assert [each.moved for each in found.apart] == [False, True, False, False]
     assert found.pattern is not None  # and the test of all joints stays one of all joints
     assert found.pattern.freedom == 3
@@ -106,7 +106,7 @@ def test_where_no_scale_is_common_to_more_than_half_there_is_none():
     A, B = (gains([0, 1, 2, 3], value, [0.01] * 4) for value in ([2.0] * 4, [2.0, 2.0, 3.0, 5.0]))
     found = compared(A, B)  # two of four have one scale
     assert not len(found.sharing)
-    np.testing.assert_allclose(found.scale.log, np.log([1.5, 2.5]).sum() / 4.0, rtol=1e-12)
+    np.testing.assert_allclose(np.log1p(found.scale.rel_change), np.log([1.5, 2.5]).sum() / 4.0, rtol=1e-12)
     chance = gains([0, 1, 2, 3], [2.0, 2.0, 2.0, 2.12], [0.01] * 4)  # chi2 12.7 of 3: one time in 190
     assert compared(A, chance).sharing.tolist() == [0, 1, 2, 3]
 
@@ -130,7 +130,7 @@ def test_joints_with_a_gain_in_one_set_only_are_named():
     found = compared(gains([0, 1, 3], [2.0, 3.0, 4.0], [0.1] * 3), gains([1, 2, 3], [3.1, 4.0, 4.1], [0.1] * 3))
     assert found.joints.tolist() == [1, 3]
     assert found.missing == ((0, "A"), (2, "B"))
-    np.testing.assert_allclose([each.rel for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
+    np.testing.assert_allclose([each.rel_change for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
 
 
 def test_one_joint_has_no_pattern():

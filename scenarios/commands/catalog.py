@@ -1,0 +1,163 @@
+"""Commands that show what is there: `rx90 list`, `view`, `report` and `schema`."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    form,
+    page,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status, printable, with_opengl, write
+from scenarios.experiments.scenario_files import builtin_names, scenario_table
+from scenarios.support.errors import ScenarioError
+
+WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
+FPS = arguments.number_from(1.0, 60.0, "1/s", "outside the useful range of frame rates")
+PAGE = "report.html"
+
+
+def list_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the output format alone."""
+    add_form_arguments(parser)
+
+
+def list_command(options: argparse.Namespace) -> Status:
+    """List every built-in scenario with its description."""
+    described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
+    if form(options) != "text":
+        from scenarios.results.written import ListedScenarios
+
+        return show(ListedScenarios.of(described).report("Built-in scenarios"), options)
+    import textwrap
+
+    indent = max(map(len, described)) + 2
+    for name, description in described.items():
+        line = f"{name:<{indent}}{description}"
+        write(textwrap.fill(line, page().width or len(line), subsequent_indent=" " * indent) + "\n")
+    return Status.PASSED
+
+
+def view_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, and file and size of the picture."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+    said = "render to a file: PNG, GIF or MP4 by its ending"
+    add("--render", "--out", type=arguments.file, metavar="FILE", help=said)
+    add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
+    add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
+    add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
+    add("--fps", type=FPS, default=8.0, metavar="X", help="frames per second of a GIF or MP4 (default 8)")
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def view_command(options: argparse.Namespace) -> Status:
+    """Show all motions of a scenario, side by side."""
+    path: Path | None = options.render
+    with_opengl()
+    if path is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo selects a window system at import unless this is set
+    import OpenGL  # noqa: F401 # pyright: ignore[reportUnusedImport] # without it MuJoCo has no renderer
+
+    try:
+        import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport] # reads MUJOCO_GL
+    except (ImportError, AttributeError, RuntimeError) as error:  # errors of the libraries below it
+        from sim.errors import ADVICE, NoPicture
+
+        backend = f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}"
+        raise NoPicture(f"{backend}: this OpenGL backend is not available ({error}); {ADVICE}") from error
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.scenario import setup_of
+    from scenarios.rendering.film import WRITERS, captioned, frames
+    from scenarios.results.written import Written
+    from scenarios.support.progress import counted
+    from sim.viewer import pictures, scene, watch
+
+    if path is not None and path.suffix.lower() not in WRITERS:
+        raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
+    setup = setup_of(load_scenario(options.scenario))
+    motions = setup.experiments
+    duration = max(motion.trajectory.duration for motion in motions)
+    if options.at is not None and options.at > duration:
+        raise ScenarioError(f"--at {options.at:g} s: the motion ends at {duration:g} s; name a time up to that")
+    if path is None:
+        watch(scene(motions))
+        return Status.PASSED
+    held = right_to_write(options, path, command="rx90 view")
+    times = frames(duration, options.fps)
+    if path.suffix.lower() == ".png":
+        times = (0.5 * duration if options.at is None else options.at,)
+    shown, width = scene(motions, times), options.width
+    height = shown.height(width) if options.height is None else options.height
+    caption = f"{setup.scenario.name}, from left: {', '.join(experiment.name for experiment in motions)}"
+    drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
+    with held.writing(), under_way(options, "drawing") as stages:
+        stages.begin("drawing", len(times))
+        labelled = (captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
+        WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
+    title = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}"
+    size = {"pictures": len(times), "width": width, "height": height}
+    return show(Written.model_validate({"out": str(path), **size}).report(printable(title)), options)
+
+
+def report_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare folder and page."""
+    add = parser.add_argument
+    said = "folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out"
+    add("folder", metavar="DIR", type=arguments.folder, help=said)
+    add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
+    add("--no-picture", action="store_true", help="omit the picture of the arm, which takes seconds to render")
+    add_force_argument(parser)
+
+
+def report_command(options: argparse.Namespace) -> Status:
+    """Write a saved result as a page."""
+    from scenarios.rendering import Page, renderer
+    from scenarios.results.pages import page_of, with_picture
+
+    path: Path = options.out or options.folder / PAGE
+    held = right_to_write(options, path, command="rx90 report")
+    with under_way(options, "drawing"):
+        report = page_of(options.folder)
+        text = renderer("html")(report if options.no_picture else with_picture(report, options.folder), Page())
+    content = text.encode(errors="backslashreplace")
+    with held.writing():
+        path.write_bytes(content)
+    write(f"{path}: {len(content) / 1e6:.2f} MB, open it in any browser\n")
+    return Status.PASSED
+
+
+def schema_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the name of the schema."""
+    from scenarios.results.json_schemas import FILES, RESULTS
+
+    said = "schema of a file or of a command's --json output (default: list all)"
+    parser.add_argument("name", nargs="?", metavar="NAME", choices=list(FILES | RESULTS), help=said)
+    add_form_arguments(parser)
+
+
+def schema_command(options: argparse.Namespace) -> Status:
+    """Print a schema, or list all of them."""
+    import json
+
+    from scenarios.rendering.content import Paragraph, Report, pairs_table
+    from scenarios.results.json_schemas import FILES, RESULTS, schema
+    from scenarios.support.texts import ENDING, FOLDER
+
+    if options.name is not None:
+        write(json.dumps(schema(options.name), indent=2) + "\n")
+        return Status.PASSED
+    about = {name: str(schema(name)["description"]).partition("\n")[0] for name in FILES | RESULTS}
+    files = {name: {"file": str(FOLDER / f"{name}{ENDING}")} for name in FILES}
+    document = {name: {"about": text, **files.get(name, {})} for name, text in about.items()}
+    said = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
+    parts = pairs_table("Schema", "Describes", about), said
+    return show(Report("JSON Schemas of files and results", parts, document), options)

@@ -1,0 +1,406 @@
+"""Commands that design an experiment: `rx90 new-robot` from a model file, `excite` a motion, `payload` a payload."""
+
+import argparse
+import re
+import shlex
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status, complain, ending, printable
+from scenarios.experiments.workers import PROCESSES
+from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.design.excitation import Design
+    from scenarios.design.search import Found, Judge, Searchable, Series
+    from scenarios.experiments.schema import Scenario
+    from sim.trajectory import FourierTrajectory
+
+FEW = 1000
+"""Number of motions below which starting processes takes longer than the search."""
+FASTEST = 5.0
+"""Highest harmonic [Hz] that the search samples twice per period."""
+PROTOCOLS = {
+    "motion": "joints move together, up to their limits",
+    "holds": "slow sweeps between poses that are held; --duration 72 and --evaluations 3000 unless given",
+}
+USUAL = {
+    "motion": {"harmonics": 20, "duration": 20.0, "evaluations": 40000},
+    "holds": {"duration": 72.0, "evaluations": 3000},
+}
+"""Defaults of a search."""
+AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenario's error sources"}
+HARMONICS = arguments.count_from(
+    2, 100, "a motion with 1 cannot begin and end at rest, a search cannot handle more than 100"
+)
+DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
+EVALUATIONS = arguments.count_from(1, 10**7, "the largest number takes half a day")
+STOPPED = re.compile(r"# Stopped after (\d+) of \d+ motions")
+TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "check the unit")
+MASS = arguments.number_from(1e-3, 2000.0, "kg", "check the unit")
+"""As `LIGHTEST` and `HEAVIEST` of `ident.payload.payload`."""
+FEW_EVALUATIONS, USUAL_EVALUATIONS = arguments.count_from(1, 10**6, "the largest number takes an hour"), 400
+"""Motions to try for a new robot, and how many by default."""
+STEEL = 7850.0
+DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
+NOMINAL = "Nominal values of a designed {shape}: weigh the finished payload and enter its mass."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """Result of a search.
+
+    Attributes:
+        first: Initial motion, None if stopped before.
+        found: The best motion.
+        kept: Successively better motions, the best last; empty if there are none.
+        interrupt: The interruption, None if completed.
+    """
+
+    first: "Found | None" = None
+    found: "Found | None" = None
+    kept: "tuple[Found, ...]" = ()
+    interrupt: KeyboardInterrupt | None = None
+
+
+def searched(
+    design: "Design",
+    series: "Searchable",
+    options: argparse.Namespace,
+    before: "tuple[FourierTrajectory, int] | None" = None,
+) -> Outcome:
+    """Search with the given options, with progress on stderr; `before` is a motion to continue from, and its number."""
+    import numpy as np
+
+    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts, with_better
+
+    outcome = Outcome()
+    try:
+        with _judge(design, series, options) as judge:
+            if before is None:
+                at = starts(design, design.problem.plant.robot.home, np.random.default_rng(options.seed))
+                first, step = random_point(series, at, options.seed, judge), STEP
+            else:
+                first, step = known_point(series, *before, judge), SMALL_STEP
+            outcome, left = Outcome(first=first), max(options.evaluations - first.tried, 1)
+            with under_way(options, "motions", options.evaluations, first.tried) as progress:
+                for found in search(first, step, options.seed + first.tried, left, judge):
+                    outcome = replace(outcome, found=found, kept=with_better(outcome.kept, found))
+                    progress.reach(
+                        found.tried,
+                        lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
+                    )
+    except KeyboardInterrupt as interrupt:
+        return replace(outcome, interrupt=interrupt)
+    return outcome
+
+
+@contextmanager
+def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
+    """Return the evaluation of motions, in this process if they are few, otherwise in others."""
+    from scenarios.design.search import judge_here, judge_in
+
+    if options.jobs == "1" or options.evaluations < FEW:
+        yield judge_here(design, series)
+        return
+    with PROCESSES.open(options.jobs) as workers:
+        pool = workers.open()
+        try:
+            yield judge_in(pool, workers.count(), design.problem, series)
+        finally:
+            workers.close(pool)
+
+
+def excite_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, written file, and kind and size of the search."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and the joints to identify")
+    said = "motion file to write, TOML; an interrupted search continues from it"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
+    add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
+    add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
+    add("--harmonics", type=HARMONICS, help="harmonics of the series (default 20)")
+    add("--duration", type=DURATION, help="period [s] (default 20)")
+    add("--evaluations", type=EVALUATIONS, help="number of motions to try (default 40000)")
+    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
+    add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
+    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
+    add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def excite_command(options: argparse.Namespace) -> Status:
+    """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
+    held = right_to_write(options, options.out, command="rx90 excite")
+    holds = options.protocol == "holds"
+    for name in ("harmonics", "improve") if holds else ():
+        if getattr(options, name):
+            raise ScenarioError(
+                f"--{name} cannot be combined with --protocol holds, whose motions are not a harmonic series"
+            )
+    for name, value in USUAL[options.protocol].items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    if not holds and options.harmonics > FASTEST * options.duration:
+        raise ScenarioError(
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the highest harmonic is at "
+            f"{options.harmonics / options.duration:.3g} Hz; the search resolves up to {FASTEST:g} Hz"
+        )
+    import numpy as np
+
+    from scenarios.design.excitation import SEARCHED_HZ, Design, design_problem, finite, percents
+    from scenarios.design.holds import Holds, hold_problem
+    from scenarios.design.search import Searched, Series, best_fitted
+    from scenarios.experiments.motions import write_motion
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.scenario import setup_of, setup_without_motion
+    from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
+    from scenarios.prediction.sources_along import SourcesAlong
+    from sim.errors import TrajectoryError
+
+    command = found_by(options)
+    before = unfinished(options.out, command)
+    scenario = load_scenario(options.scenario)
+    setup = setup_without_motion(scenario)
+    problem = design_problem(setup)
+    if options.against == "all":
+        motion = setup_of(scenario).experiments[0].trajectory
+        sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
+        complain(f"minimising the errors from noise and {', '.join(sourced.points)}")
+        problem = replace(problem, added=sourced)
+    unloaded = np.zeros(problem.plant.robot.n, dtype=bool)
+    if holds:
+        problem, unloaded = hold_problem(problem)
+        series = Holds(limits=problem.limits, duration=options.duration)
+        if joints := ", ".join(str(j + 1) for j in unloaded.nonzero()[0]):
+            torque = f"gravity of the payload puts no torque on joint {joints}"
+            complain(f"{torque}: holds and slow sweeps do not identify its gain")
+    else:
+        series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+    design, own = Design(problem), None
+    if isinstance(series, Series):
+        if options.improve and before is None:
+            before = _own_motion(setup.scenario, series), 0
+        own = _feasible_motion(setup.scenario, design)
+    outcome = searched(design, series, options, before)
+    first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
+    if first is None or found is None:
+        raise interrupt or AssertionError("a search that is not stopped finds a motion")
+    complain(
+        f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f} (logarithms of the gains' predicted "
+        "standard deviations)"
+    )
+    try:
+        motion, reason = best_fitted(design, series, outcome.kept)
+    except TrajectoryError as error:
+        if interrupt is None:
+            raise
+        complain(f"stopped; nothing is written: {error}")
+        return ending(interrupt)
+    if reason:
+        complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
+    if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
+        said = (
+            "the scenario's own motion is better: the largest standard deviation of its gains is "
+            f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(motion):.3g} %"
+        )
+        advice = "; try more --evaluations, or --improve, which starts from it"
+        complain(said + ("; no better motion was found, so it is written" if options.improve else advice))
+        motion = own if options.improve else motion
+    deviations = np.where(unloaded, np.inf, design.deviations(design.rows(motion)).total)
+    stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
+    comments = [
+        f"Found by: {command} --out FILE",
+        *[stopped] * (interrupt is not None and found.tried < options.evaluations),
+        f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
+        f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
+    ]
+    with held.writing():
+        write_motion(motion, options.out, comments)
+    if interrupt is not None:
+        complain(f"stopped; the best motion so far is in {options.out}, repeat the command to continue")
+        return ending(interrupt)
+    result = Searched(
+        out=str(options.out),
+        tried=found.tried,
+        cost_of_start=first.cost,
+        cost=found.cost,
+        predicted_rel_std=list(map(finite, deviations)),
+    )
+    predicted = (
+        f"predicted standard deviation of the gains, from {AGAINST[options.against]} [%]: {percents(deviations)}"
+    )
+    return show(result.report(f"{options.out}: {predicted}"), options)
+
+
+def _feasible_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | None":
+    """Return the motion of a scenario; None if there is none that this robot can carry out."""
+    from scenarios.experiments.motions import read_motion
+
+    try:
+        motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    except ScenarioError:
+        return None
+    return motion if motion.n == design.problem.plant.robot.n and design.keeps_limits(motion) else None
+
+
+def _own_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
+    """Return the motion of a scenario as the start of a search; an error if the parametrisation does not include it."""
+    from scenarios.experiments.motions import read_motion
+
+    motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    n, harmonics = motion.sine.shape
+    if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
+        raise ScenarioError(
+            f"{scenario.name}: motion {scenario.table.experiment.motion!r} has {harmonics} harmonics of {n} joints in "
+            f"{motion.duration:g} s; to improve it, search with --duration {motion.duration:g} and --harmonics "
+            f"{harmonics} or more, on an arm of {n} joints"
+        )
+    return motion
+
+
+def found_by(options: argparse.Namespace) -> str:
+    """Return the command that finds the same motion."""
+    words = ["rx90", "excite", options.scenario]
+    words += ["--protocol", options.protocol] if options.protocol != "motion" else []
+    for name in ("seed", "harmonics", "duration", "evaluations"):
+        if getattr(options, name) is not None:
+            words += [f"--{name}", f"{getattr(options, name):.12g}"]
+    words += ["--improve"] if options.improve else []
+    words += ["--against", options.against] if options.against != "noise" else []
+    return printable(shlex.join(words))
+
+
+def unfinished(path: Path, command: str) -> "tuple[FourierTrajectory, int] | None":
+    """Return the best motion of a stopped search, and its number of motions, if a file has one of this command.
+
+    Raises:
+        ScenarioError: If the file is not a motion.
+    """
+    from scenarios.experiments.motions import read_motion
+
+    if not path.is_file():
+        return None
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    stopped = next((match for match in map(STOPPED.match, lines) if match), None)
+    if stopped is None or f"# Found by: {command} --out FILE" not in lines:
+        return None
+    return read_motion(path.name, path.parent), int(stopped[1])
+
+
+def payload_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, material and written file."""
+    add = parser.add_argument
+    said = "a built-in name or TOML file: gives arm, drives, motion and what is known of the payload"
+    add("scenario", metavar="SCENARIO", help=said)
+    add("--out", type=arguments.file, metavar="FILE", help="payload file to write, TOML")
+    said = "density of the material [kg/m^3] (default 7850, steel)"
+    add("--density", type=DENSITY, default=STEEL, metavar="D", help=said)
+    add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def payload_command(options: argparse.Namespace) -> Status:
+    """Search for the best payload of each shape, report, write its file; status 1 if a joint is not identifiable."""
+    held = None if options.out is None else right_to_write(options, options.out, command="rx90 payload")
+    from ident.payload.payload import payload_from_table, write_payload
+    from scenarios.design.payload_design import STEPS, design_payload
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.scenario import setup_of
+    from scenarios.support.texts import schema_line
+
+    setup = setup_of(load_scenario(options.scenario))
+    with under_way(options, "weights", STEPS) as progress:
+        design = design_payload(setup, density=options.density, seed=options.seed, tell=progress.reach)
+    if held is not None:
+        comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.candidates[0].shape)}"
+        with held.writing():
+            write_payload(payload_from_table(design.after.payload), held.folder / held.names[0], comment=comment)
+    report = design.report(f"Payload for scenario {design.scenario}")
+    return show(report, options, passed=all(each.shown for each in design.after.joints))
+
+
+def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare model, written folder, and what the model does not state."""
+    add = parser.add_argument
+    add("model", metavar="MODEL", type=arguments.file, help="MJCF or URDF file of the arm")
+    add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
+    add("--name", help="name of the robot (default: that of the model)")
+    what = "largest torque of each joint [N m, N] (default: from the file, or by a rule of thumb)"
+    add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
+    add("--rated-load", type=MASS, metavar="KG", help="rated load of the arm, an upper limit for the payload")
+    what = "what is mounted: payload file, or mass [kg] of a steel bar (default: a bar that the arm can carry)"
+    add("--payload", type=_file_or_mass, metavar="FILE|KG", help=what)
+    what = "start pose [rad, m], one number per joint (default: from the file, or a pose clear of floor and arm)"
+    add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
+    add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
+    said = "motions to try (default %(default)d)"
+    add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=said)
+    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def _file_or_mass(text: str) -> Path | float:
+    try:
+        arguments.number(text)
+    except argparse.ArgumentTypeError:
+        return arguments.file(text)
+    return MASS(text)
+
+
+def new_robot_command(options: argparse.Namespace) -> Status:
+    """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
+    from scenarios.design.new_robot import Given
+    from scenarios.design.robot_folder import (
+        FILES,
+        NewRobotResult,
+        check_no_other_robot,
+        moved,
+        new_robot,
+        write_new_robot,
+    )
+
+    held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
+    if not options.force:
+        check_no_other_robot(options.out, options.model)
+    given = Given(
+        flange=options.flange,
+        name=options.name,
+        home=options.home,
+        torque=options.torque,
+        rated_load=options.rated_load,
+        payload=options.payload,
+    )
+
+    def search(design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
+        outcome = searched(design, series, argparse.Namespace(**{**vars(options), "seed": options.seed + attempt}))
+        if outcome.interrupt is not None:
+            raise outcome.interrupt
+        return outcome.kept
+
+    new = new_robot(options.model, options.out, given)
+    advice = (
+        f"try more motions (--evaluations {max(USUAL_EVALUATIONS, 4 * options.evaluations)}), other motions (--seed), "
+        "another pose (--home) or a lighter payload (--payload)"
+    )
+    found = moved(new, search, advice=advice)
+    with held.writing():
+        write_new_robot(new, found, held.folder)
+    result = NewRobotResult.of(new, found, held.folder)
+    return show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)

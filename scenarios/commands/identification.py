@@ -1,0 +1,293 @@
+"""Commands that identify gains: `rx90 identify` from recordings, `run` from a simulation, `paper` as the paper does."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.identification import (
+    add_gains_argument,
+    add_log_arguments,
+    add_model_arguments,
+    add_motion_arguments,
+    add_options,
+    add_unseen_arguments,
+    chosen,
+    known_gains,
+    log_description,
+    mountings,
+    policy_of,
+    read_motions,
+    robot_of,
+    unseen_motion,
+)
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    add_save_argument,
+    form,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status, complain
+from scenarios.results.write_access import Claim
+from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.experiments.gains_file import GainsFile
+
+TEXT, FIGURES = "paper.md", ("figure3.png", "figure3.svg")
+
+
+def add_gains_out(parser: argparse.ArgumentParser) -> None:
+    """Declare the file of identified gains."""
+    said = "write the gains with covariance and origin, .toml or .json"
+    parser.add_argument("--gains-out", type=arguments.gains_file, metavar="FILE", help=said)
+    add_force_argument(parser)
+
+
+def _write_gains(file: "GainsFile", held: Claim) -> None:
+    from scenarios.results.gains_file import gains_text
+
+    path = held.folder / held.names[0]
+    with held.writing():
+        path.write_text(gains_text(file, path.suffix), encoding="utf-8")
+
+
+def run_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, seed and written files."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+    parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
+    said = "folder for recordings, payloads, true values and result"
+    parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=said)
+    add_gains_out(parser)
+    add_form_arguments(parser)
+
+
+def run_command(options: argparse.Namespace) -> Status:
+    """Simulate, identify, judge; status 1 if a tolerance is missed."""
+    from scenarios.experiments.run import run
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.scenario import setup_of
+    from scenarios.rendering.content import Line, Paragraph
+    from scenarios.results.gains import Result
+    from scenarios.results.gains_file import gains_file
+    from scenarios.results.run_folder import identify_command, origin, run_files, save_run, scene_digest
+
+    setup, saving, gains, more = setup_of(load_scenario(options.scenario)), None, None, ()
+    if options.save is not None:
+        saving = right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
+    if options.gains_out is not None:
+        gains = right_to_write(options, options.gains_out, command="rx90 run")
+    with under_way(options, "preparing") as stages:
+        result = run(setup, options.seed, stages=stages)
+    if gains is not None:
+        _write_gains(gains_file(result.estimate, origin(result)), gains)
+    if saving is not None:
+        with saving.writing():
+            scene = scene_digest(setup.scenario)
+            save_run(result, saving.folder, command=options.command_line, named=options.scenario, scene=scene)
+        saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
+        more = (saved, Line(identify_command(result.setup, saving.folder)))
+    title = f"Scenario {setup.scenario.name}, seed {options.seed}: {setup.scenario.table.description}"
+    return show(Result.of_run(result).report(title, *more), options, passed=result.passed)
+
+
+def paper_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare folder and seed."""
+    said = "write paper.md, figures and raw numbers there"
+    parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=said)
+    parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def paper_command(options: argparse.Namespace) -> Status:
+    """Repeat the paper's experiment; status 1 if a claim fails."""
+    from scenarios.benchmark.paper import case_rows, run_paper, write_paper
+    from scenarios.benchmark.paper_result import DRAWN, FILES, figure_3
+    from scenarios.rendering import write_report
+    from scenarios.rendering.drawing import figure
+
+    held = None
+    if options.out is not None:
+        held = right_to_write(options, options.out, (TEXT, *FIGURES, *FILES), command="rx90 paper --out")
+    with under_way(options, "preparing") as stages:
+        run = run_paper(options.seed, stages=stages)
+    found = run.result
+    report = found.report(found.title(run.seed))
+    if held is not None:
+        with held.writing():
+            name = f"case {DRAWN}"
+            drawn = figure(figure_3(case_rows(name, run.estimates[name]), found.cases[DRAWN - 1]))
+            for file in FIGURES:
+                drawn.savefig(held.folder / file)
+            write_report(report, held.folder / TEXT)
+            write_paper(run, held.folder, command=options.command_line)
+    return show(report, options, passed=found.passed)
+
+
+def identify_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare robot, recordings, method and options, whose help is from the docstrings of their classes."""
+    from ident.estimation.estimators import DEFAULT, ESTIMATORS
+    from ident.estimation.gain_options import GainOptions
+    from ident.observation.observation import ObserveOptions
+
+    add = parser.add_argument
+    add_model_arguments(parser)
+    add_motion_arguments(parser)
+    add_log_arguments(parser)
+    known = ", ".join(ESTIMATORS)
+    add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
+    add_gains_argument(parser, needed=False, said="for bare recordings only: known or a-priori gains")
+    said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
+    add("--if-loaded", type=arguments.file, metavar="P", help=said)
+    said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
+    add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
+    said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
+    add_unseen_arguments(parser, said)
+    add_save_argument(parser)
+    add_gains_out(parser)
+    add_form_arguments(parser)
+    for kind in (ObserveOptions, GainOptions):
+        add_options(parser, kind)
+
+
+def identify_command(options: argparse.Namespace) -> Status:
+    """Identify gains, or their ratios from bare recordings alone; status 1 if other gains predict a motion as well."""
+    import time
+
+    from ident.estimation.estimators import ESTIMATORS
+    from ident.estimation.estimators.nls import AllJointsOptions
+    from ident.estimation.gain_options import GainOptions
+    from ident.estimation.known_gains import check_comparable, estimated_gains
+    from ident.identification import identify
+    from ident.observation.observation import ObserveOptions
+    from ident.parameters.weighing import outcome_of_other_gains
+    from ident.payload.payload import read_payload
+    from ident.support.options import options_from_words
+    from ident.unseen import predict_unseen
+    from scenarios.experiments.robots import model_links
+    from scenarios.gains_in_use.bare import bare_result
+    from scenarios.results.fit_rows import fit_of
+    from scenarios.results.gains import Result
+    from scenarios.results.gains_file import Origin, gains_file
+    from scenarios.results.record import save_result, saved_files
+
+    mounted, held, saving = mountings(options.given), None, None
+    bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
+    if options.gains_out is not None:
+        held = right_to_write(options, options.gains_out, command="rx90 identify")
+    if options.save is not None:
+        names = saved_files(sum(len(each.recordings) for each in mounted))
+        saving = right_to_write(options, options.save, names, command="rx90 identify --save")
+    with under_way(options, "reading"):
+        robot = robot_of(options, options.model)
+        structure, arm = robot.structure, robot.structure.arm
+        said = log_description(options, arm.joint_names)
+        motions, log = read_motions(mounted, said), unseen_motion(options, said)
+    own = options_from_words(ESTIMATORS[options.method].options, options.option)
+    observing, limits, policy = chosen(ObserveOptions, options), chosen(GainOptions, options), policy_of(options)
+    given = options.gains if bare else options.compare_with
+    known = None if given is None else known_gains(given, arm)
+    planned = None if options.if_loaded is None else read_payload(options.if_loaded)
+    fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
+    with under_way(options, "identifying"):
+        if bare:
+            result, observing = bare_result(
+                motions,
+                robot,
+                observing=observing,
+                gains=limits,
+                options=options_from_words(AllJointsOptions, options.option),
+                known=known,
+                payload=planned,
+                policy=policy,
+            )
+        else:
+            kind, title, started = (
+                "identification",
+                f"Drive gains of {arm.name} by {options.method}",
+                time.perf_counter(),
+            )
+            found = identify(
+                structure,
+                motions,
+                method=options.method,
+                options=own,
+                observing=observing,
+                gains=limits,
+                policy=policy,
+                links=model_links(robot.model, robot.flange),
+            )
+            identify_s, observing = time.perf_counter() - started, found.observing
+            assert found.prepared is not None, "an identification has what it was found from"
+            if known is not None:
+                check_comparable(estimated_gains(found.estimate), known)
+            cost = None if known is None else outcome_of_other_gains(found.prepared.problem, known, own)
+            unseen = None if log is None else predict_unseen(found, log, other=known)
+            result, passed = Result.of_identification(found, identify_s, cost, unseen), unseen is None or unseen.passed
+            fit = None if saving is None else fit_of(found.prepared, found.estimate)
+            if held is not None:
+                origin = Origin(model=robot.model, arm=arm, motions=motions, options=own, observing=observing)
+                _write_gains(gains_file(found.estimate, origin), held)
+            for words in (*(each.sentence for each in found.found.reported), *found.notes):
+                if form(options) == "json":
+                    complain(words)
+    if saving is not None:
+        with saving.writing():
+            save_result(
+                saving.folder,
+                result,
+                kind=kind,
+                title=title,
+                command=options.command_line,
+                model=robot.model,
+                flange=robot.flange,
+                arm=arm,
+                motions=motions,
+                observing=observing,
+                gains=limits,
+                method=options.method,
+                options=own,
+                payload=planned,
+                believed=options.gains,
+                fit=fit,
+            )
+    return show(result.report(title), options, passed=passed)
+
+
+def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:
+    """Return whether only ratios of gains are identifiable: no payload, and no option states a gain.
+
+    Raises:
+        ScenarioError: If an option is not applicable to the recordings.
+    """
+    from ident.estimation.estimators.nls import NAME
+
+    bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
+    instead = "add --loaded B --payload P.toml"
+    found = "for bare recordings only; loaded recordings identify the gains, so remove it"
+    refused = (
+        (not bare and options.gains, f"--gains: {found}"),
+        (not bare and options.if_loaded, f"--if-loaded: {found}"),
+        (
+            bare and options.compare_with,
+            f"--compare-with: bare recordings have no payload to estimate; {instead}, or use --gains G",
+        ),
+        (bare and options.unseen, f"--unseen: bare recordings give no gains to predict with; {instead}"),
+        (bare and options.gains_out, f"--gains-out: bare recordings give only ratios of gains; {instead}"),
+        (
+            options.if_loaded and not options.gains,
+            "--if-loaded: the forecast needs approximate gains; add --gains G, for example from a data sheet",
+        ),
+        (
+            bare and options.method != NAME,
+            f"--method {options.method} needs a payload; with bare recordings only, {NAME} gives the ratios",
+        ),
+    )
+    for condition, words in refused:
+        if condition:
+            raise ScenarioError(words)
+    return bare

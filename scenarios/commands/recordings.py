@@ -1,0 +1,218 @@
+"""Commands on recordings: `rx90 record` prepares them, `convert` reads foreign logs, `check` detects faults."""
+
+import argparse
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.identification import (
+    add_log_arguments,
+    add_options,
+    add_reading_arguments,
+    chosen,
+    log_description,
+    policy_of,
+    recordings_of,
+    robot_of,
+)
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    add_save_argument,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status
+from scenarios.support.errors import ScenarioError
+
+PAGE, MOTIONS = "record.md", ("motion.csv", "motion.yaml", "motion.script")
+RATE = arguments.number_from(1.0, 1e4, "Hz", "sampling rates of controllers")
+USUAL_RATE = 125.0
+"""Supported by drivers of most arms [Hz]."""
+RECORDINGS = (".parquet", ".csv", ".txt")
+"""Endings of recordings that `rx90 convert` writes."""
+
+
+def record_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, folder and sampling rate."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="gives robot, motions, payloads and options")
+    said = f"folder for instructions ({PAGE}), the motion as CSV, ROS 2 YAML and URScript, and missing payload files"
+    add("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
+    add("--rate", type=RATE, default=USUAL_RATE, metavar="HZ", help="samples per second (default %(default)g)")
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def record_command(options: argparse.Namespace) -> Status:
+    """Write instructions, the motion and missing payload files; existing ones may have measured values and are kept."""
+    held = right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
+    from ident.diagnosis.diagnose import horizon
+    from ident.payload.payload import read_payload, write_payload
+    from ident.support.errors import PayloadError
+    from scenarios.commands import COMMANDS
+    from scenarios.design.controller_files import controller_files, sampled
+    from scenarios.design.record import Recorded, instructions
+    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
+    from scenarios.experiments.scenario import setup_of
+    from scenarios.prediction.predictor import enough, expected_preparation
+    from scenarios.rendering import write_report
+    from scenarios.results.run_folder import payload_file
+    from scenarios.support.texts import schema_line
+    from sim.feedforward_currents import check_torque_limits
+
+    setup, stated = setup_of(load_scenario(options.scenario)), stated_payloads(scenario_as_stated(options.scenario))
+    check_torque_limits(setup.experiments)
+    motion = sampled(setup, options.rate)
+    payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
+    expected = horizon(expected_preparation(setup, enough(setup)).logs())
+    recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
+    page = instructions(setup, recorded, payloads, options.scenario, COMMANDS, expected)
+    with held.writing():
+        write_report(page, held.folder / PAGE)
+        for name, text in texts.items():
+            (held.folder / name).write_text(text, encoding="utf-8")
+    recorded.files = [str(held.folder / name) for name in (PAGE, *texts)]
+    for mounting, payload in payloads.items():
+        path = held.folder / payload_file(mounting)
+        if not path.exists():
+            write_payload(payload, path, comment=schema_line("payload"))
+            recorded.files.append(str(path))
+            continue
+        try:
+            same = read_payload(path) == payload
+        except PayloadError:
+            same = False
+        if not same:
+            recorded.kept.append(str(path))
+    return show(recorded.report(page.title), options)
+
+
+def convert_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare log and recording."""
+    add = parser.add_argument
+    add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
+    said = "recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
+    said = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
+    add("--flange", metavar="BODY", help=said)
+    add_log_arguments(parser)
+    add_form_arguments(parser)
+    add_force_argument(parser)
+
+
+def convert_command(options: argparse.Namespace) -> Status:
+    """Read a log, write it as a recording, report the columns that were used."""
+    from ident.recordings.formats.lerobot import ENDING, FILES
+
+    out, dataset = options.out, options.out.suffix.lower() == ENDING
+    if not dataset and out.suffix.lower() not in RECORDINGS:
+        known = ", ".join((*RECORDINGS, ENDING))
+        raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {known}")
+    if dataset and out.exists() and options.log.exists() and out.samefile(options.log):
+        raise ScenarioError(f"{out}: rx90 convert reads this dataset and would overwrite it; give another path")
+    held = right_to_write(options, out, FILES if dataset else (), command="rx90 convert")
+    from ident.diagnosis.plausibility import check_joints
+    from ident.recordings.files import read_log, write_recording
+    from ident.recordings.formats.lerobot import write_dataset
+    from scenarios.experiments.robots import read_arm
+    from scenarios.results.written import Converted
+
+    arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
+    log = read_log(options.log, log_description(options, None if arm is None else arm.joint_names))
+    if arm is not None:
+        check_joints(arm, log.recording)
+    with held.writing():
+        if dataset:
+            write_dataset([log.recording], out, joints=log.description.joints, signal=log.signal)
+        else:
+            write_recording(log.recording, out, signal=log.v)
+    return show(Converted.of(log, out).report("Log converted to a recording"), options)
+
+
+def check_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare robot, logs and filters."""
+    from ident.observation.observation import ObserveOptions
+
+    add = parser.add_argument
+    add("robot", metavar="ROBOT", help="MJCF or URDF file, robot.toml, or the name of a built-in robot")
+    said = "recordings of the robot; the first one bare if possible, the others with any payload"
+    add("log", metavar="LOG", type=arguments.file, nargs="+", help=said)
+    add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
+    said = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
+    add("--payload", metavar="P", type=arguments.file, help=said)
+    add("--all", action="store_true", help="list all checks, and each joint's motion")
+    add_reading_arguments(parser)
+    add_log_arguments(parser)
+    add_save_argument(parser)
+    add_force_argument(parser)
+    add_form_arguments(parser)
+    add_options(parser, ObserveOptions)
+
+
+def check_command(options: argparse.Namespace) -> Status:
+    """Read recordings and report their faults; status 1 if there is one."""
+    from ident.diagnosis.diagnosis import Severity
+    from ident.diagnosis.motion_quality import Warmth
+    from ident.estimation.gain_options import GainOptions
+    from ident.identification import check
+    from ident.observation.observation import ObserveOptions
+    from ident.payload.payload import read_payload
+    from ident.recordings.files import read_temperatures, read_unchecked
+    from ident.recordings.recording import Motion
+    from scenarios.experiments.robots import model_links
+    from scenarios.rendering.content import Paragraph
+    from scenarios.results.check import Check
+    from scenarios.results.record import save_result, saved_files
+
+    paths, limits, saving = (*options.log, *options.loaded), GainOptions(), None
+    if options.loaded and options.payload is None:
+        raise ScenarioError("--loaded: no payload is given; describe what was mounted, --payload P.toml")
+    if options.save is not None:
+        saving = right_to_write(options, options.save, saved_files(len(paths)), command="rx90 check --save")
+    with under_way(options, "checking"):
+        robot = robot_of(options, options.robot)
+        arm = robot.structure.arm
+        said = log_description(options, arm.joint_names)
+        payload = None if options.payload is None else read_payload(options.payload)
+        recordings = recordings_of([read_unchecked(path, said) for path in paths])
+        temperatures = [read_temperatures(path, said, arm.n) for path in paths]
+        checked = check(
+            recordings,
+            robot.structure,
+            observing=chosen(ObserveOptions, options),
+            gains=limits,
+            loaded=[k >= len(options.log) for k in range(len(paths))],
+            payload=payload,
+            about=robot.gain,
+            warmths=[
+                Warmth(recording.name, celsius)
+                for recording, celsius in zip(recordings, temperatures, strict=True)
+                if celsius is not None
+            ],
+            undelay=policy_of(options).undelay,
+            links=model_links(robot.model, robot.flange) if options.loaded else None,
+        )
+    result = Check.of(checked, arm)
+    if saving is not None:
+        carried = [None] * len(options.log) + [payload] * len(options.loaded)
+        with saving.writing():
+            save_result(
+                saving.folder,
+                result,
+                kind="check",
+                title=f"Logs of {arm.name}",
+                command=options.command_line,
+                model=robot.model,
+                flange=robot.flange,
+                arm=arm,
+                motions=list(map(Motion, recordings, carried)),
+                observing=checked.observing,
+                gains=limits,
+                payload=payload,
+                about=None if robot.gain is None else tuple(robot.gain.tolist()),
+            )
+    hint = Paragraph("--all lists every check, and the motion of each joint.")
+    report = result.report(result.headline, *(() if options.all else (hint,)), mood=result.mood)
+    wrong = checked.found.severity is Severity.WRONG
+    return show(report.in_full if options.all else report, options, passed=not wrong)

@@ -1,0 +1,247 @@
+"""Commands of many trials: `rx90 predict` (without any), `sensitivity`, `monte-carlo` and `compare`."""
+
+import argparse
+import os
+import shlex
+import sys
+import threading
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    console,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status, complain, ending
+from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
+from scenarios.rendering.content import Paragraph
+from scenarios.results.write_access import make_folder
+from scenarios.support.errors import ScenarioError, StudyError
+
+if TYPE_CHECKING:
+    from scenarios.experiments.study import Study
+    from scenarios.experiments.study_folder import StudyFolder
+
+PATIENCE = 5.0
+"""Timeout for the end of an interrupted study [s]."""
+REPORT = "report.md"
+TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
+MEMORY = arguments.number_from(0.1, 1024.0, "GB", "an empty process takes 0.1 GB")
+
+
+def predict_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario and method."""
+    from ident.estimation.estimators import ESTIMATORS
+
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with error sources")
+    known = ", ".join(ESTIMATORS)
+    add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
+    add_form_arguments(parser)
+
+
+def predict_command(options: argparse.Namespace) -> Status:
+    """Predict the error budget of a scenario."""
+    from scenarios.experiments.scenario import load_scenario, with_method
+    from scenarios.prediction.budget import predicted_budget
+
+    scenario = with_method(load_scenario(options.scenario), options.method, options.option)
+    with under_way(options, "predicting"):
+        budget = predicted_budget(scenario)
+    return show(budget.report(budget.title), options)
+
+
+def _add_study_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenario, folder, seed, workers and output format."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+    said = "folder of the study; finished trials in it are kept"
+    parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
+    parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
+    add_worker_options(parser)
+    add_form_arguments(parser)
+
+
+def monte_carlo_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the number of trials, and what every study has."""
+    parser.add_argument("-n", type=arguments.count, required=True, dest="trials", metavar="N", help="number of trials")
+    _add_study_arguments(parser)
+
+
+def monte_carlo_command(options: argparse.Namespace) -> Status:
+    """Run trials with different seeds; status 1 if a joint contradicts the scenario's pass rate."""
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.study import monte_carlo
+
+    scenario = load_scenario(options.scenario)
+    folder = _carried_out(
+        monte_carlo(scenario, options.trials, options.seed), options, "monte-carlo", "-n", options.trials
+    )
+    from scenarios.experiments.statistics import rows_in
+    from scenarios.results.monte_carlo import StudyResult, write_files
+
+    rows = rows_in(folder)
+    result = StudyResult.of(scenario, options.seed, rows)
+    with _summary_of(options.out):
+        written = write_files(result, rows, options.out)
+    report = result.report(result.title(options.trials), _files_part(options.out, written))
+    return show(report, options, passed=result.passed)
+
+
+def sensitivity_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the numbers of trials, and what every study has."""
+    said = "trials of each source alone, a power of 2 (default 16)"
+    parser.add_argument("--repeats", type=arguments.count, default=16, help=said)
+    said = "rows of the Sobol design, a power of 2 (default 64)"
+    parser.add_argument("--samples", type=arguments.count, default=64, help=said)
+    _add_study_arguments(parser)
+
+
+def sensitivity_command(options: argparse.Namespace) -> Status:
+    """Run each error source alone and all of them together, rank them."""
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.study import sensitivity
+
+    scenario, own = load_scenario(options.scenario), {"repeats": options.repeats, "samples": options.samples}
+    study = sensitivity(scenario, **own, seed=options.seed)
+    words = [word for name, value in own.items() for word in (f"--{name}", value)]
+    folder = _carried_out(study, options, "sensitivity", *words)
+    from scenarios.results.sensitivity import Budget, write_files
+
+    found = Budget.of(scenario, study.count, folder, options.seed)
+    title = found.title(len(scenario.table.sources))
+    with _summary_of(options.out):
+        written = write_files(found, found.report(title), options.out)
+    return show(found.report(title, _files_part(options.out, written)), options)
+
+
+def compare_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenarios, methods and their limits."""
+    add = parser.add_argument
+    add("scenarios", nargs="*", metavar="SCENARIO", help="built-in names or paths of TOML files")
+    said = "an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable"
+    add("--method", action="append", default=[], metavar="M", help=said)
+    add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
+    add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; finished trials in it are kept")
+    add("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
+    said = "longest time of a call of a method [s] (default %(default)g)"
+    add("--time-limit", type=TIME, default=60.0, metavar="S", help=said)
+    said = "largest memory of a call of a method, on Linux [GB] (default %(default)g)"
+    add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help=said)
+    add_worker_options(parser)
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def compare_command(options: argparse.Namespace) -> Status:
+    """Run every method on every trial; report scores, errors and coverage; status 1 if no trial reached a method."""
+    from datetime import UTC, datetime
+
+    if not options.method:
+        raise ScenarioError("no method; name one with --method")
+    from scenarios.benchmark.methods import Limits, method_of
+    from scenarios.results.record import RECORD
+
+    methods = [method_of(text) for text in options.method]
+    if not options.scenarios or options.trials is None or options.out is None:
+        saved = next((name for name in options.scenarios if (Path(name) / RECORD).is_file()), None)
+        other = "rx90 report shows it; rx90 verify compares two gains files, as rx90 identify --gains-out writes them"
+        words = "" if saved is None else f"{one_line(saved)} is a saved result ({other}); "
+        raise ScenarioError(f"{words}expected scenarios, -n N and --out DIR")
+    from scenarios.benchmark.bound import gain_bound
+    from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
+    from scenarios.benchmark.study import comparison
+    from scenarios.experiments.scenario import load_scenario
+    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.study import carry_out
+    from scenarios.rendering import write_report
+    from scenarios.support.versions import versions
+
+    loaded = [load_scenario(name) for name in options.scenarios]
+    names = [scenario.name for scenario in loaded]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ScenarioError(f"scenario {twice!r} is given twice; each has a folder of its name")
+    held = right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
+    limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
+    studies = [comparison(scenario, methods, limits, options.trials, options.seed) for scenario in loaded]
+    words = [word for text in options.method for word in ("--method", text)]
+    words += ["-n", str(options.trials), "--out", str(options.out), "--seed", str(options.seed)]
+    words += ["--time-limit", f"{options.time_limit:g}", "--memory-limit", f"{options.memory_limit:g}"]
+    command = shlex.join(["rx90", "compare", *options.scenarios, *words, *worker_words(options)])
+    make_folder(options.out)
+    with interruptible(command), open_workers(options) as workers:
+        folders = [
+            carry_out(study, options.out / study.scenario.name, workers, command=command, console=console(options))
+            for study in studies
+        ]
+    about = {
+        "Command": command,
+        "Date": datetime.now(UTC).date().isoformat(),
+        "Versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+    }
+    external = [f"{each.text} with {', '.join(map(' '.join, each.digests))}" for each in methods if each.digests]
+    if external:
+        about["External methods"] = "; ".join(external)
+    texts = [method.text for method in methods]
+    scenarios = [
+        compared(scenario.name, folder.table(NEEDED), texts, gain_bound(setup_of(scenario)))
+        for scenario, folder in zip(loaded, folders, strict=True)
+    ]
+    found = Comparison(about=about, scenarios=scenarios)
+    report = found.report(found.title, *(Paragraph(f"{key}: {text}.") for key, text in about.items()))
+    with _summary_of(options.out), held.writing():
+        for name in (REPORT, DOCUMENT):
+            write_report(report, options.out / name)
+    return show(report, options, passed=found.ran)
+
+
+def _carried_out(study: "Study", options: argparse.Namespace, name: str, *own: object) -> "StudyFolder":
+    """Run a study with the workers of the options; the command that resumes it has its own words."""
+    from scenarios.experiments.study import carry_out
+
+    words = ["rx90", name, options.scenario, *own, "--out", options.out, "--seed", options.seed]
+    command = shlex.join([*map(str, words), *worker_words(options)])
+    with interruptible(command), open_workers(options) as workers:
+        return carry_out(study, options.out, workers, command=command, console=console(options))
+
+
+@contextmanager
+def _summary_of(folder: Path) -> Generator[None]:
+    """Write a summary; an error loses no rows."""
+    try:
+        yield
+    except OSError as error:
+        raise StudyError(
+            f"{folder}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
+            "disk space and repeat the command"
+        ) from error
+
+
+def _files_part(folder: Path, written: Sequence[Path]) -> Paragraph:
+    """Return the last line of a report, on the location of rows and files."""
+    files = ", ".join(path.name for path in written)
+    return Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")
+
+
+@contextmanager
+def interruptible(command: str) -> Generator[None]:
+    """On Ctrl-C or a signal, print how to continue."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        complain(f"stopped; finished trials are kept; continue with: {command}")
+        status = ending(interrupt)
+        leave = threading.Timer(PATIENCE, os._exit, [status])  # in case Python waits for an interrupted pool
+        leave.daemon = True
+        leave.start()
+        sys.unraisablehook = lambda _: None  # errors at exit are irrelevant
+        raise SystemExit(status) from None

@@ -1,0 +1,320 @@
+"""Commands that use gains: `rx90 verify` tests them, `payload-of`, `torque` and `patch` compute from them."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.command_line.identification import (
+    Mounting,
+    add_gains_argument,
+    add_log_arguments,
+    add_model_arguments,
+    add_motion_arguments,
+    add_overlay_arguments,
+    add_unseen_arguments,
+    known_gains,
+    log_description,
+    mountings,
+    observe_words,
+    policy_of,
+    read_motions,
+    read_unrepaired,
+    recordings_of,
+    robot_of,
+    unseen_motion,
+)
+from scenarios.command_line.output import (
+    add_force_argument,
+    add_form_arguments,
+    right_to_write,
+    show,
+    under_way,
+)
+from scenarios.command_line.process import Status
+from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from ident.diagnosis.diagnosis import Diagnosed
+    from ident.parameters.payload import FoundPayload
+    from ident.preparation import Prepared
+    from scenarios.experiments.gains_file import GainsFile
+
+REL_STD = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
+
+
+def verify_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare gains files, or robot, recordings and gains."""
+    said = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
+    parser.add_argument("files", type=arguments.gains_file, nargs="*", metavar="GAINS", help=said)
+    add_model_arguments(parser, needed=False)
+    said = "gains to test with the payload's known mass; without them, cross-validation"
+    add_gains_argument(parser, needed=False, said=said)
+    add_motion_arguments(parser)
+    said = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
+    parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
+    said = (
+        "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "
+        "predict it better than the gains of --compare-with."
+    )
+    add_unseen_arguments(parser, said)
+    add_log_arguments(parser)
+    add_overlay_arguments(parser)
+    add_form_arguments(parser)
+
+
+def verify_command(options: argparse.Namespace) -> Status:
+    """Estimate a known mass with the gains, or cross-validate, or compare two files; status 1 if something differs."""
+    if options.files:
+        return _compared(options)
+    if options.model is None:
+        raise ScenarioError("--model: give the robot of the recordings, or two files of gains to compare")
+    if options.compare_with is not None and options.unseen is None:
+        raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
+    mounted = mountings(options.given)
+    return _cross_validated(options, mounted) if options.gains is None else _weighed(options, mounted)
+
+
+def _compared(options: argparse.Namespace) -> Status:
+    """Compare two files of gains."""
+    from ident.estimation.gain_comparison import compared
+    from scenarios.experiments.gains_file import check_units, read_gains
+    from scenarios.gains_in_use.validation import GainComparison
+
+    if len(options.files) != 2:
+        raise ScenarioError(f"{options.files[0]}: expected two files of gains, or --gains G with recordings")
+    for name in ("gains", "model", "given", "unseen", "option", "observe", "current_delay", "columns"):
+        if getattr(options, name):
+            option = "--unloaded and --loaded" if name == "given" else f"--{name.replace('_', '-')}"
+            raise ScenarioError(f"{option}: for recordings; two files of gains are compared without them")
+    A, B = map(read_gains, options.files)
+    found = compared(A.known, B.known)
+    check_units(A, B)
+    report = GainComparison.of(found, A, B).report("Gains A against B")
+    return show(report, options, passed=not found.moved)
+
+
+def _weighed(options: argparse.Namespace, mounted: Sequence[Mounting]) -> Status:
+    """Test gains with a payload of known mass, and predict the motion of --unseen."""
+    from ident.parameters.weighing import verified
+    from ident.payload.payload import read_payload
+    from ident.unseen import predict_with
+    from scenarios.experiments.gains_file import read_gains
+    from scenarios.gains_in_use.known_gains import check_unseen
+    from scenarios.gains_in_use.weighing import Verification
+
+    loaded = [each for each in mounted if each.payload is not None]
+    if len(loaded) != 1 or loaded[0].payload is None:
+        raise ScenarioError(f"{len(loaded)} payloads are given; a verification needs exactly one, and a bare motion")
+    file, payload = read_gains(options.gains), read_payload(loaded[0].payload)
+    unloaded = [path for each in mounted if each.payload is None for path in each.recordings]
+    with under_way(options, "weighing"):
+        weighed, diagnosed, prepared = _payload_of(options, file, unloaded, loaded[0].recordings)
+        found = verified(weighed, payload, file.known)
+        found.body.check_mass()
+        arm = prepared.problem.structure.arm
+        log, unseen = unseen_motion(options, log_description(options, arm.joint_names)), None
+        if log is not None:
+            check_unseen(file, [], [log.recording])
+            bare = tuple(motion for motion in prepared.motions if motion.payload is None)
+            other = None if options.compare_with is None else known_gains(options.compare_with, arm)
+            unseen = predict_with(file.known, replace(prepared, motions=bare), log, other=other)
+    result = Verification.of(found, diagnosed, unseen)
+    return show(result.report("Gains verified with the weighed mass"), options, passed=result.passed)
+
+
+def _payload_of(
+    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+) -> "tuple[FoundPayload, Diagnosed, Prepared]":
+    """Read recordings and estimate their payload with the gains of a file."""
+    from scenarios.gains_in_use.known_gains import estimated_payload
+
+    structure = robot_of(options, options.model).structure
+    said = log_description(options, structure.arm.joint_names)
+    bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
+    filters, model = observe_words(options), options.option
+    return estimated_payload(structure, bare, heavy, file, filters=filters, model=model, policy=policy_of(options))
+
+
+def _cross_validated(options: argparse.Namespace, mounted: Sequence[Mounting]) -> Status:
+    """Identify gains, and predict each time block of the motions from the others, and the motion of --unseen."""
+    from ident.estimation.cross_validation import cross_validated
+    from ident.estimation.estimators.nls import AllJointsOptions
+    from ident.identification import identify
+    from ident.observation.observation import ObserveOptions
+    from ident.support.options import options_from_words
+    from ident.unseen import predict_unseen
+    from scenarios.gains_in_use.validation import CrossValidation
+
+    own = options_from_words(AllJointsOptions, options.option)
+    observing = options_from_words(ObserveOptions, observe_words(options))
+    with under_way(options, "identifying") as stages:
+        structure = robot_of(options, options.model).structure
+        said = log_description(options, structure.arm.joint_names)
+        motions = read_motions(mounted, said)
+        identified = identify(structure, motions, options=own, observing=observing, policy=policy_of(options))
+        stages.begin("predicting")
+        found = cross_validated(identified.estimate)
+        log = unseen_motion(options, said)
+        other = None if options.compare_with is None else known_gains(options.compare_with, structure.arm)
+        unseen = None if log is None else predict_unseen(identified, log, other=other)
+    result = CrossValidation.of(identified, found, unseen)
+    report = result.report(f"Motions predicted from each other, by {result.method}")
+    return show(report, options, passed=unseen is None or unseen.passed)
+
+
+def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare recordings, gains and robot."""
+    add = parser.add_argument
+    add("logs", type=arguments.file, nargs="+", metavar="LOG", help="recordings with the unknown payload")
+    add("--unloaded", type=arguments.file, nargs="+", required=True, metavar="A", help="recordings with a bare flange")
+    add_gains_argument(parser, needed=True)
+    add_model_arguments(parser)
+    add_log_arguments(parser)
+    add_overlay_arguments(parser)
+    add_form_arguments(parser)
+
+
+def payload_of_command(options: argparse.Namespace) -> Status:
+    """Estimate an unknown payload with known gains."""
+    from ident.parameters.weighing import joint_agreement
+    from scenarios.experiments.gains_file import read_gains
+    from scenarios.gains_in_use.weighing import FoundPayload
+
+    file = read_gains(options.gains)
+    with under_way(options, "weighing"):
+        found, diagnosed, _ = _payload_of(options, file, options.unloaded, options.logs)
+        found.body.check_mass()
+        joints = joint_agreement(found, found.body, file.known)
+    return show(FoundPayload.of(found, joints, diagnosed).report("Payload estimated from currents"), options)
+
+
+def torque_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare recording, gains and written file."""
+    parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
+    add_gains_argument(parser, needed=True)
+    said = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
+    parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    add_log_arguments(parser)
+    add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def torque_command(options: argparse.Namespace) -> Status:
+    """Write the torques of a recording."""
+    held = right_to_write(options, options.out, command="rx90 torque")
+    from ident.estimation.joint_torque import joint_torque
+    from ident.recordings.files import read_log
+    from scenarios.experiments.gains_file import read_gains
+    from scenarios.gains_in_use.known_gains import Torques, check_currents
+    from scenarios.rendering.content import joints_named
+    from scenarios.results.torque_file import write_torque
+
+    file = read_gains(options.gains)
+    names = tuple(entry.name for entry in file.gains if entry.name is not None)
+    said = log_description(options, names if len(names) == len(file.gains) else None)
+    (recording,) = recordings_of([read_log(options.log, said)])
+    check_currents(file, recording)
+    found = joint_torque(recording, file.known)
+    with held.writing():
+        write_torque(found, file, options.out)
+    result = Torques.of(found, file, options.out)
+    title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
+    return show(result.report(title), options)
+
+
+def patch_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare model, gains, bare motions and written files."""
+    add = parser.add_argument
+    add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
+    add_gains_argument(parser, needed=True)
+    said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without it, "
+    add("--nominal", type=arguments.gains_file, metavar="N", help=f"{said}efforts stay unchanged")
+    said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
+    add("--arm", type=arguments.file, metavar="A", help=said)
+    said = (
+        "write mass, centre and inertia of the links too; --arm must come from bare recordings identified with --gains"
+    )
+    add("--links", action="store_true", help=said)
+    said = "largest relative standard deviation of a value that is written (default %(default)s)"
+    add("--max-rel-std", type=REL_STD, default=0.1, metavar="X", help=said)
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
+    add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
+    said = (
+        "The copy is written only if it predicts the currents of LOG within the expected error, and not significantly "
+        "worse than a copy with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
+    )
+    add_unseen_arguments(parser, said)
+    add_log_arguments(parser)
+    add_form_arguments(parser)
+    add_force_argument(parser, "; write a copy that fails to predict --unseen")
+
+
+def patch_command(options: argparse.Namespace) -> Status:
+    """Write a copy of a model with identified values, report all changes; status 1 if it predicts a motion worse."""
+    from ident.model.arm import check_ending
+
+    model: Path = options.model
+    written: list[Path] = [path for path in (options.out, options.ros_params) if path is not None]
+    check_ending(model)
+    if options.out.suffix.lower() != model.suffix.lower():
+        raise ScenarioError(
+            f"--out {one_line(options.out)}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"
+        )
+    if len({path.resolve() for path in (model, *written)}) <= len(written):
+        raise ScenarioError("MODEL, --out and --ros-params: expected different files")
+    held = [right_to_write(options, path, command="rx90 patch") for path in written]
+    from ident.estimation.known_gains import check_unit
+    from ident.model.structure import structure_of
+    from scenarios.experiments.gains_file import read_gains
+    from scenarios.experiments.robots import nominal_links, read_arm
+    from scenarios.gains_in_use.model_patch import patched_model
+    from scenarios.gains_in_use.patch import Patched, joint_values, link_values, predicted_by_models, read_bare
+    from scenarios.results.ros_parameters import ros_parameters
+
+    structure, gains = structure_of(read_arm(model, (), flange=options.flange)), read_gains(options.gains)
+    nominal = None if options.nominal is None else read_gains(options.nominal)
+    bare = None if options.arm is None else read_bare(options.arm)
+    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    if nominal is not None:
+        check_unit(gains.known, nominal.known, "--nominal")
+    links = link_values(bare, gains, structure.arm, nominal_links(model, options.flange)) if options.links else None
+    copy, changes = patched_model(model, joints, links)
+    unseen, log = None, unseen_motion(options, log_description(options, structure.arm.joint_names))
+    if log is not None:
+        with under_way(options, "predicting"):
+            rival = model.read_bytes()
+            if nominal is not None:
+                values = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
+                rival, _ = patched_model(model, values, links)
+            unseen = predicted_by_models(
+                log,
+                structure,
+                [(copy, gains), (rival, nominal)],
+                gains=gains,
+                bare=bare,
+                links=options.links,
+                model=model,
+                flange=options.flange,
+            )
+    passed = unseen is None or unseen.not_worse
+    contents = [copy]
+    if options.ros_params is not None:
+        contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
+    for path, right, content in zip(written, held, contents, strict=True) if passed or options.force else ():
+        with right.writing():
+            path.write_bytes(content)
+    result = Patched(
+        out=str(options.out),
+        ros_params=None if options.ros_params is None else str(options.ros_params),
+        changes=list(changes),
+        notes=list(gains.notes),
+        written=passed or options.force,
+        against_nominal=nominal is not None,
+        unseen=unseen,
+    )
+    return show(result.report("Patched model"), options, passed=passed)

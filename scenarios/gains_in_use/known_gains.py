@@ -1,0 +1,236 @@
+"""Use of the gains of a file: what recordings they suit, payloads estimated with them, torques for `rx90 torque`."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from pydantic import Field, JsonValue
+
+from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.diagnosis.link_masses import OTHER_UNIT
+from ident.estimation.estimators import nls
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.joint_torque import JointTorque
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.parameters.payload import FoundPayload, payload_of
+from ident.parameters.weighing import PLAIN, UNKNOWN
+from ident.preparation import Policy, Prepared, joined, prepare, raise_for
+from ident.recordings.recording import Motion, Recording
+from ident.support.errors import OptionError
+from ident.support.naming import one_line
+from ident.support.options import options_from_table, table_from_words
+from scenarios.experiments.gains_file import TURNING, GainsFile
+from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
+from scenarios.rendering.result import ResultModel
+from scenarios.results.gains_file import recording_digest
+from scenarios.support.errors import ScenarioError
+
+Options = TypeVar("Options")
+GIVEN = ("gain_joint", "gain_value")
+"""Options that define the common factor of gains; not applicable with given gains."""
+
+
+def estimated_payload(
+    structure: Structure,
+    unloaded: Sequence[Recording],
+    loaded: Sequence[Recording],
+    file: GainsFile,
+    *,
+    filters: Sequence[str],
+    model: Sequence[str],
+    policy: Policy,
+) -> tuple[FoundPayload, Diagnosed, Prepared]:
+    """Estimate an unknown payload with the gains of a file and the options that they were identified with.
+
+    Args:
+        structure: Identifiable structure of the arm.
+        unloaded: Bare motions.
+        loaded: Motions of one mounting.
+        file: The gains.
+        filters: Words `KEY=VALUE` that replace options of filters and decimation.
+        model: Words `KEY=VALUE` that replace options of the model.
+        policy: Policy for checks and repairs of the recordings.
+
+    Returns:
+        The payload, the diagnoses, and the recordings as used.
+
+    Raises:
+        IdentificationError: If recordings are not of this arm or have a fault; if the payload is not identifiable.
+        ScenarioError: If the options of the file are not valid; if a recording was used otherwise for the gains.
+        OptionError: If a word is not valid.
+    """
+    known = file.of(structure.arm)
+    check_unseen(file, unloaded, loaded)
+    observing, gains = options_of(ObserveOptions, file.options.observe, filters), gain_options(file)
+    motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
+    diagnosed = diagnose(prepared.logs())
+    raise_for(prepared, diagnosed)
+    found = payload_of(prepared.problem, known, model_options(file, model))
+    return found, joined(diagnosed, more=prepared.diagnoses), prepared
+
+
+def gain_options(file: GainsFile) -> GainOptions:
+    """Return the limits for accepting a gain, of a gains file."""
+    return options_of(GainOptions, file.options.gains, ())
+
+
+def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
+    """Return the model options of a gains file, modified by words `KEY=VALUE`; `PLAIN` for methods other than nls."""
+    listed = file.options.method if file.method in (None, nls.NAME) else asdict(PLAIN)
+    stated = {name: value for name, value in listed.items() if name not in GIVEN}
+    return options_of(AllJointsOptions, stated, words)
+
+
+def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
+    """Return options of a gains file, modified by words `KEY=VALUE`.
+
+    Raises:
+        ScenarioError: If the options of the file are not valid.
+        OptionError: If a word is not valid.
+    """
+    try:
+        options_from_table(kind, stated)
+    except OptionError as error:
+        raise ScenarioError(f"gains file: options: {error}") from error
+    return options_from_table(kind, {**stated, **table_from_words(kind, words)})
+
+
+def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
+    """Check that no loaded motion was used for the gains, and that no bare motion was loaded then.
+
+    A loaded one, or a part of it, would reproduce the specified mass.
+
+    Raises:
+        ScenarioError: If one was.
+    """
+    carried = [each for each in file.recordings if each.payload is not None]
+    wrong = (
+        (unloaded, carried, "given as bare, but it was loaded when the gains were identified ({}); are bare and loaded "
+         "swapped?"),
+        (loaded, file.recordings, "the gains were identified from this recording ({}), so they reproduce the payload "
+         "that was specified then; use a recording with another payload"),
+    )  # fmt: skip
+    for recordings, entries, words in wrong:
+        for recording in recordings:
+            digest = recording_digest(recording)
+            seen = next((each.name for each in entries if each.sha256 == digest), None)
+            if seen is not None:
+                raise ScenarioError(f"{one_line(recording.name)}: {words.format(seen)}")
+
+
+def check_currents(file: GainsFile, recording: Recording) -> None:
+    """Check that currents are not in a smaller unit than those from which the gains were identified.
+
+    Currents in a larger unit look like those of an arm at rest.
+
+    Raises:
+        ScenarioError: If the largest currents of all joints are larger than then by more than a factor of units.
+    """
+    then = [each.largest for each in file.recordings if len(each.largest) == recording.n]
+    if not then:
+        return  # of other joints, or of a file that does not say
+    now, before = np.abs(recording.v).max(axis=0), np.max(then, axis=0)
+    if before.all() and (now > OTHER_UNIT * before).all():
+        j = int(np.argmin(now / before))
+        raise ScenarioError(
+            f"{one_line(recording.name)}: v{j + 1} reaches {now[j]:.3g}, but {before[j]:.3g} when the gains were "
+            "identified, and likewise all joints; are the currents in another unit? --columns states it, as in 'v=[mA]'"
+        )
+
+
+class TorqueJoint(ResultModel):
+    """Torque of a joint, or force if it slides."""
+
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint, empty if the gains have none")
+    unit: str = Field(description="Unit of the values")
+    rms: float = Field(description="Root mean square, in `unit`")
+    peak: float = Field(description="Largest magnitude, in `unit`")
+    peak_std: float = Field(description="Standard deviation of the peak from that of the gain, in `unit`")
+
+    @property
+    def precision(self) -> float:
+        """Uncertainty that determines the digits: four of them without a standard deviation."""
+        return 2.0 * self.peak_std or 0.01 * self.peak
+
+
+class Torques(ResultModel):
+    """What `rx90 torque --json` prints.
+
+    Attributes:
+        out: The written file.
+        samples: Number of samples, and of rows of the file.
+    """
+
+    out: str
+    samples: int
+    joints: list[int] = Field(description="Joints that have columns")
+    missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
+    notes: list[str] = Field(description="Remarks on implausible gains")
+    robot: str | None = Field(None, description="Robot of the gains, null if unknown")
+    torques: list[TorqueJoint] = Field(default_factory=list[TorqueJoint], description="Torques of these joints")
+
+    @classmethod
+    def of(cls, found: JointTorque, file: GainsFile, out: Path) -> "Torques":
+        """Return the result of written torques."""
+        peaks = np.argmax(np.abs(found.tau), axis=0)
+        return cls(
+            out=str(out),
+            samples=len(found.t),
+            joints=[joint + 1 for joint in found.joints.tolist()],
+            missing=[
+                {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
+                for entry in file.gains
+                if not entry.identifiable
+            ],
+            notes=list(file.notes),
+            robot=file.robot,
+            torques=[
+                TorqueJoint(
+                    joint=joint + 1,
+                    name=str(file.gains[joint].name or ""),
+                    unit="N m" if file.gains[joint].unit == TURNING else "N",
+                    rms=float(np.sqrt(np.mean(found.tau[:, k] ** 2))),
+                    peak=float(abs(found.tau[at, k])),
+                    peak_std=float(found.std[at, k]),
+                )
+                for k, (joint, at) in enumerate(zip(found.joints.tolist(), peaks.tolist(), strict=True))
+            ],
+        )
+
+    def parts(self) -> Iterable[Part]:
+        """Largest torques, and what they include."""
+        largest = list[str]()
+        for unit in dict.fromkeys(each.unit for each in self.torques):
+            most = max((each for each in self.torques if each.unit == unit), key=lambda each: each.peak)
+            largest.append(f"{plus_minus(most.peak, 2.0 * most.peak_std)} {unit} on joint {most.joint}")
+        sure = not any(each.peak_std for each in self.torques)
+        yield Paragraph(f"Peak {' and '.join(largest)}{'' if sure else ' (2 sigma)'}.", strong=True)
+        yield table(
+            self.torques,
+            column("Joint", lambda each: each.joint),
+            column("Name", lambda each: each.name, words=True),
+            column("Rms", lambda each: rounded(each.rms, each.precision)),
+            column("Peak", lambda each: rounded(each.peak, each.precision)),
+            column("2 sigma", lambda each: rounded(2.0 * each.peak_std or None, each.precision)),
+            column("Unit", lambda each: each.unit, words=True),
+            column("2 sigma [%]", lambda each: two_sigma(each.peak_std / each.peak if each.peak_std else None)),
+        )
+        yield Paragraph(
+            "Torque of the drive, current times gain. It includes friction and the amplifier's offset, which currents "
+            "alone do not separate from the torque of the links. 2 sigma: of the gain, and of the torque at its peak."
+        )
+        if self.robot is not None:
+            yield Paragraph(
+                f"The gains are of robot {one_line(self.robot)}. Logs do not name their robot: make sure that this log "
+                "is of the same one."
+            )
+        for each in self.missing:
+            yield Paragraph(sentence(f"Joint {each['joint']} has no column: {each['reason']}"))
+        yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)

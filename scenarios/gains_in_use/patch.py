@@ -1,0 +1,373 @@
+"""Identified values for a copy of a model file, `rx90 patch`, in SI, and how well the copy predicts a motion.
+
+Friction, base parameters and links are from the output of `rx90 identify --json` for bare motions. Base parameter k of
+the arm, in units of the reference joint's current, times the gain of that joint is in SI; friction is in units of the
+joint's own current. Of rotor inertia Ia, only an `Ia` that is a base parameter by itself is written.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.link_masses import judged
+from ident.diagnosis.plausibility import LARGE_RESIDUAL
+from ident.estimation.cross_validation import JointPrediction
+from ident.model.arm import Arm
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.parameters.links import ModelLinks
+from ident.preparation import joined
+from ident.recordings.recording import Motion
+from ident.support.arrays import Array
+from ident.support.files import LARGEST, read_bytes
+from ident.support.naming import one_line
+from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
+from scenarios.experiments.gains_file import GainEntry, GainsFile
+from scenarios.experiments.robots import model_base, nominal_links
+from scenarios.gains_in_use.known_gains import check_unseen, gain_options, options_of
+from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
+from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, sentence, table, two_sigma
+from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.results.bare import BareParameter, BareResult
+from scenarios.results.links import FAR, Link, same_frames
+from scenarios.results.unseen import TOLD, unseen_parts, unseen_verdict
+from scenarios.support.errors import ScenarioError
+
+NO_NOMINAL = "no data-sheet gains are given (--nominal)"
+NO_BARE = "no identification of bare motions is given (--arm)"
+SAME = 1e-6
+"""Largest difference due to rounding in a file: of frames, in metres or of unit vectors, and of gains, relative."""
+NOTES = (
+    "Efforts are scaled like the gains. Damping and friction are the joint's viscous and Coulomb friction [N m s/rad, "
+    "N m; N s/m, N], without offsets and load-dependent friction; armature [kg m^2; kg]. Links, with --links, are the "
+    "physically consistent ones nearest to the model that have the identified base parameters. Nothing else is changed."
+)
+COPY = (
+    "Predictions use the copy as written. Offsets, and rotor inertia where the copy has none, are those of --arm; the "
+    "table has their share of the currents, and three standard deviations of rotor inertia are allowed for."
+)
+LACKS = (
+    "WARNING: the copy does not state rotor inertia and offsets of the currents, which are {} of the currents; --links "
+    "writes rotor inertia."
+)
+AS_IT_IS = (
+    "A copy with friction alone predicts better than the unchanged model, so this comparison does not test the gains. "
+    "Give --nominal to compare them with the data-sheet gains."
+)
+DRAWN = (
+    "The copy has the links of MODEL, so the gains are tested against the link masses in that file. To test them "
+    "against a payload, give --links and a motion with a weighed payload."
+)
+
+
+def read_bare(path: Path) -> BareResult:
+    """Read the results of bare motions.
+
+    Raises:
+        ScenarioError: If the file is missing or not such a result; one line.
+    """
+    content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
+    try:
+        return BareResult.model_validate_json(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise ScenarioError(
+            f"{one_line(path)}: {place + ': ' if place else ''}{one_line(first['msg'])}; expected what `rx90 identify "
+            "--model ROBOT --unloaded A --json` prints of bare motions"
+        ) from error
+
+
+def joint_values(
+    structure: Structure, gains: GainsFile, nominal: GainsFile | None, bare: BareResult | None, *, most: float
+) -> tuple[JointValues, ...]:
+    """Return the identified values of every joint.
+
+    Args:
+        structure: Identifiable structure of the arm.
+        gains: Identified gains.
+        nominal: Data-sheet gains on which the efforts in the model are based.
+        bare: Friction and base parameters.
+        most: Largest relative standard deviation of a number that is used.
+
+    Raises:
+        GainsError: If gains are not of this arm.
+        ScenarioError: If `bare` is not.
+    """
+    arm = structure.arm
+    for file in (gains, nominal):
+        if file is not None:
+            file.of(arm)
+    if bare is not None and (found := tuple(each.name for each in bare.joints)) != arm.joint_names:
+        expected = ", ".join(arm.joint_names)
+        raise ScenarioError(f"bare motions of joints {', '.join(found)}; robot {arm.name} has {expected}")
+    if bare is not None and bare.reference > arm.n:
+        raise ScenarioError(f"reference = {bare.reference}: robot {arm.name} has {arm.n} joints")
+
+    def limited(value: float, rel_std: float) -> Known:
+        if rel_std <= most:
+            return Value(value, rel_std)
+        deviation = f"a standard deviation of {two_digits(100.0 * rel_std)} %, more than {100.0 * most:g} %"
+        return f"identified as {value:.3g}, with {deviation}"
+
+    def in_si(found: BareParameter, gain: Value) -> Known:
+        value = found.estimate * gain.value
+        if value <= 0.0:  # an estimate of 0 has no relative standard deviation
+            return f"identified as {value:.3g}, not positive"
+        return limited(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5))
+
+    def effort(j: int, gain: Known) -> Known:
+        if nominal is None:
+            return NO_NOMINAL
+        if isinstance(gain, str):
+            return gain
+        old = _gain(nominal.gains[j])
+        if isinstance(old, str):
+            return f"the data sheet has no gain of joint {j + 1}"
+        return limited(abs(gain.value / old.value), gain.rel_std)
+
+    def friction(j: int, gain: Known, name: str) -> Known:
+        if bare is None:
+            return NO_BARE
+        if isinstance(gain, str):
+            return gain
+        own = {each.parameter: each for each in bare.joints[j].friction}
+        curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
+        if curved and name == "Fv":
+            return f"viscous friction is not linear in speed ({', '.join(curved)})"
+        if name in own:  # of the law v = Fv dq + Fc sign(dq) + off [drive units]
+            return in_si(own[name], gain)
+        if any(each.startswith(f"{name} in motion") for each in own):
+            return "differs between motions; identify one, or --option friction_per_motion=false"
+        return "not identified"
+
+    def armature(j: int) -> Known:
+        if bare is None:
+            return NO_BARE
+        name = f"Ia{j + 1}"
+        if set(structure.base.groups().get(name, {})) != {name}:
+            return "regrouped with link inertia: only their sum is identifiable"
+        found = next((each for each in bare.base_parameters if each.parameter == name), None)
+        if found is None:
+            return "not identifiable from these motions"
+        unit = _gain(gains.gains[bare.reference - 1])
+        return unit if isinstance(unit, str) else in_si(found, unit)
+
+    return tuple(
+        JointValues(
+            name=name,
+            effort=effort(j, gain),
+            damping=friction(j, gain, "Fv"),
+            friction=friction(j, gain, "Fc"),
+            armature=armature(j),
+        )
+        for j, (name, gain) in enumerate(zip(arm.joint_names, map(_gain, gains.gains), strict=True))
+    )
+
+
+def _gain(entry: GainEntry) -> Known:
+    """Return a gain with its sign, or why there is none."""
+    if entry.estimate is None or entry.std is None:
+        return f"the gain of joint {entry.joint} is refused"
+    return Value(entry.estimate, abs(entry.std / entry.estimate))
+
+
+def unstated_parameters(
+    structure: Structure, gains: GainsFile, bare: BareResult | None, stated: Array, motor: Array
+) -> tuple[Array, Array]:
+    """Return what bare motions show and a model does not state: offsets, and rotor inertia where it is zero.
+
+    Args:
+        structure: Identifiable structure of the arm.
+        gains: Gains for both.
+        bare: Friction and base parameters.
+        stated: Base parameters of the model, shape (b,).
+        motor: Rotor inertia of the model, joint side [kg m^2 or kg], shape (n,).
+
+    Returns:
+        Base parameters, shape (b,), and their covariance from the deviations of rotor inertia, shape (b, b).
+    """
+    base, found, covariance = structure.base, np.zeros(len(stated)), np.zeros((len(stated),) * 2)
+    if bare is None:
+        return found, covariance
+    unit, known = _gain(gains.gains[bare.reference - 1]), {each.parameter: each for each in bare.base_parameters}
+    for j, joint in enumerate(bare.joints):
+        gain, inertia = _gain(gains.gains[j]), base.regrouping[:, base.labels.index(f"Ia{j + 1}")]
+        own = next((each for each in joint.friction if each.parameter == "off"), None)
+        if own is not None and isinstance(gain, Value):
+            found += own.estimate * gain.value * base.regrouping[:, base.labels.index(f"off{j + 1}")]
+        k = int(np.argmax(np.abs(inertia)))  # the base parameter that it is, or is regrouped with
+        if motor[j] == 0.0 and isinstance(unit, Value) and base.names[k] in known:
+            shown = known[base.names[k]]
+            found += max((shown.estimate * unit.value - stated[k]) / inertia[k], 0.0) * inertia
+            covariance += np.outer(inertia, inertia) * (shown.std * unit.value / inertia[k]) ** 2
+    return found, covariance
+
+
+def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
+    """Return links whose centre of mass is in the frame of the body in the model file.
+
+    Args:
+        bare: Results of bare motions.
+        gains: The gains of the updated model.
+        arm: The arm of the file.
+        nominal: Links of the file.
+
+    Raises:
+        ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
+            contradict the data.
+    """
+    if bare is None:
+        raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
+    if (found := bare.consistent) is None:
+        raise ScenarioError(
+            f"--links: --arm has no physically consistent set: {bare.consistent_reason}; identify bare motions with "
+            "--gains"
+        )
+    if (names := tuple(each.name for each in found.links)) != arm.joint_names:
+        raise ScenarioError(f"--links: --arm is of joints {', '.join(names)}, not of those of MODEL")
+    for each in found.links:
+        if not same_frames(each, arm, nominal.carried, tolerance=SAME):
+            raise ScenarioError(
+                f"--links: MODEL has another frame for joint {each.name}, or other bodies fixed to its link, than the "
+                "model that bare motions were identified with; identify them with this file"
+            )
+    if found.farthest_deviations > FAR:
+        raise ScenarioError(
+            f"--links: base parameter {found.farthest_parameter} of physically consistent links differs by "
+            f"{found.farthest_deviations:.2g} standard deviations from its estimate (limit {FAR:g}); check model, "
+            "gains and data"
+        )
+    for joint, entry in zip(bare.joints, gains.gains, strict=True):  # masses are proportional to gains
+        used, own = joint.gain, entry.estimate
+        if used is not None and own is not None and abs(used / own - 1.0) > SAME:
+            raise ScenarioError(
+                f"--links: --arm was identified with a gain of {used:.4g} on joint {joint.joint}, but --gains has "
+                f"{own:.4g}; identify the bare motions with these gains"
+            )
+    places = [(np.array(each.com) + nominal.offset[each.joint - 1]).tolist() for each in found.links]
+    return tuple(each.model_copy(update={"com": com}) for each, com in zip(found.links, places, strict=True))
+
+
+class Patched(ResultModel):
+    """What `rx90 patch --json` prints."""
+
+    out: str = Field(description="The written model")
+    ros_params: str | None = Field(description="The written file of ROS 2 parameters, null for none")
+    changes: list[Change] = Field(description="Attributes of joints, including unchanged ones")
+    notes: list[str] = Field(description="Remarks on implausible gains")
+    written: bool = Field(
+        default=True,
+        description="Whether the copy was written; a copy that does not predict better than the model needs --force",
+    )
+    against_nominal: bool = Field(
+        default=False, description="Whether the copy is compared with one of data-sheet gains, not with the model as is"
+    )
+    unseen: FromOne[Unseen] | None = Field(
+        default=None,
+        description=(
+            "Prediction of a motion that was not used in any fit by copy and other model, null if none is given"
+        ),
+    )
+
+    def parts(self) -> list[Part]:
+        """Return the verdict on the prediction, changed and unchanged attributes, prediction errors, remarks."""
+        changed = [each for each in self.changes if each.after is not None]
+        left = [each for each in self.changes if each.after is None]
+        unseen, passed = self.unseen, None if self.unseen is None else self.unseen.not_worse
+        other = "the gains of --nominal in it" if self.against_nominal else "the model as it is"
+        parts = unseen_verdict(unseen, this="the copy", other=other, passed=passed)
+        unstated = {each.joint + 1: each.unstated_rel or 0.0 for each in (() if unseen is None else unseen.joints)}
+        if lacks := [f"{two_digits(100.0 * x)} % (joint {j})" for j, x in unstated.items() if x > LARGE_RESIDUAL]:
+            parts.append(Paragraph(LACKS.format(", ".join(lacks)), Mood.DOUBTFUL, strong=True))
+        done = "" if self.written else " NOT WRITTEN: it does not pass; --force writes it."
+        words = f"{self.out}: {len(changed)} attributes changed, {len(left)} unchanged.{done}"
+        parts.append(Paragraph(words, Mood.BAD if done else Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
+        joint: ColumnOf[Change] = column("Joint", lambda each: each.joint, words=True)
+        attribute: ColumnOf[Change] = column("Attribute", lambda each: each.attribute, words=True)
+        if changed:
+            before: ColumnOf[Change] = column("Before", lambda each: _in_short(each.before), words=True)
+            after: ColumnOf[Change] = column("After", lambda each: _in_short(each.after), words=True)
+            sigma: ColumnOf[Change] = column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g"))
+            parts.append(table(changed, joint, attribute, before, after, sigma, title="Changed"))
+        if left:
+            stays: ColumnOf[Change] = column("Stays", lambda each: _in_short(each.before), words=True)
+            why: ColumnOf[Change] = column("Why", lambda each: each.reason, words=True)
+            parts.append(table(left, joint, attribute, stays, why, title="Unchanged"))
+        told = [COPY, *([] if unseen is None or unseen.fitted else [DRAWN]), TOLD]
+        parts += unseen_parts(unseen, other="rival", told=told + ([] if self.against_nominal else [AS_IT_IS]))
+        parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in self.notes)]
+        if self.ros_params is not None and self.written:
+            parts.append(Paragraph(f"{self.ros_params}: torque constants as ROS 2 parameters."))
+        return parts
+
+
+def _in_short(value: str | None) -> str | None:
+    """Return the numbers of an attribute in six digits; file and JSON have all."""
+    return re.sub(r"-?\d+\.\d{6,}(e-?\d+)?", lambda found: f"{float(found[0]):.6g}", value) if value else None
+
+
+def predicted_by_models(
+    log: Motion,
+    structure: Structure,
+    contents: Sequence[tuple[bytes, GainsFile | None]],
+    *,
+    gains: GainsFile,
+    bare: BareResult | None,
+    links: bool,
+    model: Path,
+    flange: str | None,
+) -> Unseen:
+    """Return the predictions of a motion by the copy of a model and by another one.
+
+    Args:
+        log: The motion.
+        structure: Identifiable structure of the arm.
+        contents: The copy and the other model, each with gains that scale offsets and rotor inertia, None for a model
+            without these.
+        gains: Gains of the copy.
+        bare: Friction, offsets and base parameters; with links, cross-validation of their fit.
+        links: Whether the copy has identified links.
+        model: The model file.
+        flange: Last body of the arm, if the file has more bodies.
+
+    Raises:
+        ScenarioError: If the motion was used for the gains.
+        ModelFileError: If MuJoCo cannot read the masses of either model.
+    """
+    check_unseen(gains, [], [log.recording])
+    observing = options_of(ObserveOptions, gains.options.observe, ())
+    unseen = unseen_motion(log, [], structure, observing=observing, gains=gain_options(gains))
+    fits = {
+        each.joint - 1: JointPrediction(
+            joint=each.joint - 1, share=each.predicted_rel_error, fitted=each.fitted_rel_error, gain_change=np.zeros(0)
+        )
+        for each in (bare.joints if bare is not None and links else ())
+        if each.predicted_rel_error is not None and each.fitted_rel_error is not None
+    }
+    used = list[UsedModel]()
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / model.name
+        for content, own in contents:
+            path.write_bytes(content)
+            base = model_base(path, flange, structure.base)
+            added, covariance = np.zeros(len(base)), np.zeros((len(base),) * 2)
+            if own is not None:
+                added, covariance = unstated_parameters(structure, own, bare, base, nominal_links(path, flange).motor)
+            known = (own or gains).known
+            used.append(UsedModel(gains=known, base=base + added, covariance=covariance, fits=fits, unstated=added))
+    found = predicted(unseen, *used)
+    if log.payload is not None:
+        return found
+    said = judged(link_weights(unseen.parts, gains.known, model_base(model, flange, structure.base)))
+    if said is None or said.severity is Severity.GOOD:
+        return found
+    doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")
+    return replace(found, diagnoses=joined(found.found, more=[doubt]).diagnoses)

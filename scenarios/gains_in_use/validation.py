@@ -1,0 +1,278 @@
+"""Results of `rx90 verify` without a payload: two files of gains compared, and motions predicted from each other."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from pydantic import Field
+
+import ident.estimation.gain_comparison as gain_comparison
+from ident.diagnosis.alternative import two_digits
+from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
+from ident.estimation.gain_comparison import Moved, Together
+from ident.identification import Identification
+from ident.unseen import Unseen
+from scenarios.experiments.gains_file import TURNING, GainsFile
+from scenarios.rendering.content import (
+    NONE,
+    Cell,
+    Mood,
+    Paragraph,
+    Part,
+    column,
+    joints_named,
+    percent,
+    sentence,
+    table,
+    two_sigma,
+)
+from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values, doubt_paragraphs
+from scenarios.results.gains import common_unit, gain_units
+from scenarios.results.unseen import unseen_parts, unseen_verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovedJoint(Moved):
+    """Change of a joint's gain.
+
+    Attributes:
+        joint: Number of the joint, from 0.
+        apart: Its change relative to the common factor.
+        name: Name of the joint, or its number.
+        A: Gain in the first file, in `unit`.
+        B: Gain in the second file, in `unit`.
+        unit: Unit of the gain: N m/unit, or N/unit where the joint slides.
+    """
+
+    joint: int
+    apart: Moved
+    name: str
+    A: float
+    B: float
+    unit: str
+
+
+class GainComparison(ResultModel):
+    """What `rx90 verify A.toml B.toml --json` prints.
+
+    Attributes:
+        moved: Whether a change is significant, of a joint or of all together.
+        joints: Joints with a gain in both files.
+        scale: The change common to most joints, or the mean change if no majority has a common one.
+        scale_joints: Numbers of the joints with the common change; empty if these are not a majority.
+        together: Chi-squared test of no change of any joint.
+        pattern: Chi-squared test of one change common to all joints, null for a single joint.
+        limit: Number of standard deviations beyond which a joint's change is significant.
+        shared: Names of recordings from which both files were identified; their errors are then correlated.
+    """
+
+    moved: bool
+    joints: list[FromOne[MovedJoint]]
+    scale: Moved
+    scale_joints: list[int]
+    together: Together
+    pattern: Together | None
+    missing: list[dict[str, int | str]] = Field(description="Joints with a gain in one file only")
+    limit: float
+    shared: list[str]
+
+    @classmethod
+    def of(cls, found: gain_comparison.GainComparison, A: GainsFile, B: GainsFile) -> "GainComparison":
+        """Return the result of a comparison of the gains of two files."""
+        seen = {each.sha256 for each in B.recordings}
+        return cls(
+            moved=found.moved,
+            joints=[
+                MovedJoint(
+                    **asdict(each),
+                    joint=j,
+                    apart=apart,
+                    name=A.gains[j].name or B.gains[j].name or str(j + 1),
+                    A=A.gains[j].estimate or 0.0,
+                    B=B.gains[j].estimate or 0.0,
+                    unit=gain_units([A.gains[j].unit == TURNING])[0],
+                )
+                for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
+            ],
+            scale=found.scale,
+            scale_joints=[j + 1 for j in found.sharing.tolist()],
+            together=found.together,
+            pattern=found.pattern,
+            missing=[{"joint": j + 1, "only_in": which} for j, which in found.missing],
+            limit=found.limit,
+            shared=sorted({each.name for each in A.recordings if each.sha256 in seen}),
+        )
+
+    def parts(self) -> Iterable[Part]:
+        """Conclusion, every joint's change, the common factor, and two tests of all joints."""
+        unit, several = common_unit([each.unit for each in self.joints]), len(self.joints) > 1
+        yield self._conclusion()
+        yield table(
+            self.joints,
+            column("Joint", lambda each: each.joint + 1),
+            column("Name", lambda each: each.name, words=True),
+            column(f"A [{unit}]", lambda each: f"{each.A:.4f}"),
+            column(f"B [{unit}]", lambda each: f"{each.B:.4f}"),
+            column("Change [%]", lambda each: percent(each.rel_change, "+.2f")),
+            column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
+            column(
+                "Relative to\ncommon factor [%]",
+                lambda each: percent(each.apart.rel_change if several else None, "+.2f"),
+            ),
+            column("2 sigma [%]", lambda each: two_sigma(each.apart.rel_std if several else None)),
+            column("Verdict", _verdict, words=True),
+        )
+        yield Paragraph(self._common())
+        yield Paragraph(
+            f"A verdict is MOVED beyond {self.limit:.2f} standard deviations of log(B/A) (5 % false alarms"
+            f"{' for all joints together' if several else ''}). Changes and 2 sigma are in % of A."
+        )
+        tests = {"Test of no change": self.together, "Test of one change common to all joints": self.pattern}
+        for what, test in tests.items():
+            if test is not None:
+                numbers = f"chi2 = {test.chi2:.3g}, degrees of freedom = {test.freedom}, p = {test.p:.2g}"
+                yield Paragraph(f"{what}: {numbers}.")
+        for each in self.missing:
+            yield Paragraph(f"Joint {each['joint']} has a gain in {each['only_in']} only.")
+        if self.shared:
+            yield Paragraph(
+                f"WARNING: A and B share {', '.join(self.shared)}: their errors are correlated, so the intervals are "
+                "not valid. Compare gains from separate recordings.",
+                Mood.DOUBTFUL,
+            )
+
+    def _conclusion(self) -> Paragraph:
+        moved = [each.joint + 1 for each in self.joints if each.moved]
+        most = max(self.joints, key=lambda each: (each.turned, abs(np.log1p(each.rel_change)) / each.std))
+        change = f"joint {most.joint + 1}, {_size(most)}"
+        if moved:
+            words = f"{joints_named(moved)} changed significantly ({f'most: {change}' if moved[1:] else _size(most)})"
+        elif self.moved:
+            words = f"the gains changed significantly as a whole (p = {self.together.p:.2g}), no single one did"
+            apart = [f"joint {each.joint + 1}, {_size(each.apart)}" for each in self.joints if each.apart.moved]
+            words += f"; relative to the common factor: {', '.join(apart)}" if apart and self.scale_joints else ""
+        else:
+            near = [each.joint + 1 for each in self.joints if abs(each.rel_change) > 2.0 * each.rel_std]
+            limit = f"; beyond 2, within {self.limit:.2f} standard deviations: {joints_named(near)}" if near else ""
+            return Paragraph(f"SAME: no gain changed significantly (most: {change}{limit}).", Mood.GOOD, strong=True)
+        return Paragraph(sentence(f"MOVED: {words}"), Mood.BAD, strong=True)
+
+    def _common(self) -> str:
+        """Return the common factor and its joints."""
+        joints, scale = [each.joint + 1 for each in self.joints], self.scale
+        if len(joints) == 1:
+            return f"Only joint {joints[0]} has a gain in both files, so a common factor is unknown."
+        if not self.scale_joints:
+            return (
+                "No change is common to more than half of the joints. Changes relative to the mean of all joints, "
+                f"{100.0 * scale.rel_change:+.2f} %, do not show which joint's gain changed."
+            )
+        alone = [joint for joint in joints if joint not in self.scale_joints]
+        whose = f"all joints but {', '.join(map(str, alone))}" if alone else "all joints"
+        return (
+            f"Change common to {whose}: {100.0 * scale.rel_change:+.2f} %, 2 sigma {200.0 * scale.rel_std:.2f} %"
+            f"{'; significant, check the payload masses and current units of A and B' if scale.moved else ''}."
+        )
+
+
+def _size(change: Moved) -> str:
+    """Return a change with its interval, in words."""
+    return f"{two_digits(100.0 * change.rel_change, sign='+')} %, 2 sigma {two_digits(200.0 * change.rel_std)} %"
+
+
+def _verdict(each: Moved) -> Cell:
+    if each.turned:
+        return Cell("TURNED", Mood.BAD)
+    return Cell("MOVED", Mood.BAD) if each.moved else Cell("same", Mood.GOOD)
+
+
+class PredictedJoint(ResultModel):
+    """Cross-validation of a joint's currents.
+
+    Attributes:
+        joint: Its number, from 1.
+        name: Name of the joint in the robot's model.
+        predicted_rel_error: Norm of the prediction error, each part of the motions predicted from the others, relative
+            to that of the currents.
+        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
+        gain_changes: Relative change of the gain without each part; empty if the joint is refused.
+    """
+
+    joint: int = Field(ge=1)
+    name: str
+    predicted_rel_error: float
+    fitted_rel_error: float
+    gain_changes: list[float]
+
+    @property
+    def rms_change(self) -> float:
+        """Root mean square of the relative changes of the gain, 0 without any."""
+        return float(np.linalg.norm(self.gain_changes)) / max(len(self.gain_changes), 1) ** 0.5
+
+    @property
+    def largest_change(self) -> float:
+        """Largest relative change of the gain, 0 without any."""
+        return max(map(abs, self.gain_changes), default=0.0)
+
+
+class CrossValidation(DiagnosedResult):
+    """What `rx90 verify --json` prints without gains.
+
+    Attributes:
+        method: Name of the estimator.
+        joints: Joints with rows.
+        unseen: Prediction of a motion that was not used in any fit, null if none is given.
+    """
+
+    method: str
+    joints: list[PredictedJoint]
+    unseen: FromOne[Unseen] | None = None
+
+    @classmethod
+    def of(
+        cls, identified: Identification, found: Sequence[JointPrediction], unseen: Unseen | None = None
+    ) -> "CrossValidation":
+        """Return the result of a cross-validation."""
+        return cls(
+            method=identified.estimate.method,
+            joints=[
+                PredictedJoint(
+                    joint=each.joint + 1,
+                    name=identified.joints[each.joint].joint,
+                    predicted_rel_error=each.share,
+                    fitted_rel_error=each.fitted,
+                    gain_changes=each.gain_change.tolist(),
+                )
+                for each in found
+            ],
+            unseen=unseen,
+            **diagnosed_values(identified.found),
+        )
+
+    def parts(self) -> Iterable[Part]:
+        """Prediction errors and changes of gains."""
+        errors = [each.predicted_rel_error for each in self.joints]
+        text = f"Currents of time blocks left out are predicted within {percent(min(errors), '.2f')} to "
+        text += f"{percent(max(errors), '.2f')} % of rms"
+        moved = max(self.joints, key=lambda each: each.largest_change)
+        if moved.gain_changes:
+            text += f"; no gain changes by more than {percent(moved.largest_change, '.2f')} % (joint {moved.joint})"
+        yield Paragraph(f"{text}.", strong=True)
+        yield from unseen_verdict(self.unseen)
+        yield table(
+            self.joints,
+            column("Joint", lambda each: each.joint),
+            column("Name", lambda each: each.name, words=True),
+            column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+            column("Fit residual [% of rms]", lambda each: percent(each.fitted_rel_error, ".2f")),
+            column("Gain change [% rms]", lambda each: percent(each.rms_change, ".2f") if each.gain_changes else NONE),
+            column("At most [%]", lambda each: percent(each.largest_change, ".2f") if each.gain_changes else NONE),
+        )
+        yield Paragraph(
+            f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict the "
+            "currents of the block left out. An error common to all blocks, such as a wrong mass or model, is not "
+            "detected; to detect it, record a motion with another payload: --gains G.toml --loaded B --payload P.toml."
+        )
+        yield from unseen_parts(self.unseen)
+        yield from doubt_paragraphs(self.found)

@@ -45,7 +45,7 @@ class Moved:
 
 
 def change(log: float, std: float, *, limit: float, turned: bool = False) -> Moved:
-    """Return a change log |g_B / g_A| with its standard deviation, significant beyond `limit` of these or with the sign."""
+    """Return a change log |g_B / g_A|, significant beyond `limit` standard deviations or if the sign changed."""
     ratio, moved = float(np.exp(log)), turned or abs(log) > limit * std
     return Moved(rel_change=float(np.expm1(log)), std=std, rel_std=ratio * std, turned=turned, moved=bool(moved))
 

@@ -19,8 +19,8 @@ from ident.recordings.description import (
 from ident.support.naming import one_line
 from ident.support.options import MEASURED, NAMES
 from scenarios.command_line.process import complain
-from scenarios.support.texts import attribute_docs
 from scenarios.support.errors import ScenarioError
+from scenarios.support.texts import attribute_docs
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

@@ -50,7 +50,7 @@ MODULES = {
     "validation": ("verify", "payload-of", "torque", "patch"),
     "studies": ("predict", "sensitivity", "monte-carlo", "compare"),
 }
-"""Modules here, each with its commands."""
+"""Modules here, each with its commands; another command is in a module of its own name."""
 NEEDED = {
     **dict.fromkeys(("excite", "payload", "paper", "sensitivity", "monte-carlo", "compare"), "study"),
     "report": "pages",
@@ -68,6 +68,7 @@ class Command(NamedTuple):
 
 def command(name: str) -> Command:
     """Import a command in `COMMANDS`."""
-    module = import_module(f"{__name__}.{next(module for module, names in MODULES.items() if name in names)}")
     prefix = name.replace("-", "_")
-    return Command(getattr(module, f"{prefix}_arguments"), getattr(module, f"{prefix}_command"))
+    module = next((module for module, names in MODULES.items() if name in names), prefix)
+    found = import_module(f"{__name__}.{module}")
+    return Command(getattr(found, f"{prefix}_arguments"), getattr(found, f"{prefix}_command"))

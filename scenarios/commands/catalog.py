@@ -74,8 +74,7 @@ def view_command(options: argparse.Namespace) -> Status:
 
         backend = f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}"
         raise NoPicture(f"{backend}: this OpenGL backend is not available ({error}); {ADVICE}") from error
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.rendering.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted

@@ -165,8 +165,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     from scenarios.design.holds import Holds, hold_problem
     from scenarios.design.search import Searched, Series, best_fitted
     from scenarios.experiments.motions import write_motion
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.scenario import setup_of, setup_without_motion
+    from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
     from scenarios.prediction.sources_along import SourcesAlong
     from sim.errors import TrajectoryError
@@ -319,8 +318,7 @@ def payload_command(options: argparse.Namespace) -> Status:
     held = None if options.out is None else right_to_write(options, options.out, command="rx90 payload")
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.support.texts import schema_line
 
     setup = setup_of(load_scenario(options.scenario))

@@ -67,8 +67,7 @@ def run_arguments(parser: argparse.ArgumentParser) -> None:
 def run_command(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; status 1 if a tolerance is missed."""
     from scenarios.experiments.run import run
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.rendering.content import Line, Paragraph
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file

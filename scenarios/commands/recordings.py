@@ -52,8 +52,7 @@ def record_command(options: argparse.Namespace) -> Status:
     from scenarios.commands import COMMANDS
     from scenarios.design.controller_files import controller_files, sampled
     from scenarios.design.record import Recorded, instructions
-    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, stated_payloads
-    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report
     from scenarios.results.run_folder import payload_file

@@ -159,8 +159,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     from scenarios.benchmark.bound import gain_bound
     from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
     from scenarios.benchmark.study import comparison
-    from scenarios.experiments.scenario import load_scenario
-    from scenarios.experiments.scenario import setup_of
+    from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report
     from scenarios.support.versions import versions

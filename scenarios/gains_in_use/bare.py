@@ -15,8 +15,7 @@ from ident.payload.payload import Payload
 from ident.preparation import Policy, joined, prepare, raise_for
 from ident.recordings.recording import Motion
 from ident.support.errors import NoBody
-from scenarios.experiments.robots import NamedRobot
-from scenarios.experiments.robots import KINEMATICS_ONLY, is_placeholder, nominal_links
+from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
 from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.links import Links, links_document

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from bad_files import only_line
 
-import scenarios.commands.identify as command
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import NotIdentifiable
@@ -63,7 +62,7 @@ def asked(good, tmp_path, monkeypatch) -> Asked:
         assert main(words(tmp_path, *names)) == 2
         return list(seen)
 
-    monkeypatch.setattr(command, "identify", watched)
+    monkeypatch.setattr("ident.identification.identify", watched)
     return run
 
 

@@ -82,7 +82,7 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
 def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
     code = (
         "import sys, time\n"
-        "import scenarios.commands.list as module\n"
+        "import scenarios.commands.catalog as module\n"
         "from scenarios.cli import main\n"
         f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
         "sys.exit(main(['list']))\n"
@@ -102,7 +102,7 @@ def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
 def test_a_signal_that_is_ignored_stays_so(tmp_path):
     code = (
         "import os, signal\n"
-        "import scenarios.commands.list as module\n"
+        "import scenarios.commands.catalog as module\n"
         "from scenarios.cli import main\n"
         "names = module.builtin_names\n"
         "module.builtin_names = lambda: (os.kill(os.getpid(), signal.SIGHUP), names())[1]\n"
@@ -249,8 +249,8 @@ def loaded_by(*commands: list[str]) -> set[str]:
 
 def test_what_one_asks_first_imports_nothing_that_is_heavy():
     loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"])
-    assert "scenarios.commands.list" in loaded
-    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.run"})
+    assert "scenarios.commands.catalog" in loaded
+    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.identification"})
 
 
 def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():

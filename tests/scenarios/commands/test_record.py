@@ -2,7 +2,6 @@
 
 import re
 import shlex
-from importlib import import_module
 from io import StringIO
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.command_line.parser import OneLineParser
-from scenarios.commands import COMMANDS
+from scenarios.commands import COMMANDS, command
 from scenarios.design.record import SETTINGS
 from scenarios.experiments.motions import read_motion, write_motion
 from scenarios.results.run_folder import short_path
@@ -60,7 +59,7 @@ def parsed(page: str) -> list[list[str]]:
     for name, *words in lines:
         assert name in COMMANDS
         parser = OneLineParser(prog="rx90")
-        import_module(f"scenarios.commands.{name}").add_arguments(parser)
+        command(name).add_arguments(parser)
         parser.parse_args(words)
     return lines
 

@@ -12,7 +12,7 @@ from robot_folders import robot_folder
 
 import scenarios.design.search as module
 from scenarios.cli import main
-from scenarios.commands.excite import unfinished
+from scenarios.commands.design import unfinished
 from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
 from scenarios.design.parametrisations import LEAST_SHARE, LEGS, Holds, Series, hold_design
 from scenarios.design.robot_folder import quickened

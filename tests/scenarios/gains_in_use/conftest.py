@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from bare_documents import bare_document
 from weighed_cell import MODEL, light, off
 
 from scenarios.experiments.gains_file import read_gains
@@ -33,6 +34,6 @@ def patching(weighed_cell, tmp_path) -> list[str]:
         {"joint": j + 1, "name": each.name, "friction": [friction(name, key, j) for name, key in both.items()]}
         for j, each in enumerate(gains)
     ]
-    (tmp_path / "bare.json").write_text(json.dumps({"reference": 1, "joints": joints, "base_parameters": []}))
+    (tmp_path / "bare.json").write_text(json.dumps(bare_document(1, joints, [])))
     files = ["--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "patched.xml")]
     return ["patch", str(tmp_path / "arm.xml"), *files, *light(weighed_cell), "--json"]

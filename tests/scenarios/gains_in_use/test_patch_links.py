@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from bare_documents import bare_document
 from model_files import INERTIAL, LINKS, RADIANS, ends, mjcf, urdf_joint, urdf_link
 from printed import printed
 
@@ -18,7 +19,7 @@ from ident.parameters.links import nearest_links
 from scenarios.cli import main
 from scenarios.experiments.robots import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model
-from scenarios.gains_in_use.model_values import BareFile
+from scenarios.results.bare import BareResult
 from scenarios.results.links import links_document
 from scenarios.support.errors import ScenarioError
 
@@ -81,7 +82,7 @@ def told(cell: Path, model: str, **more: object) -> np.ndarray:
     found = nearest_links(structure.base, shown, 1e-4 * np.eye(len(shown)), nominal)
     joints = [{"joint": j + 1, "name": name, "friction": []} for j, name in enumerate(JOINTS)]
     consistent = links_document(found, nominal, structure.arm).model_dump(mode="json") | more
-    document = {"reference": 1, "joints": joints, "base_parameters": [], "consistent": consistent}
+    document = bare_document(1, joints, [], consistent=consistent)
     (cell / "bare.json").write_text(json.dumps(document))
     return np.hstack((found.own + nominal.carried, found.motor[:, None], np.zeros((6, 3)))).ravel()
 
@@ -231,7 +232,7 @@ def test_a_total_mass_is_refused(tmp_path):
 
 def test_a_link_of_an_included_file_is_refused(cell):
     told(cell, "arm.xml")
-    links = BareFile.model_validate_json((cell / "bare.json").read_bytes()).consistent
+    links = BareResult.model_validate_json((cell / "bare.json").read_bytes()).consistent
     assert links is not None
     (cell / "scene.xml").write_text('<mujoco><include file="arm.xml"/><worldbody/></mujoco>')
     with pytest.raises(ScenarioError, match="joint shoulder_pan_joint: the file has no joint of this name"):

@@ -61,7 +61,7 @@ def test_a_right_copy_is_written_though_its_model_has_neither_rotor_inertia_nor_
     whole = (model_base(Path(MODEL), None, base) + base.regrouping @ inertia) / gains[0].estimate
     bare = json.loads((tmp_path / "bare.json").read_text())
     bare["base_parameters"] = [
-        {"parameter": name, "estimate": value, "std": 0.03 * value}
+        {"parameter": name, "unit": "", "estimate": value, "std": 0.03 * value}
         for name, value in zip(base.names, whole.tolist(), strict=True)
         if name in ("ZZ1", "ZZ2", "Ia3", "Ia5")
     ]

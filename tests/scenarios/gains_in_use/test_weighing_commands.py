@@ -8,9 +8,10 @@ import pytest
 from printed import printed
 from weighed_cell import MODEL, PLAIN, elsewhere, heavier, identified, light, off, with_other
 
+from ident.observation.observation import ObserveOptions
 from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains
-from scenarios.gains_in_use.known_gains_problem import model_options, observe_options
+from scenarios.gains_in_use.known_gains import model_options, options_of
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
@@ -112,7 +113,7 @@ def test_options_that_the_gains_were_found_with_hold_until_others_are_given(weig
     shorter = file.model_copy(update={"options": options})
     chosen = model_options(shorter, ["prior-std=2"])
     assert (chosen.friction, chosen.prior_std, chosen.gain_joint) == ("cbrt", 2.0, None)
-    assert observe_options(shorter, ["reversal_speed=0.2"]).cutoff_hz == 9.0
-    assert observe_options(shorter, ["cutoff_hz=8"]).cutoff_hz == 8.0
+    assert options_of(ObserveOptions, shorter.options.observe, ["reversal_speed=0.2"]).cutoff_hz == 9.0
+    assert options_of(ObserveOptions, shorter.options.observe, ["cutoff_hz=8"]).cutoff_hz == 8.0
     others = shorter.model_copy(update={"method": "ls-2011"})
     assert model_options(others, []).friction == "viscous-coulomb"

@@ -128,7 +128,7 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(scenario,
 
 STUCK = """
 import threading
-from scenarios.command_line import study_arguments as study
+import scenarios.commands.studies as study
 study.PATIENCE = 0.2
 threading.Thread(target=threading.Event().wait).start()  # Python would wait for it for ever
 with study.interruptible("rx90 again"):

@@ -3,7 +3,7 @@
 import argparse
 import re
 import shlex
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +23,8 @@ from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Found, Judge, Searchable, Series
+    from scenarios.design.parametrisations import Searchable, Series
+    from scenarios.design.search import Found, Judge
     from scenarios.experiments.schema import Scenario
     from sim.trajectory import FourierTrajectory
 
@@ -83,20 +84,22 @@ def searched(
     """Search with the given options, with progress on stderr; `before` is a motion to continue from, and its number."""
     import numpy as np
 
-    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts, with_better
+    from scenarios.design.search import SMALL_STEP, STEP, Found, random_point, search, starts
 
     outcome = Outcome()
     try:
         with _judge(design, series, options) as judge:
             if before is None:
-                at = starts(design, design.problem.plant.robot.home, np.random.default_rng(options.seed))
+                at = starts(design, design.plant.robot.home, np.random.default_rng(options.seed))
                 first, step = random_point(series, at, options.seed, judge), STEP
             else:
-                first, step = known_point(series, *before, judge), SMALL_STEP
+                x = series.point(before[0])
+                first, step = Found(x=x, cost=judge([x])[0], tried=before[1]), SMALL_STEP
             outcome, left = Outcome(first=first), max(options.evaluations - first.tried, 1)
             with under_way(options, "motions", options.evaluations, first.tried) as progress:
                 for found in search(first, step, options.seed + first.tried, left, judge):
-                    outcome = replace(outcome, found=found, kept=with_better(outcome.kept, found))
+                    better = not outcome.kept or found.cost < outcome.kept[-1].cost
+                    outcome = replace(outcome, found=found, kept=(*outcome.kept, *[found] * better))
                     progress.reach(
                         found.tried,
                         lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
@@ -109,15 +112,15 @@ def searched(
 @contextmanager
 def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
     """Return the evaluation of motions, in this process if they are few, otherwise in others."""
-    from scenarios.design.search import judge_here, judge_in
+    from scenarios.design.search import judge_in
 
     if options.jobs == "1" or options.evaluations < FEW:
-        yield judge_here(design, series)
+        yield lambda points: [design.cost(series.motion(x)) for x in points]
         return
     with PROCESSES.open(options.jobs) as workers:
         pool = workers.open()
         try:
-            yield judge_in(pool, workers.count(), design.problem, series)
+            yield judge_in(pool, workers.count(), design, series)
         finally:
             workers.close(pool)
 
@@ -161,9 +164,9 @@ def excite_command(options: argparse.Namespace) -> Status:
         )
     import numpy as np
 
-    from scenarios.design.excitation import SEARCHED_HZ, Design, design_problem, finite, percents
-    from scenarios.design.holds import Holds, hold_problem
-    from scenarios.design.search import Searched, Series, best_fitted
+    from scenarios.design.excitation import SEARCHED_HZ, Design, finite, percents
+    from scenarios.design.parametrisations import Holds, Series, hold_design
+    from scenarios.design.search import Searched, best_fitted
     from scenarios.experiments.motions import write_motion
     from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
@@ -174,22 +177,22 @@ def excite_command(options: argparse.Namespace) -> Status:
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
     setup = setup_without_motion(scenario)
-    problem = design_problem(setup)
+    design = Design.of(setup)
     if options.against == "all":
         motion = setup_of(scenario).experiments[0].trajectory
-        sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
+        sourced = SourcesAlong(scenario, design.joints).reduced(motion, SEARCHED_HZ)
         complain(f"minimising the errors from noise and {', '.join(sourced.points)}")
-        problem = replace(problem, added=sourced)
-    unloaded = np.zeros(problem.plant.robot.n, dtype=bool)
+        design = replace(design, added=sourced)
+    unloaded = np.zeros(design.plant.robot.n, dtype=bool)
     if holds:
-        problem, unloaded = hold_problem(problem)
-        series = Holds(limits=problem.limits, duration=options.duration)
+        design, unloaded = hold_design(design)
+        series = Holds(limits=design.limits, duration=options.duration)
         if joints := ", ".join(str(j + 1) for j in unloaded.nonzero()[0]):
             torque = f"gravity of the payload puts no torque on joint {joints}"
             complain(f"{torque}: holds and slow sweeps do not identify its gain")
     else:
-        series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
-    design, own = Design(problem), None
+        series = Series(limits=design.limits, harmonics=options.harmonics, duration=options.duration)
+    own = None
     if isinstance(series, Series):
         if options.improve and before is None:
             before = _own_motion(setup.scenario, series), 0
@@ -203,14 +206,12 @@ def excite_command(options: argparse.Namespace) -> Status:
         "standard deviations)"
     )
     try:
-        motion, reason = best_fitted(design, series, outcome.kept)
+        motion = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
         if interrupt is None:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
-    if reason:
-        complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
     if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
         said = (
             "the scenario's own motion is better: the largest standard deviation of its gains is "
@@ -219,7 +220,7 @@ def excite_command(options: argparse.Namespace) -> Status:
         advice = "; try more --evaluations, or --improve, which starts from it"
         complain(said + ("; no better motion was found, so it is written" if options.improve else advice))
         motion = own if options.improve else motion
-    deviations = np.where(unloaded, np.inf, design.deviations(design.rows(motion)).total)
+    deviations = np.where(unloaded, np.inf, design.deviations(motion))
     stopped = f"Stopped after {found.tried} of {options.evaluations} motions; repeat the command to continue."
     comments = [
         f"Found by: {command} --out FILE",
@@ -253,7 +254,7 @@ def _feasible_motion(scenario: "Scenario", design: "Design") -> "FourierTrajecto
         motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     except ScenarioError:
         return None
-    return motion if motion.n == design.problem.plant.robot.n and design.keeps_limits(motion) else None
+    return motion if motion.n == design.plant.robot.n and design.keeps_limits(motion) else None
 
 
 def _own_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
@@ -364,20 +365,14 @@ def _file_or_mass(text: str) -> Path | float:
 
 def new_robot_command(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
-    from scenarios.design.new_robot import Given
-    from scenarios.design.robot_folder import (
-        FILES,
-        NewRobotResult,
-        check_no_other_robot,
-        moved,
-        new_robot,
-        write_new_robot,
-    )
+    from scenarios.design.new_robot import new_robot
+    from scenarios.design.robot_folder import FILES, check_no_other_robot, found_motion, write_new_robot
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:
         check_no_other_robot(options.out, options.model)
-    given = Given(
+    new = new_robot(
+        options.model,
         flange=options.flange,
         name=options.name,
         home=options.home,
@@ -386,19 +381,17 @@ def new_robot_command(options: argparse.Namespace) -> Status:
         payload=options.payload,
     )
 
-    def search(design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
-        outcome = searched(design, series, argparse.Namespace(**{**vars(options), "seed": options.seed + attempt}))
+    def search(design: "Design", series: "Series") -> "Sequence[Found]":
+        outcome = searched(design, series, options)
         if outcome.interrupt is not None:
             raise outcome.interrupt
         return outcome.kept
 
-    new = new_robot(options.model, options.out, given)
     advice = (
         f"try more motions (--evaluations {max(USUAL_EVALUATIONS, 4 * options.evaluations)}), other motions (--seed), "
         "another pose (--home) or a lighter payload (--payload)"
     )
-    found = moved(new, search, advice=advice)
+    motion, result = found_motion(new, held.folder, search, advice=advice)
     with held.writing():
-        write_new_robot(new, found, held.folder)
-    result = NewRobotResult.of(new, found, held.folder)
+        write_new_robot(new, motion, result.predicted_rel_std, held.folder)
     return show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)

@@ -50,8 +50,7 @@ def record_command(options: argparse.Namespace) -> Status:
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
     from scenarios.commands import COMMANDS
-    from scenarios.design.controller_files import controller_files, sampled
-    from scenarios.design.record import Recorded, instructions
+    from scenarios.design.record import Recorded, controller_files, instructions, sampled
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
     from scenarios.rendering import write_report

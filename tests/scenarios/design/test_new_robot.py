@@ -17,6 +17,7 @@ from ident.payload.payload import Payload, payload_from_table, read_payload
 from ident.support.errors import PayloadError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
+from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import bar, drives_by_default, first_payload, home_pose
@@ -71,7 +72,7 @@ def still(monkeypatch):
     monkeypatch.setattr(folder_module, "best_fitted", found)
     monkeypatch.setattr(folder_module, "quickened", lambda _, motion: motion)
     monkeypatch.setattr(Design, "deviations", lambda design, _: np.full(design.plant.robot.n, 0.013))
-    monkeypatch.setattr("scenarios.commands.new_robot._searched", lambda *_: [])
+    monkeypatch.setattr("scenarios.commands.design.searched", lambda *_: Outcome())
 
 
 @pytest.mark.usefixtures("still")

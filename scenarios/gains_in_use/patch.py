@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.link_masses import judged
+from ident.diagnosis.link_masses import link_mass_factor
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
 from ident.model.arm import Arm
@@ -28,7 +28,7 @@ from ident.recordings.recording import Motion
 from ident.support.arrays import Array
 from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
-from ident.unseen import Unseen, UsedModel, link_weights, predicted, unseen_motion
+from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.gains_file import GainEntry, GainsFile
 from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains import check_unseen, gain_options, options_of
@@ -366,7 +366,8 @@ def predicted_by_models(
     found = predicted(unseen, *used)
     if log.payload is not None:
         return found
-    said = judged(link_weights(unseen.parts, gains.known, model_base(model, flange, structure.base)))
+    by_joint = dict(zip(gains.known.joints.tolist(), gains.known.value.tolist(), strict=True))
+    said = link_mass_factor(unseen.parts, by_joint, nominal_links(model, flange).whole)
     if said is None or said.severity is Severity.GOOD:
         return found
     doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -137,8 +138,13 @@ class Prepared:
 
     def logs(self) -> Logs:
         """Return the logs for comparisons of hypotheses."""
-        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
-        return observed_logs(recordings, self.problem, self.observing, spoilt)
+        return _logs_of(self)
+
+
+@lru_cache(maxsize=1)  # asked for a common delay, and for all faults
+def _logs_of(prepared: Prepared) -> Logs:
+    recordings, spoilt = ([each.recording for each in prepared.parts], [each.spoilt for each in prepared.parts])
+    return observed_logs(recordings, prepared.problem, prepared.observing, spoilt)
 
 
 def prepare(

@@ -15,9 +15,6 @@ import numpy as np
 from ident.diagnosis.logs import Hypothesis
 from ident.support.arrays import Array
 
-SAME_PARAMETER = {"sign": "zero", "current sign": "current scale", "payload shift": "payload centre"}
-"""Families whose size is, or includes, the parameter of another family's direction."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alternative:
@@ -25,6 +22,7 @@ class Alternative:
 
     Attributes:
         family: Kind of fault, such as `zero` or `delay`.
+        parameter: Family of directions whose parameter is, or is included in, its size; "" if that is its own.
         words: Description, such as `zero of q2 off by +4 degrees in loaded.csv alone`.
         joints: Joints concerned, from 0; empty for all.
         logs: Logs concerned, from 0.
@@ -39,6 +37,7 @@ class Alternative:
     """
 
     family: str
+    parameter: str = ""
     words: str
     joints: tuple[int, ...]
     logs: tuple[int, ...]
@@ -52,8 +51,8 @@ class Alternative:
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """Family, joints and logs, which identify it."""
-        return SAME_PARAMETER.get(self.family, self.family), self.joints, self.logs
+        """Family of its parameter, joints and logs, which identify it."""
+        return self.parameter or self.family, self.joints, self.logs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,6 +85,7 @@ class Direction:
 
     Attributes:
         family: Kind of fault, or of term of the model.
+        parameter: As for an alternative.
         joints: Joints concerned, from 0; empty for all.
         logs: Logs concerned, from 0.
         columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
@@ -99,6 +99,7 @@ class Direction:
     """
 
     family: str
+    parameter: str = ""
     joints: tuple[int, ...]
     logs: tuple[int, ...]
     columns: tuple[Array | None, ...]
@@ -112,7 +113,7 @@ class Direction:
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
         """As for an alternative."""
-        return self.family, self.joints, self.logs
+        return self.parameter or self.family, self.joints, self.logs
 
     @property
     def at_fault(self) -> bool:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 from ident.diagnosis.added import Added
-from ident.diagnosis.alternative import SAME_PARAMETER, Alternative, Direction
-from ident.diagnosis.catalog import FAMILIES
+from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.comparison import z_of
+from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -44,6 +44,11 @@ class _Candidate:
     def family(self) -> str:
         """Kind of fault, or of term of the model."""
         return self.what.family
+
+    @property
+    def parameter(self) -> str:
+        """Family of directions that have its parameter."""
+        return self.what.key[0]
 
     @property
     def logs(self) -> tuple[int, ...]:
@@ -157,7 +162,7 @@ def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
     best = max(shown, key=lambda each: each.gain)
     special = [each for each in shown if _contains(best, each) and z_of(best.u - each.u) < SHOWN]
     best = max(special, key=lambda each: each.gain, default=best)
-    seldom = {family.name for family in FAMILIES.values() if family.seldom}
+    seldom = {family.name for family in FAMILIES if family.seldom}
     tied = [each for each in shown if z_of(best.u - each.u) < TIE and not _contains(each, best)]  # includes itself
     best = max(tied, key=lambda each: (each.family not in seldom, each.gain))
     return best, tuple(each for each in tied if each is not best)
@@ -165,5 +170,5 @@ def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
 
 def _contains(general: Compared | Small, special: Compared | Small) -> bool:
     """Whether an alternative is a generalisation of another one: separate delays of all joints of a common delay."""
-    kinds = {SAME_PARAMETER.get(each.family, each.family) for each in (general, special)}
-    return len(kinds) == 1 and general.logs == special.logs and general.parameters > special.parameters
+    same = (general.parameter, general.logs) == (special.parameter, special.logs)
+    return same and general.parameters > special.parameters

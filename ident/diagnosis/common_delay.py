@@ -5,7 +5,7 @@ import numpy as np
 from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.engine import Fault, faults, survey
-from ident.diagnosis.exclusions import bounds
+from ident.diagnosis.limits import bounds
 from ident.diagnosis.logs import Logs
 
 NAME = "delay"

@@ -9,24 +9,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.catalog.current_scales import scaled
-from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.encoder_noise import encoder_noise
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
-from ident.diagnosis.exclusions import (
-    centres_excluded,
-    exclusions,
-    indistinguishable,
-    indistinguishable_together,
-    undetected_sizes,
-)
+from ident.diagnosis.families import scaled
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
+from ident.diagnosis.limits import centres_excluded, exclusions, undetectable, undetectable_together, undetected_sizes
 from ident.diagnosis.logs import Logs, scored_as
+from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.estimation.uncertainty import max_of_classical_and_jackknife
@@ -77,8 +71,8 @@ def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
     sizes = undetected_sizes(seen)
     return Diagnosed(
         excluded=(*exclusions(seen, sizes), *(() if base is None else centres_excluded(base))),
-        indistinguishable=tuple(indistinguishable(seen, sizes, base)),
-        indistinguishable_together=tuple(indistinguishable_together(seen, sizes)),
+        indistinguishable=tuple(undetectable(seen, sizes, base)),
+        indistinguishable_together=tuple(undetectable_together(seen, sizes)),
     )
 
 

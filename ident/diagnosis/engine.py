@@ -5,14 +5,15 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.candidates import SHOWN, WORTH, Compared, Small, likeliest
-from ident.diagnosis.catalog import FAMILIES, Family
 from ident.diagnosis.comparison import gains
+from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, scored_as
@@ -75,16 +76,17 @@ class Survey:
     gross: tuple[Screened, ...]
 
 
+@lru_cache(maxsize=1)  # the same logs are asked for a delay, and for all faults
 def survey(logs: Logs) -> Survey:
     """Compare logs with all alternatives."""
     fit = reference(logs.problem)
     small_ones = tuple(directions(fit, logs))
     small = smalls(logs, small_ones)
-    gross = screened(logs, [each for family in FAMILIES.values() for each in family.alternatives(logs)])
+    gross = screened(logs, [each for family in FAMILIES for each in family.alternatives(logs)])
     return Survey(logs, fit, small_ones, small, tuple(gross))
 
 
-def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES.values()) -> list[Direction]:
+def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES) -> list[Direction]:
     """Return the directions of all families; none without a fit."""
     if fit is None:
         return []
@@ -137,7 +139,7 @@ def _best(seen: Survey, confirms: Callable[[Compared], bool]) -> Fault | None:
 
 def _in_full(seen: Survey) -> list[Compared]:
     """Compare the most likely alternatives exactly, each with the size that fits best."""
-    gross = [each.alternative for each in seen.gross if each.gain.sum() > WORTH]
+    gross = [each.alternative for each in seen.gross if each.gain > WORTH]
     best_of = {each.family: each for each in reversed(gross)}  # of different families
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
@@ -182,7 +184,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
 def _change(found: Compared) -> Added | None:
     """Return the next change of the parameters; None if it is not determined."""
     fit = reference(found.read.problem)
-    own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
+    own = [family for family in FAMILIES if family.name == found.alternative.key[0]]
     of_it = [each for each in directions(fit, found.read, own) if each.key == found.alternative.key]
     return each_added(found.read.model.fits, [of_it[0].columns])[0] if of_it else None
 

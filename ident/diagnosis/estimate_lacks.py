@@ -9,12 +9,11 @@ import numpy as np
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.candidates import SHOWN, TIE, WORTH, Small, likeliest
-from ident.diagnosis.catalog import payload
-from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
 from ident.diagnosis.free_model import FreeModel
+from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE
 from ident.estimation.estimate import GainSolution
 from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
@@ -43,7 +42,7 @@ def lacks_of(
         reestimate: Repeats the estimate for other problems.
         stiff: Its solution with rigid joints, as elastic joints may imitate faults; None to skip this.
     """
-    of_payload = list(payload.directions(base.problem, base.estimate))
+    of_payload = base.payload_errors
     believed = [each for each in of_payload if each.prior_std is not None]
     open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
     taken_up = list(imitated(base, stiff, believed, open_ones))
@@ -154,7 +153,7 @@ def _of_payload(
     except IdentificationError:
         return None
     u = gains(base.by_joint, stated(opened, other).by_joint)
-    of_payload = first is not None and first.best.family in payload.FAMILIES
+    of_payload = first is not None and first.best.family in (CENTRE, INERTIA)
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
@@ -162,9 +161,7 @@ def _of_payload(
         diagnosis = diagnosis_of(first, names)
     else:
         logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
-        diagnosis = Diagnosis(
-            name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, logs=logs, z=z_of(u)
-        )
+        diagnosis = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
     return replace(
         diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
     )
@@ -200,9 +197,9 @@ def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Itera
 
 def _with_masses_alone(problem: Problem) -> Problem | None:
     """Return the problem with only the payloads' masses known; None if no more is known anyway."""
-    if not any(each.known in payload.KNOWN_CENTRE for each in problem.payloads):
+    if not any(each.known in KNOWN_CENTRE for each in problem.payloads):
         return None
-    opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in payload.KNOWN_CENTRE}
+    opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in KNOWN_CENTRE}
     motions = (replace(each, payload=opened.get(id(each.payload), each.payload)) for each in problem.motions)
     return replace(problem, motions=tuple(motions))
 

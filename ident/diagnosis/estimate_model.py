@@ -28,6 +28,7 @@ from ident.diagnosis.comparison import (
 )
 from ident.diagnosis.diagnosis import Effect, Severity
 from ident.diagnosis.free_model import row_counts
+from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import column_space
@@ -77,6 +78,11 @@ class Stated:
         np.add.at(squares, (rows.joint, held.fit.block), left**2)
         np.add.at(counts, (rows.joint, held.fit.block), 1.0)
         return Score(squares, counts)
+
+    @cached_property
+    def payload_errors(self) -> tuple[Direction, ...]:
+        """Errors of the specified payloads."""
+        return tuple(payload_errors(self.problem, self.estimate))
 
     def stacked(self, columns: Sequence[Array | None]) -> Array:
         """Stack columns of each joint's rows in the order of the estimate, shape (R, m)."""

@@ -4,18 +4,17 @@ Each joint is solved alone with its own base parameters, friction and offset in 
 the friction; a negative one is not necessarily a mistake, but the user should know in advance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import max_of_classical_and_jackknife
+from ident.estimation.uncertainty import classical, max_of_classical_and_jackknife
 from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9
@@ -31,25 +30,32 @@ def friction_z(problem: Problem, joint: int) -> float | None:
         problem: One motion, with any payload.
         joint: The joint, from 0.
     """
+    z = total_and_coulomb_z(problem, joint, max_of_classical_and_jackknife)
+    return None if z is None else float(z[np.argmax(np.abs(z))])
+
+
+def total_and_coulomb_z(problem: Problem, joint: int, covariance: Callable[[Rows, Array], Array]) -> Array | None:
+    """Total and Coulomb friction over their standard deviations, shape (2,)."""
     rows = joint_rows(problem, joint)
     size = np.linalg.norm(rows.W, axis=0)
     unit = rows.W / np.where(size > 0.0, size, 1.0)
-    inverse, rank = linalg.pinv(unit, rtol=RANK_TOL, return_rank=True)  # minimum norm: dependent columns share equally
+    U, s, Vt = np.linalg.svd(unit, full_matrices=False)
+    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
     if len(rows.V) <= rank:
         return None
+    Q = U[:, :rank]
+    inverse = (Vt[:rank].T / s[:rank]) @ Q.T  # minimum norm: dependent columns share equally
     own = [name in (f"Fv{joint + 1}", f"Fc{joint + 1}") for name in rows.names]
     dry = [name == f"Fc{joint + 1}" for name in rows.names]
     weights = np.array((own, dry), dtype=np.float64)  # coefficients of unit columns are friction at typical speed
     influence = readonly(weights @ inverse)
-    residual = rows.V - unit @ (inverse @ rows.V)
     fitted = Rows(
-        V=rows.V, residual=residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
-        row_period=problem.row_period, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)),
-        explained=linalg.orth(unit, rcond=RANK_TOL),
+        V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=np.full(len(rows.V), joint), motion=rows.motion,
+        position=rows.position, row_period=problem.row_period, unknowns={joint: float(rank)},
+        weight=np.ones(len(rows.V)), explained=Q,
     )  # fmt: skip
-    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
-    z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
-    return float(z[np.argmax(np.abs(z))])
+    std = np.sqrt(np.diag(covariance(fitted, influence)))
+    return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
 
 
 def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
@@ -97,6 +103,11 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
     motions = [replace(problem, motions=(each,)) for each in problem.motions]
     found: list[tuple[int, int]] = []
     for joint in range(problem.structure.arm.n):
+        white = [
+            z for each in motions if (z := total_and_coulomb_z(each, joint, classical)) is not None
+        ]  # the least deviation
+        if not white or np.max(white) <= FRICTION_Z or np.min(white) >= -FRICTION_Z:
+            continue
         z = np.array([friction_z(each, joint) or 0.0 for each in motions])
         if z.max() > FRICTION_Z and z.min() < -FRICTION_Z:
             brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)

@@ -1,27 +1,35 @@
-"""Fast selection of hypotheses for the exact comparison: all of them on subsampled states, by normal equations.
+"""Fast selection of hypotheses for the exact comparison: on subsampled states, by normal equations, wrist first.
 
 Currents are filtered, but the regressor is evaluated at single samples: it lacks the effect of the filter on products
-and on friction steps, which may imitate a small fault. Selected hypotheses are therefore compared on the estimator's
-rows (`ident.diagnosis.comparison`) before they are reported.
+and on friction steps (the latter are masked with the reversals), which may imitate a small fault. Selected hypotheses
+are therefore compared on the estimator's rows (`ident.diagnosis.evidence`) before they are reported.
+
+The equations of the last joints have few columns. A hypothesis that these contradict by far is looked at no further.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative
-from ident.diagnosis.logs import Hypothesis, LogHypothesis, Logs
-from ident.diagnosis.subsampled_states import SubsampledStates, subsampled_states
+from ident.diagnosis.logs import Hypothesis, Logs
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks
 from ident.model.structure import Structure, independent_columns, structure_of
+from ident.numerics.signals import delayed, edge_samples, low_passed
+from ident.observation.full_rate import filtered_motion
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, Indices, Mask
 
 MOST_STATES = 90
 """Number of subsampled states of each log."""
+SLOW = 0.2
+"""Speed below which a joint's sample is not used, as a share of its rms speed."""
 RIDGE = 1e-10
 """Prior precision as in the comparison, for fewer rows."""
 ASLANT = np.array([3.6, -4.8, 8.0])
@@ -30,7 +38,56 @@ TOGETHER = 16
 """Number of hypotheses on a log whose regressors are computed in one recursion; more exceed the processor's cache."""
 NOTHING = 1e-3
 """Residual share of a current below which nothing is left to explain: filters cause as much with exact data."""
+SURELY_WORSE = 30.0
+"""Loss of log-likelihood by which a large alternative is excluded: twice that of z = 4."""
+MARGIN = 100.0
+"""Further loss on the last joints beyond which the other joints are not compared."""
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SubsampledStates:
+    """States of one motion at N samples: less accurate than decimation, and a hundred times as fast.
+
+    Attributes:
+        q: Positions [rad], shape (N, n).
+        dq: Velocities [rad/s], shape (N, n).
+        ddq: Accelerations [rad/s^2], shape (N, n).
+        v: Currents, low-passed [drive units], shape (N, n).
+        moving: Mask of joints away from a reversal, shape (N, n).
+    """
+
+    q: Array
+    dq: Array
+    ddq: Array
+    v: Array
+    moving: Mask
+
+
+def subsampled_states(recording: Recording, most: int, options: ObserveOptions) -> SubsampledStates:
+    """Return states at samples distributed evenly over a recording.
+
+    Args:
+        recording: One motion, long enough for the filters.
+        most: Largest number of samples; samples closer than `options.rows_per_second` would be redundant.
+        options: Filters.
+    """
+    recording = resampled(recording)
+    edge = edge_samples(recording.period, min(options.cutoff_hz, options.decimation_cutoff_hz))
+    inner = slice(edge, len(recording.t) - edge)
+    samples = inner.stop - inner.start
+    step = max(1, -(-samples // most), round(1.0 / (recording.period * options.rows_per_second)))
+    chosen = slice(inner.start, inner.stop, step)
+    q, dq, ddq = filtered_motion(recording, options.cutoff_hz)
+    v = delayed(recording.v, options.current_delay / recording.period)
+    v = low_passed(v, recording.period, options.decimation_cutoff_hz)
+    slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
+    return SubsampledStates(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)
+
+
+def looked_at(logs: Logs) -> list[SubsampledStates]:
+    """Subsampled states of each log."""
+    return [subsampled_states(each, MOST_STATES, logs.observing) for each in logs.recordings]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,119 +96,199 @@ class Screened:
 
     Attributes:
         alternative: The alternative.
-        gain: Improvement of the log-likelihood of white residuals, of each column of currents, shape (n,).
+        gain: Improvement of the log-likelihood of white residuals; of the last joints alone if these exclude it.
     """
 
     alternative: Alternative
-    gain: Array
+    gain: float
+
+    @property
+    def excluded(self) -> bool:
+        """Whether it is so much worse that no other change can compensate."""
+        return self.gain < -SURELY_WORSE
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Normal:
-    """Normal equations of one log under S hypotheses on its positions, after elimination of the log's own columns.
+def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
+    """Return the improvements by alternatives on subsampled states, the best first."""
+    at, hypotheses = looked_at(logs), [logs.given, *(each.hypothesis for each in alternatives)]
+    *_, (left, freedom) = unexplained(logs, hypotheses, at, least=-SURELY_WORSE - MARGIN)
+    found = map(Screened, alternatives, improvements(left, freedom, at)[1:].tolist())
+    return sorted(found, key=lambda each: -each.gain)
+
+
+def improvements(left: Array, freedom: Array, at: Sequence[SubsampledStates]) -> Array:
+    """Improvement of the log-likelihood over the first hypothesis by residuals (K, n, logs), shape (K,)."""
+    noise = NOTHING**2 * np.column_stack([np.mean(each.v**2, axis=0) for each in at])  # (n, logs)
+    known = np.isfinite(left[0]) & np.isfinite(left)
+    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left, 1.0), noise)
+    return np.sum(0.5 * np.minimum(freedom[0], freedom) * np.log(np.where(known, ratio, 1.0)), axis=(1, 2))
+
+
+def unexplained(
+    logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates], least: float = -np.inf
+) -> Iterator[tuple[Array, Array]]:
+    """Yield the residuals of the currents under hypotheses, with the equations of ever more joints.
+
+    Args:
+        logs: The logs.
+        hypotheses: K hypotheses; others are compared with the first.
+        at: Subsampled states of each log.
+        least: Improvement below which a hypothesis is looked at no further.
+
+    Yields:
+        Mean squares of each column of currents in each log, in its own unit, infinite if not (yet) known, and degrees
+        of freedom, each of shape (K, n, logs). The arrays are changed by the next step.
+    """
+    arm, K = logs.structure.arm, len(hypotheses)
+    left, freedom = np.full((K, arm.n, len(at)), np.inf), np.zeros((K, arm.n, len(at)))
+    alive, upright = np.ones(K, np.bool_), np.array([(each.gravity == arm.gravity).all() for each in hypotheses])
+    order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
+    unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
+    stages = [range(max(0, arm.n - 2), arm.n), *(range(j, j + 1) for j in range(arm.n - 3, -1, -1))]
+    for joints in stages:
+        for own in (np.flatnonzero(alive & (upright == which)) for which in (True, False)):
+            if not len(own):
+                continue
+            columns = _columns_of(logs, upright=bool(upright[own[0]]))
+            number, normals = _normals(arm, at, [hypotheses[k] for k in own.tolist()], columns, joints)
+            for j, of_logs in zip(joints, normals, strict=True):
+                equations = np.column_stack((number, order[own, :, j], unit[own, :, j]))
+                _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
+                chosen = own[once]
+                lost, rows, free = _solved(of_logs, number[once], order[chosen, :, j], unit[chosen, :, j])
+                total, enough = rows.sum(axis=1, keepdims=True), free >= 1.0
+                share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows, 1.0), np.inf)
+                many = np.where(enough, rows * free / np.maximum(total, 1.0), 0.0)
+                for k in range(len(at)):
+                    column = own, order[own, k, j], k
+                    left[column] = (lost * share)[again, k] / unit[own, k, j] ** 2
+                    freedom[column] = many[again, k]
+        yield left, freedom
+        alive &= improvements(left, freedom, at) >= least
+
+
+class _Normal(NamedTuple):
+    """Normal equations of a joint in a log under S hypotheses on positions, without the log's own columns.
 
     Attributes:
-        gram: Gram matrices of the shared columns, n arrays (S, p, p).
-        rhs: Shared columns times all currents, n arrays (S, p, n).
-        size: Sums of squares of the shared columns before the elimination, n arrays (S, p).
-        square: Sum of squares of each current after the elimination on each joint's samples, joint first, shape
-            (S, n, n).
-        rows: Number of samples of each joint, shape (S, n).
-        felt: Number of own columns of each joint that are not zero, shape (S, n).
+        gram: Gram matrices of the p shared columns, shape (S, p, p).
+        rhs: Shared columns times all currents, shape (S, p, n).
+        size: Sums of squares of the shared columns before the elimination, shape (S, p).
+        square: Sum of squares of each current on the joint's samples after the elimination, shape (S, n).
+        rows: Number of samples, shape (S,).
+        felt: Number of own columns that are not zero, shape (S,).
     """
 
-    gram: list[Array]
-    rhs: list[Array]
-    size: list[Array]
+    gram: Array
+    rhs: Array
+    size: Array
     square: Array
     rows: Array
     felt: Array
 
 
-@dataclass(frozen=True, slots=True)
-class _Columns:
-    """Columns of the standard regressor of one joint in one log, as indices.
-
-    Attributes:
-        shared: Columns common to all logs, shape (p,).
-        own: Columns of this log only, shape (o,).
-    """
+class _Columns(NamedTuple):
+    """Indices of the columns of a joint in a log: those common to all logs, shape (p,), and its own, shape (o,)."""
 
     shared: Indices
     own: Indices
 
 
-State = tuple[int, bytes, bytes]
-"""A log, and the values that distinguish hypotheses on its positions and the arm."""
-
-
-def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
-    """Return the improvements by alternatives on subsampled states, the best first."""
-    at = looked_at(logs)
-    left, freedom = unexplained(logs, [logs.given, *(each.hypothesis for each in alternatives)], at)
-    rms = [np.mean(each.v**2, axis=0) for each in at]
-    noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
-    known = np.isfinite(left[0]) & np.isfinite(left[1:])
-    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
-    gain = 0.5 * np.minimum(freedom[0], freedom[1:]) * np.log(np.where(known, ratio, 1.0))
-    found = [Screened(each, own.sum(axis=1)) for each, own in zip(alternatives, gain, strict=True)]
-    return sorted(found, key=lambda each: -float(each.gain.sum()))
-
-
-def looked_at(logs: Logs) -> list[SubsampledStates]:
-    """Subsampled states of each log."""
-    return [subsampled_states(each, MOST_STATES, logs.observing) for each in logs.recordings]
-
-
-def unexplained(logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates]) -> tuple[Array, Array]:
-    """Return the residuals of the currents under hypotheses.
+def _normals(
+    own_arm: Arm,
+    at: Sequence[SubsampledStates],
+    hypotheses: Sequence[Hypothesis],
+    columns: Sequence[Sequence[_Columns]],
+    joints: range,
+) -> tuple[Indices, list[list[_Normal]]]:
+    """Return the equations of joints in every log under every distinct hypothesis on its positions and the arm.
 
     Returns:
-        Mean squares of each column of currents in each log, in its own unit, infinite with too few samples, and degrees
-        of freedom, each of shape (hypotheses, n, logs).
+        Index of the equations of each hypothesis, shape (K, logs), and the equations of each joint and log.
     """
-    left, freedom = np.empty((2, len(hypotheses), logs.structure.arm.n, len(at)))
-    upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in hypotheses])
-    for which in (True, False):
-        own = np.flatnonzero(upright == which)
-        if len(own):
-            left[own], freedom[own] = _left(logs, at, [hypotheses[int(k)] for k in own], upright=which)
-    return left, freedom
+    number, parts = np.empty((len(hypotheses), len(at)), np.intp), [[list[_Normal]() for _ in at] for _ in joints]
+    for k, log in enumerate(at):
+        arms, place = dict[bytes, dict[bytes, Hypothesis]](), dict[tuple[bytes, bytes], int]()
+        keys = list[tuple[bytes, bytes]]()
+        for each in hypotheses:
+            how = each.logs[k]
+            read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
+            keys.append((each.gravity.tobytes() + each.length_factors.tobytes(), read))
+            arms.setdefault(keys[-1][0], {})[read] = each
+        known = dict[bytes, tuple[Array, Array]]()
+        for of_arm, states in arms.items():
+            every = list(states)
+            for start in range(0, len(every), TOGETHER):
+                some = [states[read].logs[k] for read in every[start : start + TOGETHER]]
+                for read in every[start : start + TOGETHER]:
+                    place[of_arm, read] = len(place)
+                q = np.concatenate([how.q_factor * log.q[:, how.q_order] + how.zero for how in some])
+                dq = np.concatenate([how.q_factor * log.dq[:, how.q_order] / how.clock for how in some])
+                ddq = np.concatenate([how.q_factor * log.ddq[:, how.q_order] / how.clock**2 for how in some])
+                moving = np.array([log.moving[:, how.q_order] for how in some], np.float64)  # (S, N, n)
+                arm, weight = states[every[start]].of_arm(own_arm), moving.reshape(q.shape)
+                tilted = (arm.gravity != own_arm.gravity).any()
+                W = (_by_gravity if tilted else _regressor)(arm, known, q, dq, ddq, weight, joints[0])
+                for j, own in zip(joints, parts, strict=True):
+                    X, Y = (
+                        W[j, which].reshape(len(which), len(some), len(log.v)).swapaxes(0, 1) for which in columns[k][j]
+                    )
+                    own[k].append(_normal(X, Y, log.v, moving[..., j]))
+        number[:, k] = [place[key] for key in keys]
+    return number, [[_Normal(*map(np.concatenate, zip(*some, strict=True))) for some in of_joint] for of_joint in parts]
 
 
-def _left(
-    logs: Logs, at: Sequence[SubsampledStates], hypotheses: Sequence[Hypothesis], *, upright: bool
-) -> tuple[Array, Array]:
-    """Mean squared residual of each column of each log in its own unit, and numbers of samples, (K, n, logs) each."""
-    n, count = logs.structure.arm.n, len(at)
-    columns = _columns_of(logs, upright=upright)
-    number, normals = _normals(logs.structure.arm, at, hypotheses, columns)
-    order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
-    unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
-    left, many = np.full((len(hypotheses), n, count), np.inf), np.zeros((len(hypotheses), n, count))
-    every = np.arange(len(hypotheses))
-    for j in range(n):
-        equations = np.column_stack((number, order[..., j], unit[..., j]))
-        _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
-        lost, rows, free = _solved(normals, j, number[once], order[once, :, j], unit[once, :, j])
-        total = rows.sum(axis=1, keepdims=True)
-        enough = free >= 1.0
-        share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows, 1.0), np.inf)
-        freedom = np.where(enough, rows * free / np.maximum(total, 1.0), 0.0)
-        for k in range(count):
-            left[every, order[:, k, j], k] = (lost * share)[again, k] / unit[:, k, j] ** 2
-            many[every, order[:, k, j], k] = freedom[again, k]
-    return left, many
+def _regressor(arm: Arm, _: object, q: Array, dq: Array, ddq: Array, moving: Array, first: int) -> Array:
+    """Rows of the regressor from a joint on, zero where a joint does not move, samples last, shape (n, p, N)."""
+    ((_, columns),) = regressor_blocks(arm, q, dq, ddq, weight=moving, size=len(q), first=first)
+    return columns
 
 
-def _solved(
-    normals: Sequence[_Normal], j: int, number: Indices, current: Indices, unit: Array
-) -> tuple[Array, Array, Array]:
+def _by_gravity(
+    arm: Arm,
+    known: dict[bytes, tuple[Array, Array]],
+    q: Array,
+    dq: Array,
+    ddq: Array,
+    moving: Array,
+    first: int,
+) -> Array:
+    """The same for many gravities, by linearity: four regressors per state are sufficient."""
+    key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
+    if key not in known:
+        still, free = np.zeros_like(q), replace(arm, gravity=np.zeros(3))
+        weightless = _regressor(free, None, q, dq, ddq, moving, first)
+        steady = _regressor(free, None, q, still, still, moving, first)
+        along = [
+            _regressor(replace(arm, gravity=axis), None, q, still, still, moving, first) - steady for axis in np.eye(3)
+        ]
+        known.clear()
+        known[key] = (weightless, np.stack(along))
+    weightless, along = known[key]
+    return weightless + np.tensordot(arm.gravity, along, axes=1)
+
+
+def _normal(X: Array, own: Array, v: Array, moving: Array) -> _Normal:
+    """Equations of shared columns (S, p, N) and own ones (S, o, N), currents (N, n) and a mask of motion (S, N)."""
+    gram, rhs, square, p = X @ X.swapaxes(1, 2), X @ v, moving @ v**2, X.shape[1]
+    size, felt = np.einsum("spp->sp", gram).copy(), np.zeros(len(X))
+    if own.shape[1]:
+        scale = np.linalg.norm(own, axis=2)
+        own = own / np.where(scale > 0.0, scale, 1.0)[..., None]
+        beside = np.concatenate((own @ X.swapaxes(1, 2), own @ v), axis=2)  # (S, o, p + n)
+        explained = np.linalg.solve(_with_ridge(own @ own.swapaxes(1, 2), scale > 0.0), beside)
+        gram -= beside[..., :p].swapaxes(1, 2) @ explained[..., :p]
+        rhs -= beside[..., :p].swapaxes(1, 2) @ explained[..., p:]
+        square -= np.sum(beside[..., p:] * explained[..., p:], axis=1)
+        felt = np.count_nonzero(scale, axis=1).astype(np.float64)
+    return _Normal(gram, rhs, size, square, moving.sum(axis=1), felt)
+
+
+def _solved(normals: Sequence[_Normal], number: Indices, current: Indices, unit: Array) -> tuple[Array, Array, Array]:
     """Fit one joint's currents by the columns of all logs, for each of u combinations of hypotheses.
 
     Args:
-        normals: Normal equations of each log.
-        j: The joint.
+        normals: Normal equations of the joint in each log.
         number: Hypothesis on the positions of each log, shape (u, logs).
         current: Column of the joint's currents in each log, shape (u, logs).
         unit: Factor of these, shape (u, logs).
@@ -161,19 +298,19 @@ def _solved(
         shape (u, 1).
     """
     positions, which = np.unique(number, axis=0, return_inverse=True)  # currents do not change the matrix
-    gram = np.sum([own.gram[j][positions[:, k]] for k, own in enumerate(normals)], axis=0)
-    scale = np.sqrt(np.sum([own.size[j][positions[:, k]] for k, own in enumerate(normals)], axis=0))
+    gram = np.sum([own.gram[positions[:, k]] for k, own in enumerate(normals)], axis=0)
+    scale = np.sqrt(np.sum([own.size[positions[:, k]] for k, own in enumerate(normals)], axis=0))
     felt = scale > 0.0
     scale[~felt] = 1.0
     gram = _with_ridge(gram / (scale[:, :, None] * scale[:, None, :]), felt)
-    rhs = [own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None] for k, own in enumerate(normals)]
+    rhs = [own.rhs[number[:, k], :, current[:, k]] * unit[:, k, None] for k, own in enumerate(normals)]
     x = _of_each(_solution, gram, np.sum(rhs, axis=0) / scale[which], which) / scale[which]
     left, rows, free = (np.empty(number.shape) for _ in range(3))
     for k, (own, products) in enumerate(zip(normals, rhs, strict=True)):
-        explained = np.sum(x * (2.0 * products - _of_each(np.matmul, own.gram[j], x, number[:, k])), axis=1)
-        left[:, k] = own.square[number[:, k], j, current[:, k]] * unit[:, k] ** 2 - explained
-        rows[:, k] = own.rows[number[:, k], j]
-        free[:, k] = rows[:, k] - own.felt[number[:, k], j]
+        explained = np.sum(x * (2.0 * products - _of_each(np.matmul, own.gram, x, number[:, k])), axis=1)
+        left[:, k] = own.square[number[:, k], current[:, k]] * unit[:, k] ** 2 - explained
+        rows[:, k] = own.rows[number[:, k]]
+        free[:, k] = rows[:, k] - own.felt[number[:, k]]
     return np.maximum(left, 0.0), rows, free.sum(axis=1, keepdims=True) - felt.sum(axis=1)[which, None]
 
 
@@ -192,120 +329,9 @@ def _of_each(act: Callable[[Array, Array], Array], matrices: Array, x: Array, wh
     return found
 
 
-def _state(k: int, hypothesis: Hypothesis) -> State:
-    how = hypothesis.logs[k]
-    read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
-    return k, read, hypothesis.gravity.tobytes() + hypothesis.length_factors.tobytes()
-
-
-def _normals(
-    own_arm: Arm,
-    at: Sequence[SubsampledStates],
-    hypotheses: Sequence[Hypothesis],
-    columns: Sequence[Sequence[_Columns]],
-) -> tuple[Indices, list[_Normal]]:
-    """Return the normal equations of every log under every distinct hypothesis; those of one arm in one recursion.
-
-    Returns:
-        Index of the equations of each hypothesis, shape (K, logs), and the equations of each log.
-    """
-    asked = [[_state(k, each) for k in range(len(at))] for each in hypotheses]
-    wanted = {state: each for each, own in zip(hypotheses, asked, strict=True) for state in own}
-    arms = dict[bytes, list[State]]()
-    for state in wanted:
-        arms.setdefault(state[2], []).append(state)
-    known = dict[bytes, tuple[Array, Array]]()
-    listed, parts = [list[State]() for _ in at], [list[_Normal]() for _ in at]
-    for own in arms.values():
-        for start in range(0, len(own), TOGETHER):
-            part = sorted(own[start : start + TOGETHER], key=lambda state: state[0])
-            states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
-            arm = wanted[part[0]].of_arm(own_arm)
-            q, dq, ddq, moving = (np.concatenate(each) for each in zip(*states, strict=True))
-            tilted = (arm.gravity != own_arm.gravity).any()
-            W = _by_gravity(arm, known, q, dq, ddq, moving) if tilted else _columns(arm, q, dq, ddq, moving)
-            first = 0
-            for k, log in enumerate(at):
-                mine = [state for state in part if state[0] == k]
-                last = first + len(mine) * len(log.v)
-                if mine:
-                    own_moving = moving[first:last].reshape(len(mine), len(log.v), -1)
-                    parts[k].append(_normal(W[..., first:last], log.v, own_moving, columns[k]))
-                first = last
-                listed[k] += mine
-    number = {state: place for own in listed for place, state in enumerate(own)}
-    return np.array([[number[state] for state in each] for each in asked]), [_joined(each) for each in parts]
-
-
-def _columns(arm: Arm, q: Array, dq: Array, ddq: Array, moving: Array) -> Array:
-    """Each joint's row of the regressor, zero where it does not move, samples last, shape (n, p, N)."""
-    ((_, columns),) = regressor_blocks(arm, q, dq, ddq, weight=moving, size=len(q))
-    return columns
-
-
-def _by_gravity(
-    arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array, moving: Array
-) -> Array:
-    """The same for many gravities, by linearity: four regressors per state are sufficient."""
-    key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
-    if key not in known:
-        still = np.zeros_like(q)
-        weightless = _columns(replace(arm, gravity=np.zeros(3)), q, dq, ddq, moving)
-        steady = _columns(replace(arm, gravity=np.zeros(3)), q, still, still, moving)
-        along = [_columns(replace(arm, gravity=axis), q, still, still, moving) - steady for axis in np.eye(3)]
-        known.clear()
-        known[key] = (weightless, np.stack(along))
-    weightless, along = known[key]
-    return weightless + np.tensordot(arm.gravity, along, axes=1)
-
-
-def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array, Array]:
-    """Subsampled states of a log under a hypothesis, and a mask of the joints that move."""
-    q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
-    return q + how.zero, dq / how.clock, ddq / how.clock**2, at.moving[:, how.q_order].astype(np.float64)
-
-
-def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
-    """Equations of a log, currents (N, n), under S hypotheses: columns (n, p, S N), mask of motion (S, N, n)."""
-    readings, n = len(moving), v.shape[1]
-    found = _Normal([], [], [], moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1), np.zeros((readings, n)))
-    for j, each in enumerate(columns):
-        X, own = (
-            W[j, which].reshape(len(which), readings, len(v)).swapaxes(0, 1) for which in (each.shared, each.own)
-        )  # (S, p, N) and (S, o, N), zero where the joint does not move
-        gram, rhs = X @ X.swapaxes(1, 2), X @ v
-        found.size.append(np.einsum("spp->sp", gram).copy())
-        if len(each.own):
-            scale = np.linalg.norm(own, axis=2)
-            felt = scale > 0.0
-            own = own / np.where(felt, scale, 1.0)[..., None]
-            beside = np.concatenate((own @ X.swapaxes(1, 2), own @ v), axis=2)  # (S, o, p + n)
-            explained = np.linalg.solve(_with_ridge(own @ own.swapaxes(1, 2), felt), beside)
-            p = len(each.shared)
-            gram -= beside[..., :p].swapaxes(1, 2) @ explained[..., :p]
-            rhs -= beside[..., :p].swapaxes(1, 2) @ explained[..., p:]
-            found.square[:, j] -= np.sum(beside[..., p:] * explained[..., p:], axis=1)
-            found.felt[:, j] = felt.sum(axis=1)
-        found.gram.append(gram)
-        found.rhs.append(rhs)
-    return found
-
-
 def _with_ridge(gram: Array, felt: Mask) -> Array:
     """Gram matrices of unit columns, (..., p, p), regularised for dependent and for zero columns."""
     return gram + np.where(felt, RIDGE, 1.0)[..., None] * np.eye(gram.shape[-1])
-
-
-def _joined(parts: Sequence[_Normal]) -> _Normal:
-    """Concatenate equations of one log under several sets of hypotheses."""
-    return _Normal(
-        gram=[np.concatenate(each) for each in zip(*(part.gram for part in parts), strict=True)],
-        rhs=[np.concatenate(each) for each in zip(*(part.rhs for part in parts), strict=True)],
-        size=[np.concatenate(each) for each in zip(*(part.size for part in parts), strict=True)],
-        square=np.concatenate([part.square for part in parts]),
-        rows=np.concatenate([part.rows for part in parts]),
-        felt=np.concatenate([part.felt for part in parts]),
-    )
 
 
 def _columns_of(logs: Logs, *, upright: bool) -> list[list[_Columns]]:

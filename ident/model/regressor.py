@@ -239,7 +239,7 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
 
 
 def regressor_blocks(
-    arm: Arm, q: Array, dq: Array, ddq: Array, *, weight: Array | None = None, size: int = BLOCK
+    arm: Arm, q: Array, dq: Array, ddq: Array, *, weight: Array | None = None, size: int = BLOCK, first: int = 0
 ) -> Iterator[tuple[slice, Array]]:
     """Yield the regressor block by block, samples last, for processing without storing it.
 
@@ -251,6 +251,7 @@ def regressor_blocks(
         weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It takes little time here, because
             a row is linear in the unit speed of its joint.
         size: Number of samples of a block.
+        first: First joint whose row is computed, from 0; those before have the columns of their drives alone.
 
     Yields:
         The slice of samples, and their columns, shape (n, 14 n + 3 c, samples of the block). The array is
@@ -265,14 +266,16 @@ def regressor_blocks(
         dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
         up = np.empty((0, 2, 3, len(share.T)))  # u and p of each joint up to link i, times its weight
         for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block)):
+            if i < first:
+                continue
             _add_cross(up[:, 1], up[:, 0], link.arrow)
             own = np.zeros((1, *up.shape[1:]))
             own[0, 0 if arm.revolute[i] else 1] = arm.axis[i][:, None] * share[i]
             up = np.concatenate((np.einsum("jkbs,abs->jkas", up, link.E), own))
-            out, (by_inertia, by_mass) = columns[: i + 1, p * i : p * i + len(INERTIAL)], _link_matrices(link)
+            out, (by_inertia, by_mass) = columns[first : i + 1, p * i : p * i + len(INERTIAL)], _link_matrices(link)
             # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
             np.einsum("jas,bas->jbs", up[:, 0], by_inertia, out=out[:, :6])
-            np.einsum("jas,bas->jbs", up.reshape(i + 1, 6, -1), by_mass, out=out[:, 6:])
+            np.einsum("jas,bas->jbs", up.reshape(len(up), 6, -1), by_mass, out=out[:, 6:])
         for j, k, values in _drive_columns(arm, dq_block, ddq_block):
             np.multiply(share[j], values, out=columns[j, k])
         yield block, columns

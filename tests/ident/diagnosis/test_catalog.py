@@ -7,12 +7,12 @@ import pytest
 from consistency_logs import at, changed, doubted, exchanged, logs_of, problem_of
 from real_friction import Truth
 
-from ident.diagnosis import engine
+from ident.diagnosis import engine, families, terms
 from ident.diagnosis.added import Added
-from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
+from ident.diagnosis.alternative import in_logs, scopes
 from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, terms, units, zeros
 from ident.diagnosis.engine import directions
+from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.fitted_currents import across, reference
 from ident.diagnosis.screening import Screened
 
@@ -23,26 +23,26 @@ def by_words(found, words: str):
 
 CASES = {
     "q3 is negated and its zero off by 90 degrees in loaded alone": (
-        lambda x: changed(x, q=at(2, np.pi / 2, 0.0, 3) - x.q * at(2, 1.0, -1.0, 3)), zeros.alternatives,
+        lambda x: changed(x, q=at(2, np.pi / 2, 0.0, 3) - x.q * at(2, 1.0, -1.0, 3)), families.zeros,
     ),
     "q2 and v2 are negated in loaded alone": (
-        lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3), v=x.v * at(1, -1.0, 1.0, 3)), zeros.alternatives,
+        lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3), v=x.v * at(1, -1.0, 1.0, 3)), families.zeros,
     ),
     "columns v1 and v3 are exchanged in loaded alone": (
-        lambda x: changed(x, v=exchanged(x.v, 0, 2)), orders.alternatives,
+        lambda x: changed(x, v=exchanged(x.v, 0, 2)), families.orders,
     ),
     "joints 2 and 3 are exchanged": (
-        lambda x: changed(x, q=exchanged(x.q, 1, 2), v=exchanged(x.v, 1, 2)), orders.alternatives,
+        lambda x: changed(x, q=exchanged(x.q, 1, 2), v=exchanged(x.v, 1, 2)), families.orders,
     ),
     "columns q are shifted by one place, the first joint last": (
-        lambda x: changed(x, q=x.q[:, [1, 2, 0]]), orders.alternatives,
+        lambda x: changed(x, q=x.q[:, [1, 2, 0]]), families.orders,
     ),
     "columns v are shifted by one place, the last joint first": (
-        lambda x: changed(x, v=x.v[:, [2, 0, 1]]), orders.alternatives,
+        lambda x: changed(x, v=x.v[:, [2, 0, 1]]), families.orders,
     ),
-    "the clock is wrong: t must be multiplied by 2": (lambda x: changed(x, t=0.5 * x.t), clocks.alternatives),
+    "the clock is wrong: t must be multiplied by 2": (lambda x: changed(x, t=0.5 * x.t), families.clocks),
     "v2 is negated in loaded alone": (
-        lambda x: changed(x, v=x.v * at(1, -1.0, 1.0, 3)), current_scales.alternatives,
+        lambda x: changed(x, v=x.v * at(1, -1.0, 1.0, 3)), families.scales,
     ),
 }  # fmt: skip
 
@@ -66,10 +66,10 @@ def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(ax
     wrong = [changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in logs_of(Truth())]
     model = doubted(axes, logs_of(Truth()))
     logs = replace(model, recordings=tuple(wrong))
-    values = [each.value for each in units.alternatives(logs) if each.value is not None]
+    values = [each.value for each in families.units(logs) if each.value is not None]
     assert min(abs(each / ratio - 1.0) for each in values) < 0.011  # ratios are 2 % apart
     geared = min(
-        (each for each in units.alternatives(logs) if each.value is not None), key=lambda each: abs(each.value - ratio)
+        (each for each in families.units(logs) if each.value is not None), key=lambda each: abs(each.value - ratio)
     )
     exact = geared.refined(np.array([ratio / geared.value - 1.0]))
     np.testing.assert_allclose(exact.hypothesis.logs[0].read(wrong[0]).q, logs_of(Truth())[0].q, atol=1e-9)
@@ -80,9 +80,9 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(ax
     model = doubted(axes, right)
     wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in right)
     logs = replace(model, recordings=wrong)
-    found = by_words(units.alternatives(logs), "all positions are in degrees")
+    found = by_words(families.units(logs), "all positions are in degrees")
     np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
-    assert not any(each.words == "all positions are in degrees" for each in units.alternatives(model))
+    assert not any(each.words == "all positions are in degrees" for each in families.units(model))
 
 
 @pytest.mark.parametrize(("joint", "scale"), [(None, 1e3), (None, -0.02), (1, 37.0)])
@@ -91,7 +91,7 @@ def test_the_scale_of_a_logs_currents_is_looked_for_over_eight_decades(axes, joi
     factor = np.full(3, scale) if joint is None else at(joint, scale, 1.0, 3)
     logs = doubted(axes, [bare, changed(loaded, v=loaded.v * factor)])
     joints = () if joint is None else (joint,)
-    values = [x.value for x in current_scales.alternatives(logs) if x.joints == joints and x.value != -1.0]
+    values = [x.value for x in families.scales(logs) if x.joints == joints and x.value != -1.0]
     assert min(abs(np.log(abs(x / scale))) if x * scale > 0.0 else np.inf for x in values) < 0.2  # neighbours
 
 
@@ -100,20 +100,20 @@ def test_only_a_power_of_ten_is_a_natural_scale_and_not_one_chosen_from_the_grid
     found = [
         each
         for scale in (-4e3, 1e3, 100.0, 37.0, 0.1, -0.02)
-        for each in current_scales.alternatives(doubted(axes, [bare, changed(loaded, v=scale * loaded.v)]))
+        for each in families.scales(doubted(axes, [bare, changed(loaded, v=scale * loaded.v)]))
         if each.value != -1.0
     ]
     natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in found]
     assert {*natural} == {True, False}
     assert [each.searched for each in found] == [not each for each in natural]
-    assert all(each.searched for each in units.gears(doubted(axes, [bare, loaded]), 1))
+    assert all(each.searched for each in families.gears(doubted(axes, [bare, loaded]), 1))
 
 
 def test_a_scale_from_the_grid_takes_smaller_steps_than_a_natural_one(axes, monkeypatch):
     bare, loaded = logs_of(Truth())
     logs, asked = doubted(axes, [bare, loaded]), dict[float, float]()
     gross = tuple(
-        Screened(replace(current_scales.scaled(logs, (1,), (joint,), scale), searched=searched), np.full(3, 37.0))
+        Screened(replace(families.scaled(logs, (1,), (joint,), scale), searched=searched), 111.0)
         for joint, scale, searched in ((0, 4.7, True), (1, -1.0, False))
     )
     monkeypatch.setattr(
@@ -126,12 +126,12 @@ def test_a_scale_from_the_grid_takes_smaller_steps_than_a_natural_one(axes, monk
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):
     bare, loaded = logs_of(Truth())
     logs = doubted(axes, [bare, changed(loaded, v=loaded.v * at(1, 5.0, 1.0, 3))])
-    found = current_scales._left(logs, 1, 1)
+    found = families.scale_losses(logs, 1, 1)
     held = logs.model.fits.parts[1]
     own = logs.model.rows[1].motion == 1
-    at_some = np.arange(0, len(current_scales.SCALES), 13)
+    at_some = np.arange(0, len(families.SCALES), 13)
     expected = []
-    for s in current_scales.SCALES[at_some]:
+    for s in families.SCALES[at_some]:
         left = held.fit.without(np.where(own, held.fit.V / s, held.fit.V))
         share, squares = own.mean(), [np.sum(left[~own] ** 2), s**2 * np.sum(left[own] ** 2)]
         expected.append(0.5 * held.fit.freedom * (np.log(squares) @ [1.0 - share, share]))
@@ -150,7 +150,7 @@ def test_one_log_has_no_other_scale_and_no_log_of_its_own():
 
 @pytest.fixture(scope="module")
 def found(sound):
-    return directions(reference(sound.problem), sound, tuple(FAMILIES.values()))
+    return directions(reference(sound.problem), sound, FAMILIES)
 
 
 def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found):
@@ -169,7 +169,6 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
         size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
         own_sign = each.family in ("clock", "delay", "current scale")  # angles are told as what undoes them
         np.testing.assert_allclose(other.value if own_sign else abs(other.value), size, rtol=1e-9)
-    assert set(SAME_PARAMETER) == {"sign", "current sign", "payload shift"}
 
 
 def test_terms_of_the_model_are_no_alternative_readings(found):
@@ -188,21 +187,23 @@ def test_terms_of_the_model_are_no_alternative_readings(found):
 
 
 def test_steps_of_a_size_add_up(sound):
-    turned = zeros.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
+    turned = families.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(turned.hypothesis.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
-    later = delays.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
+    later = families.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
     np.testing.assert_allclose(later.hypothesis.logs[1].delay, 0.007, rtol=1e-12)
     assert "7 ms later" in later.words
     assert "23 Hz" in later.words  # 1 / (2 pi 7 ms)
-    apart = delays.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0])).refined(np.array([0.0, -0.0021, 0.004]))
+    apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0])).refined(
+        np.array([0.0, -0.0021, 0.004])
+    )
     np.testing.assert_allclose(apart.hypothesis.logs[0].delay, [0.002, -0.0051, 0.004], rtol=1e-12)
     assert "2.0 (v1), -5.1 (v2), 4.0 (v3) ms" in apart.words
     assert (apart.value, apart.parameters, later.parameters) == (None, 3, 1)
-    timed = clocks.timed(sound, (0,), 1.2).refined(np.array([0.05]))
+    timed = families.timed(sound, (0,), 1.2).refined(np.array([0.05]))
     np.testing.assert_allclose(timed.hypothesis.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
-    scaled = current_scales.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
+    scaled = families.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
     np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
-    longer = lengths.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))
+    longer = families.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))
     np.testing.assert_allclose(
         longer.hypothesis.length_factors, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12
     )  # never negative
@@ -222,21 +223,21 @@ def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     np.testing.assert_allclose(
         tilt.alternative(small).hypothesis.gravity - before, derivative, atol=1e-10
     )  # second order
-    assert len(list(base.alternatives(sound))) == 25  # of 26 directions, one is the model's
+    assert len(list(families.bases(sound))) == 25  # of 26 directions, one is the model's
 
 
 def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or_a_sign(sound, found):
     zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
     small = Small(zero, Added(u=np.ones(40), value=np.array([0.06]), covariance=np.eye(1)))
-    assert small.near(zeros.turned(sound, 1, (0, 1), 1.0, 0.09))
-    assert not small.near(zeros.turned(sound, 1, (0, 1), 1.0, 0.06 + np.pi / 2))
-    assert not small.near(zeros.turned(sound, 1, (0, 1), -1.0, 0.06))
-    assert not small.near(zeros.turned(sound, 2, (0, 1), 1.0, 0.06))
-    assert not small.near(zeros.turned(sound, 1, (1,), 1.0, 0.06))
+    assert small.near(families.turned(sound, 1, (0, 1), 1.0, 0.09))
+    assert not small.near(families.turned(sound, 1, (0, 1), 1.0, 0.06 + np.pi / 2))
+    assert not small.near(families.turned(sound, 1, (0, 1), -1.0, 0.06))
+    assert not small.near(families.turned(sound, 2, (0, 1), 1.0, 0.06))
+    assert not small.near(families.turned(sound, 1, (1,), 1.0, 0.06))
     scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
     small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
-    assert small.near(current_scales.scaled(sound, (1,), (1,), 1.3))
-    assert not small.near(current_scales.scaled(sound, (1,), (1,), 1000.0))
+    assert small.near(families.scaled(sound, (1,), (1,), 1.3))
+    assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
 
 
 def test_currents_have_times_of_their_own_in_one_log_only(found):
@@ -249,10 +250,10 @@ def test_currents_have_times_of_their_own_in_one_log_only(found):
 
 def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
     for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
-        full = Compared(zeros.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
+        full = Compared(families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
         np.testing.assert_allclose(full.std, np.rad2deg(0.01), rtol=1e-9)
-    assert Compared(zeros.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
-    apart = delays.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
+    assert Compared(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
+    apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
     assert (
         Compared(apart, np.ones(40), sound, np.array([1e-3, 2e-3, 3e-3])).std is None
     )  # of three sizes there is no one
@@ -261,7 +262,7 @@ def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
 @pytest.mark.parametrize(("share", "within"), [(0.97, True), (-0.97, True), (1.03, False), (-1.03, False)])
 def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found, share, within):
     delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
-    value = np.array([share * delays.LARGEST])
+    value = np.array([share * families.LARGEST_DELAY])
     assert Small(delay, Added(u=np.ones(40), value=value, covariance=np.eye(1))).within is within
 
 
@@ -328,6 +329,6 @@ def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):
 def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_first_joint(sound, found):
     assert sound.structure.arm.translation.any(axis=1).all()
     assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
-    (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
+    (second, *_) = (each for each in families.lengths(sound) if each.joints == (2,))
     assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
     np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])

@@ -14,12 +14,12 @@ from real_friction import Truth
 
 from ident.diagnosis.added import Added, each_added
 from ident.diagnosis.candidates import Compared, Small, likeliest
-from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import Fault, compared, faults
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.diagnosis.estimate_model import between, consequence, severity_of
+from ident.diagnosis.families import scaled
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.problem import Problem
@@ -314,7 +314,7 @@ def test_a_current_that_friction_shows_to_be_negated_is_wrong_with_what_that_doe
 def shown(family: str, parameters: int, gain: float, logs: tuple[int, ...] = (0, 1), wave: float = 1.0):
     """An alternative whose gain differs between blocks by a wave: of two with one wave the difference is sure."""
     u = gain / 40.0 + wave * np.linspace(-1.0, 1.0, 40)
-    return SimpleNamespace(family=family, parameters=parameters, gain=gain, u=u, logs=logs)
+    return SimpleNamespace(family=family, parameter=family, parameters=parameters, gain=gain, u=u, logs=logs)
 
 
 def test_of_alternatives_that_predict_as_well_lengths_come_last():

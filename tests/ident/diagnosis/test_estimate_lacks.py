@@ -9,16 +9,15 @@ from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of
 from known_logs import BRICK
 from real_friction import Truth
 
-from ident.diagnosis import estimate_lacks
+from ident.diagnosis import estimate_lacks, terms
 from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.catalog import payload as payload_catalog
-from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import survey
 from ident.diagnosis.estimate_lacks import _unexplained, diagnosis_of, imitated, lacks_of, shown_beside
 from ident.diagnosis.estimate_model import claimed, consequence, stated
 from ident.diagnosis.fitted_currents import reference
+from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 
@@ -45,7 +44,7 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
-    (centre, *_) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_errors(problem, estimate)
     (found,) = imitated(base, base.solution.stiff, (), [centre, elastic(axes, logs)])
     assert found.best.direction is centre
     np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
@@ -90,7 +89,7 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
-    (centre, *_) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_errors(problem, estimate)
     assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
         centre
     ]  # alone it is believed
@@ -102,7 +101,7 @@ def test_softer_joints_than_their_first_order_describes_are_no_fault_where_the_e
     logs = logs_of(Truth(compliance=(4e-3, 2.8e-3, 3.6e-3)), seed=2)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.0065, 0.0125))))))
     estimate, stiff = yielding(problem)
-    (centre, *_) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_errors(problem, estimate)
     assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre]))
     assert list(imitated(stated(problem, stiff), stiff.solution, (), [centre]))  # an estimate that does not yield
 
@@ -116,7 +115,7 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
     for pair, name in ((creeping, "payload shift"), ([logs[0], late], "payload centre")):
         problem = problem_of(axes, pair)
         base = stated(problem, all_joints(problem))
-        lack = next(shown_beside(base, list(payload_catalog.directions(problem, base.estimate))))
+        lack = next(shown_beside(base, list(payload_errors(problem, base.estimate))))
         assert lack.best.family == name
         assert lack.best.what.logs == (1,)
         if name == "payload shift":
@@ -130,7 +129,7 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
 def test_a_shift_in_one_of_two_loaded_logs_grows_there_alone(axes, logs):
     problem = problem_of(axes, [*logs, logs[1]], (None, BRICK, BRICK))
     estimate = all_joints(problem)
-    shifts = [each for each in payload_catalog.directions(problem, estimate) if each.family == "payload shift"]
+    shifts = [each for each in payload_errors(problem, estimate) if each.family == "payload shift"]
     assert [each.logs for each in shifts] == [(1,), (2,)]
     for each in shifts:
         for j, columns in enumerate(each.columns):
@@ -195,7 +194,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
     base = stated(problem, joint_by_joint(problem))
-    (centre, *_) = payload_catalog.directions(problem, base.estimate)
+    (centre, *_) = payload_errors(problem, base.estimate)
     size = np.abs(base.added(centre).value).max()
 
     def said(largest: float) -> list[str]:

@@ -11,13 +11,14 @@ from known_logs import BRICK
 from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
+from ident.diagnosis import terms
 from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.candidates import Small
-from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.estimate_lacks import Lack, diagnosis_of
 from ident.diagnosis.estimate_model import FINEST, claimed, stated
+from ident.diagnosis.terms import payload_errors
 from ident.estimation.gain_options import GainOptions
 from ident.payload.payload import standard_parameters
 
@@ -176,7 +177,7 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate = method(problem)
     base = stated(problem, estimate)
-    (centre, *_) = payload_catalog.directions(problem, estimate)
+    (centre, *_) = payload_errors(problem, estimate)
     assert (centre.family, centre.logs, centre.unit) == ("payload centre", (1,), "mm")
     found = base.added(centre)
     std = np.sqrt(np.diag(found.covariance))
@@ -231,7 +232,7 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
     moved = standard_parameters(given[0], BRICK.com + step, given[1]) - standard_parameters(
         given[0], BRICK.com, given[1]
     )
-    per_metre = payload_catalog.per_metre
+    per_metre = terms.per_metre
     np.testing.assert_allclose(per_metre(BRICK) @ step, moved, atol=1e-10)  # second order: 4.3 kg, 1e-11 m^2
     centre = per_metre(replace(BRICK, known="com", com_std=(0.3, 0.2, 0.1), mass_std=0.7))
     np.testing.assert_allclose(centre @ step, np.r_[np.zeros(6), moved[6:]], atol=1e-10)
@@ -243,7 +244,7 @@ def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
 def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
     problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))
     estimate = joint_by_joint(problem)
-    found = list(payload_catalog.directions(problem, estimate))
+    found = list(payload_errors(problem, estimate))
     assert [each.family for each in found] == [*families, "payload shift"]  # none moves in its mount
     assert all(each.at_fault for each in found)  # gains that they spoil are refused
 
@@ -251,9 +252,9 @@ def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, famili
 @pytest.mark.parametrize("least", [0.0, 1e-14])  # exactly, or but for rounding
 def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, logs, monkeypatch, least):
     problem = problem_of(axes, logs)
-    per_metre = payload_catalog.per_metre
-    monkeypatch.setattr(payload_catalog, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
-    (centre, _, shift) = payload_catalog.directions(problem, joint_by_joint(problem))
+    per_metre = terms.per_metre
+    monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
+    (centre, _, shift) = payload_errors(problem, joint_by_joint(problem))
     assert {each.shape[1] for each in centre.columns} == {2}
     assert "(+13, -, -27) mm" in centre.message(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
     moved = shift.message(np.array([0.1, 0.2, 0.3, 0.013, -0.027, 0.041]), ("a.csv", "b.csv"))

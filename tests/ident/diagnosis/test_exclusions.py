@@ -9,40 +9,39 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from real_friction import Truth
 
 from ident.diagnosis.candidates import SHOWN
-from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import Survey, compared, survey
 from ident.diagnosis.estimate_model import Stated, stated
-from ident.diagnosis.exclusions import (
+from ident.diagnosis.limits import (
     SIZES,
-    SURELY_WORSE,
     bounds,
     centres_excluded,
     exclusions,
-    indistinguishable,
-    indistinguishable_together,
+    undetectable,
+    undetectable_together,
     undetected_sizes,
 )
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.screening import Screened
+from ident.diagnosis.screening import SURELY_WORSE, Screened
+from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate
 from ident.payload.payload import Payload
 
 
 def excluded(seen: Survey) -> list[Exclusion]:
     """What the logs exclude."""
-    return exclusions(seen, undetected_sizes(seen))
+    return list(exclusions(seen, undetected_sizes(seen)))
 
 
 def hidden(seen: Survey, base: Stated | None = None) -> list[str]:
     """What the logs cannot reveal of single joints and of scales."""
-    return list(indistinguishable(seen, undetected_sizes(seen), base))
+    return list(undetectable(seen, undetected_sizes(seen), base))
 
 
 def untold(seen: Survey, base: Stated | None = None) -> list[str]:
     """All that is untold."""
-    return [*hidden(seen, base), *indistinguishable_together(seen, undetected_sizes(seen))]
+    return [*hidden(seen, base), *undetectable_together(seen, undetected_sizes(seen))]
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +185,7 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
     one, two = ({each.alternative.joints: each for each in alternatives}[(j,)].alternative for j in (1, 3))
 
     def said(*losses: float) -> list[str]:
-        made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
+        made = tuple(Screened(each, -x) for each, x in zip((one, two), losses, strict=True))
         return [each.sentence for each in excluded(replace(seen, gross=made)) if each.limit is None]
 
     assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["opposite sign of q2, 4"]
@@ -210,7 +209,7 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
 
     def said(*open_ones: float) -> list[str]:
         gain = {size: -0.9 if size in open_ones else -1.1 for size in zeros}
-        gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
+        gross = tuple(Screened(each, SURELY_WORSE * gain[size]) for size, each in zeros.items())
         return hidden(replace(seen, gross=gross, directions=()))
 
     assert said(-180.0) == ["zero of q5 off by half a turn"]
@@ -238,9 +237,9 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
     assert excluded.sentence == told
     for axis in np.eye(3):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))
-        (centre,) = (each for each in payload.directions(off.problem, off.estimate) if each.family == "payload centre")
+        (centre,) = (each for each in payload_errors(off.problem, off.estimate) if each.family == "payload centre")
         assert z_of(off.added(centre).u) > SHOWN
-    (centre,) = (each for each in payload.directions(sound.problem, sound.estimate) if each.family == "payload centre")
+    (centre,) = (each for each in payload_errors(sound.problem, sound.estimate) if each.family == "payload centre")
     assert z_of(sound.added(centre).u) < SHOWN
     known = replace(BRICK, com_std=(0.01, 0.01, 0.01))
     assert list(centres_excluded(base(known))) == []

@@ -8,7 +8,7 @@ from consistency_logs import LOOSE, at, changed, exchanged, late, logs_of
 from known_logs import BRICK, mounted
 from real_friction import Truth
 
-from ident.diagnosis.catalog import current_scales
+from ident.diagnosis import families
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.identification import check, identify
@@ -92,7 +92,7 @@ def test_the_size_of_a_scale_is_estimated_and_not_a_point_of_the_grid_that_it_wa
     # Seven deviations off with seed 8 where log and others are judged in one sum of squares.
     assert abs(found.value - factor) < 3.0 * found.std
     if seed == 7:  # half a deviation and more from the grid
-        assert np.abs(np.log(found.value / np.abs(current_scales.SCALES))).min() > 1e-3
+        assert np.abs(np.log(found.value / np.abs(families.SCALES))).min() > 1e-3
 
 
 @pytest.mark.parametrize("fault", ["q2 negated in one log", "all currents times 1000 in one log"])

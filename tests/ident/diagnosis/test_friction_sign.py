@@ -87,8 +87,10 @@ def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_
         5: (-2.0, -1.1, None),
     }
     monkeypatch.setattr(
-        "ident.diagnosis.friction_sign.friction_z",
-        lambda problem, joint: None if (z := told[joint][problem.motions[0]]) is None else FRICTION_Z * z,
+        "ident.diagnosis.friction_sign.total_and_coulomb_z",
+        lambda problem, joint, _: (
+            None if (z := told[joint][problem.motions[0]]) is None else FRICTION_Z * np.array([0.9 * z, z])
+        ),
     )
     arm = SimpleNamespace(arm=SimpleNamespace(n=6, joint_names=tuple("abcdef")))
     assert opposed(Problem(arm, (0, 1, 2), GainOptions())) == [(0, 1), (1, 1), (3, 2), (4, 2)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
-from ident.diagnosis.subsampled_states import subsampled_states
+from ident.diagnosis.screening import subsampled_states
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled

@@ -1,0 +1,199 @@
+"""Limits of what logs can reveal: faults that they exclude, and faults that are undetectable.
+
+A small fault is excluded beyond the size at which predictions become significantly worse; a large one if it increases
+the residual so much that no other change can compensate.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ident.diagnosis.alternative import Alternative, Direction
+from ident.diagnosis.candidates import SHOWN
+from ident.diagnosis.comparison import Fits, each_z, gains
+from ident.diagnosis.diagnosis import Exclusion
+from ident.diagnosis.engine import Survey
+from ident.diagnosis.estimate_model import Stated
+from ident.diagnosis.families import FAMILIES, Limit
+from ident.diagnosis.terms import CENTRE
+from ident.support.arrays import Array, Indices, Mask
+from ident.support.naming import enumerated
+
+SIZES = np.geomspace(1e-2, 1.0, 41)
+"""Tested sizes, in units of the largest one for which the first order is valid."""
+FARTHEST = 0.1
+"""Largest tested error of a payload's centre [m]."""
+QUARTER = 135.0
+"""Smallest error of a zero that counts as half a turn [degrees]."""
+NAMED = 2
+"""Largest number of alternatives that a sentence names."""
+
+LIMITS = tuple((family.name, limit) for family in FAMILIES for limit in family.limits)
+"""Names of families, and sizes of theirs that are bounded."""
+Sizes: TypeAlias = Mapping[Limit, Mapping[tuple[tuple[int, ...], str], float]]
+"""Largest sizes that are not excluded, by joints and unit, where there is a limit."""
+
+
+def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
+    """Return the size beyond which each direction, of one parameter, is excluded; None if it is not.
+
+    Predictions become worse with the size, so that it is found by bisection, for all directions at once.
+    """
+    score, count = fits.score, len(directions)
+    if not count:
+        return []
+    cross, square = np.zeros((2, count, *score.squares.shape))
+    for j, part in enumerate(fits.parts):
+        felt = [(k, own) for k, each in enumerate(directions) if (own := each.columns[j]) is not None]
+        if part is not None and felt:
+            which, columns = [k for k, _ in felt], np.hstack([own for _, own in felt])
+            held = part.predicted(part.fit.without(columns))
+            residual = part.predicted(part.fit.residual[:, None])
+            cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
+            square[which, j] = np.einsum("brk,brk->bk", held, held).T
+    felt = np.asarray(square.any(axis=2))  # (directions, parts): other parts do not change
+    largest, last = np.array([each.largest for each in directions]), len(SIZES) - 1
+
+    def lost(number: Indices) -> Mask:
+        sizes = largest * SIZES[number]
+        x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (directions, 2, 1, 1)
+        moved = score.squares - 2.0 * x * cross[:, None] + x**2 * square[:, None]
+        moved = np.where(felt[:, None, :, None], moved, score.squares)
+        z = each_z(gains(score, replace(score, squares=moved)))  # (directions, 2)
+        return z.max(axis=1) < -SHOWN
+
+    below, above = (
+        np.full(count, -1),
+        np.full(count, last),
+    )  # not lost at the first, unless it is -1; lost at the second
+    found = lost(above)  # not without an effect: z is 0
+    while (above - below > 1).any():
+        middle = (below + above) // 2
+        worse = lost(np.maximum(middle, 0))
+        below, above = np.where(worse, below, middle), np.where(worse, middle, above)
+    return [float(largest[k] * SIZES[above[k]]) if found[k] else None for k in range(count)]
+
+
+def undetected_sizes(seen: Survey) -> Sizes:
+    """Return the largest size that is not excluded of each kind of small fault; of one log, that of any log."""
+    found = {limit: dict[tuple[tuple[int, ...], str], float]() for family in FAMILIES for limit in family.limits}
+    own = [
+        (limit, each) for family in FAMILIES for limit in family.limits for each in _of_limit(seen, family.name, limit)
+    ]
+    for (limit, each), size in zip(own, bounds(seen.logs.model.fits, [each for _, each in own]), strict=True):
+        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor
+        key, sizes = (each.joints, unit), found[limit]
+        sizes[key] = max(sizes.get(key, 0.0), np.inf if size is None else scale * size)
+    return {kind: {key: size for key, size in sizes.items() if np.isfinite(size)} for kind, sizes in found.items()}
+
+
+def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Direction]:
+    kind = family, len(limit.column), 1 if limit.one_log else len(seen.logs.recordings)
+    return [each for each in seen.directions if (each.family, len(each.joints), len(each.logs)) == kind]
+
+
+def exclusions(seen: Survey, sizes: Sizes) -> Iterator[Exclusion]:
+    """Return what the logs exclude, one sentence per family.
+
+    Args:
+        seen: Comparison with all alternatives.
+        sizes: Its `undetected_sizes`.
+    """
+    for name, limit in LIMITS:
+        for unit in dict.fromkeys(unit for _, unit in sizes[limit]):
+            same = {joints: _rounded(size) for (joints, at), size in sizes[limit].items() if at == unit}
+            named = [f"{size:g}{''.join(f' ({limit.column}{j + 1})' for j in joints)}" for joints, size in same.items()]
+            yield Exclusion(
+                family=name, sentence=f"{limit.words} beyond {', '.join(named)} {unit}",
+                joints=tuple(j for joints in same for j in joints), limit=max(same.values()), unit=unit,
+            )  # fmt: skip
+    words = {name: sentence for family in FAMILIES for name, sentence in family.excluded.items()}
+    others = {each.alternative.family for each in seen.gross} - {name for name, _ in LIMITS} - {*words}
+    for name in (*words, *sorted(others)):  # excluded as a whole, or for some joints
+        own, sentence = [each for each in seen.gross if each.alternative.family == name], words.get(name)
+        sentence = sentence or f"another {name}"
+        lost = [each for each in own if each.excluded]
+        still = {each.alternative.joints for each in own if not each.excluded}
+        joints = sorted({each.alternative.joints for each in own} - still)
+        if joints and all(len(each) == 1 for each in joints):
+            of_joints = tuple(j for (j,) in joints)
+            yield Exclusion(family=name, sentence=sentence.format(joints=_numbers(of_joints)), joints=of_joints)
+        elif lost and "{joints}" not in sentence:
+            many = "" if len(lost) == len(own) else f" ({len(lost)} of {len(own)} cases)"
+            yield Exclusion(family=name, sentence=f"{sentence}{many}")
+
+
+def centres_excluded(base: Stated) -> Iterator[Exclusion]:
+    """Return excluded errors of specified centres of payloads, along any axis."""
+    for each in base.payload_errors:
+        if each.family == CENTRE and each.prior_std is None:
+            (columns,) = base.weighted(each).columns
+            assert columns is not None, "weighted"
+            axes = [replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T]
+            sizes = [np.inf if size is None else size for size in bounds(base.fits, axes)]
+            if sizes and max(sizes) < np.inf:
+                limit = _rounded(max(sizes) * each.scale)
+                moved = _largest_effect(base, list(1e-3 * base.stacked(each.columns).T))  # of a millimetre
+                sentence = f"errors of the payload's centre beyond {limit:g} mm (1 mm changes a gain by {moved:.1g} %)"
+                yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
+
+
+def undetectable(seen: Survey, sizes: Sizes, base: Stated | None = None) -> Iterator[str]:
+    """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
+
+    Args:
+        seen: Comparison with all alternatives.
+        sizes: Its `undetected_sizes`.
+        base: The estimate, for the effect on the gains, or None.
+    """
+    open_ones = _of_every_log(seen)
+    for j in range(seen.logs.structure.arm.n):
+        own = [each for each in open_ones if each.joints == (j,)]
+        kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
+        if kinds:
+            half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
+            yield f"zero of q{j + 1} off by half a turn" if half else f"{enumerated(kinds)} of q{j + 1}"
+    for name, limit in sorted(LIMITS, key=lambda own: (own[0], not own[1].column)):
+        own = [each for each in _of_limit(seen, name, limit) if (each.joints, "%") not in sizes[limit]]
+        if own and limit.undetectable:
+            moved = 0.0
+            if base is not None:
+                moved = _largest_effect(base, [0.01 * base.stacked(each.columns)[:, 0] for each in own])
+            matters = f" (1 % changes a gain by {moved:.2g} %)" if moved else ""
+            joints = sorted({j for each in own for j in each.joints})
+            yield f"{limit.undetectable.format(joints=_numbers(joints))}{matters}"
+
+
+def undetectable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
+    """Return faults of several joints together that these logs cannot reveal; arguments as for `undetectable`."""
+    bounded = {"clock", *(name for name, limit in LIMITS if not limit.column and sizes[limit])}
+    words = [each.words for each in _of_every_log(seen) if len(each.joints) != 1 and each.family not in bounded]
+    if words:
+        more = f", or {len(words) - NAMED} more" if len(words) > NAMED else ""
+        yield f"whether {', or '.join(words[:NAMED])}{more}"
+
+
+def _largest_effect(base: Stated, currents: Sequence[Array]) -> float:
+    """Largest change of a gain [%] by any of some currents."""
+    return max((abs(effect.percent) for each in currents for effect in base.effects(each)), default=0.0)
+
+
+def _of_every_log(seen: Survey) -> list[Alternative]:
+    """Return alternatives for all logs that these do not distinguish from the logs as they are."""
+    every = seen.logs.every
+    return [each.alternative for each in seen.gross if each.alternative.logs == every and not each.excluded]
+
+
+def _numbers(joints: Sequence[int]) -> str:
+    """Joints, from 0, as `2 to 5` or `2, 4`."""
+    numbers = sorted(j + 1 for j in joints)
+    if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
+        return f"{numbers[0]} to {numbers[-1]}"
+    return ", ".join(str(each) for each in numbers)
+
+
+def _rounded(x: float) -> float:
+    """Round to two digits at most."""
+    return float(f"{x:.2g}")

@@ -1,0 +1,249 @@
+"""Effects that a model of rigid joints with simple friction lacks, and payloads that are not as specified.
+
+They may look like faults of the logs, and compete with these as columns of currents.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from ident.diagnosis.alternative import Direction, Term, two_digits
+from ident.diagnosis.fitted_currents import Reference
+from ident.diagnosis.free_model import COUPLED
+from ident.diagnosis.logs import Logs
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.joint_by_joint.gain_system import JointRows, joint_rows
+from ident.estimation.problem import Problem
+from ident.payload.payload import Payload
+from ident.support.arrays import Array, readonly
+
+ELASTICITY = "joint elasticity"
+OFFSET, OFFSET_DRIFT = "offset", "offset drift"
+"""Families of the current sensor, which are not effects of the arm."""
+WARM_UP = "warm the drives up before recording"
+MESSAGES = {
+    ELASTICITY: (
+        "the joints are elastic, which is not modelled",
+        "model it (nls with compliance), or move more slowly",
+    ),
+    "position-dependent torque": (
+        "a torque that depends on the joint's position is not modelled",
+        "check for a spring, a cable or a kinematic error",
+    ),
+    "friction law": ("the friction law of the model does not fit", "choose a friction law that fits (nls, friction)"),
+    "friction drift": ("friction changes within the logs", WARM_UP),
+    "current drift": (
+        "the currents' scale drifts within the log",
+        f"{WARM_UP}; magnets weaken with temperature",
+    ),
+    OFFSET: (
+        "the currents are offset from those of the first log",
+        f"{WARM_UP}, and zero the current sensors once for all logs",
+    ),
+    OFFSET_DRIFT: ("the offset of the currents drifts within the log", f"{WARM_UP}, and zero the current sensors"),
+}
+"""Description and remedy of each term."""
+DEGREE = 6
+"""Degrees of the polynomials in position, and of those in speed for each direction."""
+
+
+def elasticity(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Elastic joints, each with its own compliance."""
+    size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
+    yield _term(ELASTICITY, (), logs, [each * size for each in reference.softened])
+
+
+def position(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
+    for rows in logs.model.rows:
+        columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
+        yield _of_joint("position-dependent torque", logs, rows.joint, columns)
+
+
+def speed(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction with another dependence on speed."""
+    for rows in logs.model.rows:
+        dq = states(logs, rows)[1]
+        even = _polynomials(np.abs(dq), DEGREE // 2)
+        columns = np.hstack((even, np.sign(dq)[:, None] * even)) * rows.weight[:, None]
+        yield _of_joint("friction law", logs, rows.joint, columns)
+
+
+def _polynomials(x: Array, degree: int) -> Array:
+    """Legendre polynomials over the range of x, from degree 1, shape (r, degree)."""
+    low, high = float(x.min(initial=0.0)), float(x.max(initial=0.0))
+    scaled = (2.0 * x - low - high) / max(high - low, 1e-300)
+    return readonly(legendre.legvander(scaled, degree)[:, 1:])
+
+
+def states(logs: Logs, rows: JointRows) -> tuple[Array, Array]:
+    """Position and speed of a joint at the middle of its rows' filters, each of shape (r,)."""
+    q, dq = np.zeros(len(rows.V)), np.zeros(len(rows.V))
+    for log, motion in enumerate(logs.problem.motions):
+        behind, own = motion.observation.recorded, rows.motion == log
+        at = rows.position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
+        q[own], dq[own] = behind.q[at, rows.joint], behind.dq[at, rows.joint]
+    return q, dq
+
+
+def since_middle(rows: JointRows, log: int | None = None) -> Array:
+    """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
+    own = rows.position if log is None else rows.position[rows.motion == log]
+    return rows.position / max(1, int(own.max(initial=1))) - 0.5
+
+
+def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction that changes within each log."""
+    for rows in logs.model.rows:
+        own = [k for k, name in enumerate(rows.names) if name in (f"Fv{rows.joint + 1}", f"Fc{rows.joint + 1}")]
+        if own:
+            time = [since_middle(rows) * (rows.motion == log) for log in range(len(logs.recordings))]
+            columns = np.hstack([rows.W[:, own] * each[:, None] for each in time])
+            yield _of_joint("friction drift", logs, rows.joint, columns)
+
+
+def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction of a motor that turns with two joints, different in a later log."""
+    for rows in logs.model.rows:
+        coupled = [k for k, name in enumerate(rows.names) if name.rstrip("0123456789") in COUPLED]
+        if coupled and len(logs.recordings) > 1:
+            parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in range(1, len(logs.recordings))]
+            yield _of_joint("friction drift", logs, rows.joint, np.hstack(parts))
+
+
+def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Currents of one log whose scale drifts during the log, of all joints or of one."""
+    for log in range(len(logs.recordings)):
+        explained = zip(logs.model.rows, reference.explained(log), strict=True)
+        columns = [(own * since_middle(rows, log))[:, None] for rows, own in explained]
+        for joints in ((), *((j,) for j in range(len(columns)))):
+            chosen = [each if not joints or j in joints else None for j, each in enumerate(columns)]
+            yield replace(_term("current drift", joints, logs, chosen), logs=(log,), unit="%", scale=100.0)
+
+
+def offsets(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
+    n = logs.structure.arm.n
+    for log in range(len(logs.recordings)):
+        level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
+        drift = [own * since_middle(rows, log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
+        for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
+            found = [_of_joint(family, logs, j, each) for j, each in enumerate(columns)]
+            if n > 1 and columns:
+                found.append(_term(family, (), logs, [c * (np.arange(n) == j) for j, c in enumerate(columns)]))
+            yield from (replace(each, logs=(log,)) for each in found)
+
+
+TERMS: dict[str, Callable[[Reference, Logs], Iterator[Direction]]] = {
+    ELASTICITY: elasticity,
+    "position-dependent torque": position,
+    "friction law": speed,
+    "friction drift": warming,
+    "friction of couplings": coupled_friction,
+    "current drift": current_drift,
+    "offsets": offsets,
+}
+
+
+def _of_joint(family: str, logs: Logs, joint: int, columns: Array) -> Direction:
+    n = logs.structure.arm.n
+    return _term(family, (joint,), logs, [columns if j == joint else None for j in range(n)])
+
+
+def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: Sequence[Array | None]) -> Direction:
+    words, advice = MESSAGES[family]
+    sentence = f"joint {joints[0] + 1}: {words}" if joints else words
+    return Direction(
+        family=family, joints=joints, logs=logs.every, columns=tuple(columns),
+        term=Term(words=lambda _: sentence, advice=advice, at_fault=family in (OFFSET, OFFSET_DRIFT)),
+        unit="", scale=1.0, largest=np.inf,
+    )  # fmt: skip
+
+
+KNOWN_CENTRE = ("all", "com")
+"""Payloads with a specified centre of mass."""
+ROUNDING = 1e-9
+"""Ratio of the sizes of effects below which the smaller one is a rounding error."""
+CENTRE, INERTIA, SHIFT = "payload centre", "payload inertia", "payload shift"
+MEASURE_CENTRE = "measure the payload's centre of mass, and weigh it with all that is mounted; check axes and units"
+OF_PAYLOAD: dict[str, tuple[Callable[[Array], str], str]] = {
+    CENTRE: (
+        lambda offset: f"the payload's centre of mass seems to differ from the specified one by ({_in_mm(offset)}) mm",
+        MEASURE_CENTRE,
+    ),
+    INERTIA: (
+        lambda _: "the payload's inertia seems to differ from the specified one",
+        "check the payload's inertia: axes, reference point and units",
+    ),
+    SHIFT: (
+        lambda offset: (
+            "the payload seems to move in its mount, its centre of mass by some "
+            f"({_in_mm(offset[len(offset) // 2 :])}) mm from beginning to end,"
+        ),
+        "fasten the payload, and record this motion again",
+    ),
+}
+"""Description, from all values [SI], and remedy of each error of a payload."""
+
+
+def _in_mm(offset: Array) -> str:
+    """Components of an offset [m] in words; `-` for those without effect, which are NaN."""
+    return ", ".join("-" if np.isnan(x) else two_digits(1e3 * x, sign="+") for x in offset)
+
+
+def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
+    """Errors of the specified centre of mass and inertia of each payload, and its shift within a log."""
+    rows = [joint_rows(problem, j) for j in range(problem.structure.arm.n)]
+    for which, payload in enumerate(problem.payloads):
+        if payload.known in KNOWN_CENTRE:
+            yield _of_payload(problem, rows, estimate, which, CENTRE, per_metre(payload), payload.com_std)
+        if payload.known == "all":
+            yield _of_payload(problem, rows, estimate, which, INERTIA, np.eye(10)[:, :6])
+        moment = np.zeros((10, 3))
+        moment[6:9] = payload.mass * np.eye(3)
+        fixed = _of_payload(problem, rows, estimate, which, SHIFT, moment)
+        for log in fixed.logs:  # its mean within the log, then its growth in proportion to time
+            time = [(since_middle(each, log) * (each.motion == log))[:, None] for each in rows]
+            columns = (None if c is None else np.hstack((c, t * c)) for c, t in zip(fixed.columns, time, strict=True))
+            yield replace(fixed, logs=(log,), columns=tuple(columns))
+
+
+def per_metre(payload: Payload) -> Array:
+    """Change of a payload's known standard parameters per metre of its centre along each axis, shape (10, 3)."""
+    return replace(payload, com_std=(1.0, 1.0, 1.0)).known_part().spread[:, 1:4]
+
+
+def _of_payload(
+    problem: Problem,
+    rows: Sequence[JointRows],
+    estimate: GainEstimate,
+    which: int,
+    family: str,
+    change: Array,
+    prior_std: Sequence[float] = (),
+) -> Direction:
+    """Return the currents from a change of a payload's standard parameters, shape (10, m).
+
+    Changes without effect, as of a centre along the axes of an arm whose axes are all parallel, are left out.
+    """
+    inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
+    columns = tuple(inverse[j] * (own.W_L[which] @ change) if j in inverse else None for j, own in enumerate(rows))
+    size = np.sqrt(np.sum([np.sum(each**2, axis=0) for each in columns if each is not None], axis=0))
+    felt, (words, advice) = size > ROUNDING * size.max(), OF_PAYLOAD[family]
+
+    def description(values: Array) -> str:
+        each = np.full((len(values) // felt.sum(), len(felt)), np.nan)
+        each[:, felt] = values.reshape(len(each), -1)
+        return words(each.ravel())
+
+    mounted = problem.payloads[which]
+    return Direction(
+        family=family, parameter=CENTRE if family == SHIFT else "", joints=(),
+        logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
+        columns=tuple(None if each is None else each[:, felt] for each in columns),
+        term=Term(words=description, advice=advice, at_fault=True),
+        unit="kg m^2" if family == INERTIA else "mm", scale=1.0 if family == INERTIA else 1e3, largest=np.inf,
+        prior_std=np.array(prior_std)[felt] if any(prior_std) else None,
+    )  # fmt: skip

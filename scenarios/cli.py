@@ -15,7 +15,7 @@ from ident.support.naming import nearest, needed_extra
 from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.process import (
     MEANINGS,
-    NoOutput,
+    OUTPUT,
     Status,
     abandon,
     complain,
@@ -62,13 +62,12 @@ def main(words: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         abandon(sys.stdout)
         return Status.NOBODY_READS
-    except NoOutput as error:
-        complain(str(error))
-        abandon(sys.stdout)
-        return Status.NO_OUTPUT
     except OSError as error:
         complain(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-        return Status.BAD_INPUT
+        if error.filename != OUTPUT:
+            return Status.BAD_INPUT
+        abandon(sys.stdout)
+        return Status.NO_OUTPUT
     except Exception as error:  # a traceback would end with status 1, that of a missed tolerance
         if os.environ.get(TRACEBACK):
             traceback.print_exc()

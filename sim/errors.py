@@ -2,43 +2,55 @@
 
 
 class SimulationError(RuntimeError):
-    """Base of every error this package raises on purpose."""
+    """Base of every error this package raises on purpose.
+
+    Attributes:
+        joint: The joint, from 0; None if it is not of one joint.
+        value: The refused number, None if there is none.
+        bounds: Smallest and largest number that is allowed, infinite without a limit; None without a number.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        joint: int | None = None,
+        value: float | None = None,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        """State the message and the numbers in it."""
+        super().__init__(message)
+        self.joint, self.value, self.bounds = joint, value, bounds
 
 
 class PlantError(SimulationError):
-    """A plant, controller, sensor or step with impossible values, or whose parts do not fit each other."""
+    """A robot, model, plant, controller or sensor that is impossible, or that cannot be read, compiled or drawn."""
 
 
-class RobotError(PlantError):
-    """A robot file that cannot be read, or whose parts do not fit each other."""
-
-
-class ModelFileError(PlantError):
-    """A model file that MuJoCo cannot compile, or that is of another arm."""
+NO_POSITION, SATURATED, LIMIT_REACHED, DIVERGED = "NoPosition", "Saturated", "LimitReached", "Diverged"
+"""Kinds of `TrajectoryError`, as studies count them."""
 
 
 class TrajectoryError(SimulationError):
-    """A motion that violates a limit, found before the simulation."""
+    """A motion that the robot cannot follow, found before or in its simulation.
 
+    Attributes:
+        kind: `NoPosition` (no feasible start), `Saturated` (a drive at its limit for too long), `LimitReached` (a joint
+            at the end of its range), `Diverged` (the state left all bounds), or `TrajectoryError` (any other limit).
+    """
 
-class NoPositionError(TrajectoryError):
-    """No feasible start position of a motion."""
-
-
-class Diverged(SimulationError):
-    """The simulated state left all bounds."""
-
-
-class Saturated(SimulationError):
-    """A drive was at its current limit for too long: the motion needs too much torque."""
-
-
-class LimitReached(SimulationError):
-    """A joint reached the end of its range."""
-
-
-class NoPicture(SimulationError):
-    """A scene that cannot be shown: no window, or no OpenGL."""
+    def __init__(
+        self,
+        message: str,
+        *,
+        kind: str = "TrajectoryError",
+        joint: int | None = None,
+        value: float | None = None,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        """State the message, the kind and the numbers."""
+        super().__init__(message, joint=joint, value=value, bounds=bounds)
+        self.kind = kind
 
 
 ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 
 INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
 """Attributes of a model that are the same with and without shapes, if no inertia is computed from them."""
@@ -55,7 +55,7 @@ def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 
     Raises:
         ValueError: If MuJoCo cannot read it.
-        ModelFileError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
+        PlantError: If the model is not an arm, or the mesh of a link's inertia is missing or not a solid.
     """
     return _drawn(path, flange, file_stamp(path))[0].copy()
 
@@ -70,7 +70,7 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 
     Raises:
         ValueError: If MuJoCo cannot read it.
-        ModelFileError: If the model is not an arm.
+        PlantError: If the model is not an arm.
     """
     try:
         stamp = path.stat().st_mtime_ns
@@ -134,8 +134,8 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     try:
         hold_all_but_arm(spec, flange)
-    except ModelFileError as error:
-        raise ModelFileError(f"robot model {path}: {error}") from error
+    except PlantError as error:
+        raise PlantError(f"robot model {path}: {error}") from error
     missing = _drop_meshes(spec, path, flange)
     spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
     # Without islands the solver is faster with the same result: an arm is a single island.
@@ -151,16 +151,16 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         flange: Last body of the arm; joints outside the chain to it are locked. None if all joints belong to the arm.
 
     Raises:
-        ModelFileError: If there is no such body, a joint has more than one axis, or springs or constraints act on the
+        PlantError: If there is no such body, a joint has more than one axis, or springs or constraints act on the
             arm.
     """
     if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
         for tie in spec.equalities:
             if tie.active:
-                raise ModelFileError(f"equality {tie.name or tie.name1!r} couples joints; {GRIPPER}")
+                raise PlantError(f"equality {tie.name or tie.name1!r} couples joints; {GRIPPER}")
         for tendon in spec.tendons:
             if any(tendon.stiffness) or any(tendon.damping) or tendon.frictionloss:
-                raise ModelFileError(f"tendon {tendon.name!r} acts on joints; {GRIPPER}")
+                raise PlantError(f"tendon {tendon.name!r} acts on joints; {GRIPPER}")
     for kind in DROPPED:
         for element in list(getattr(spec, kind)):
             spec.delete(element)
@@ -187,11 +187,9 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         joint.name = joint.name or f"joint{number}"
         joint.actfrclimited = 0  # drive torques are stated in the robot file
         if joint.type not in ONE_AXIS:
-            raise ModelFileError(
-                f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base"
-            )
+            raise PlantError(f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base")
         if any(joint.stiffness):
-            raise ModelFileError(
+            raise PlantError(
                 f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, which "
                 "identification does not model; remove it"
             )
@@ -204,7 +202,7 @@ def _bodies_to(spec: mujoco.MjSpec, flange: str) -> list[mujoco.MjsBody]:
     """The bodies from a flange to the world, both included."""
     body = spec.body(flange)
     if body is None:
-        raise ModelFileError(f"flange {flange!r}: no body has that name")
+        raise PlantError(f"flange {flange!r}: no body has that name")
     found = [body]
     while (body := body.parent) is not None:
         found.append(body)
@@ -248,7 +246,7 @@ def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compile
         counts = from_shapes and weighs and not link.explicitinertial and _moves(link)
         if counts and (arm is None or any(link is each for each in arm)):
             fault = "from which MuJoCo cannot make a solid; correct" if compiled else "which does not exist; add"
-            raise ModelFileError(
+            raise PlantError(
                 f"robot model {path}: link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, "
                 f"{fault} the file, or state an inertial"
             )

@@ -22,7 +22,7 @@ import numpy as np
 from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build
-from sim.errors import ModelFileError, PlantError
+from sim.errors import PlantError
 from sim.model_spec import compiler_reason, full_spec, lean_spec, silenced
 from sim.robot import DriveTruth, Robot
 
@@ -113,8 +113,8 @@ def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) ->
         earlier: Motions before this one.
 
     Raises:
-        ModelFileError: If the model file cannot be compiled or is of another arm.
-        PlantError: If a model error exceeds what the arm or the step allows.
+        PlantError: If the model file cannot be compiled or is of another arm; if a model error exceeds what the arm or
+            the step allows.
     """
     return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
@@ -133,7 +133,7 @@ def _compiled(
     try:
         spec = read(path, plant.robot.flange)
         if len(spec.joints) != n:
-            raise ModelFileError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
+            raise PlantError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
         mount_payload(spec, plant.payload if loaded else None)
         _give_drives(spec)
         for effect in EFFECTS.values():
@@ -143,7 +143,7 @@ def _compiled(
         model = spec.compile()
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
-        raise ModelFileError(f"robot model {path}{mounted}: {compiler_reason(error)}") from error
+        raise PlantError(f"robot model {path}{mounted}: {compiler_reason(error)}") from error
     _inject(model, plant, build)
     return model
 
@@ -161,17 +161,17 @@ def bare_arm(
         payload: Mounted payload, None for a bare flange.
 
     Raises:
-        ModelFileError: If the model file cannot be compiled or has another number of joints.
+        PlantError: If the model file cannot be compiled or has another number of joints.
     """
     try:
         spec = lean_spec(mjcf, flange)
         mount_payload(spec, payload)
         model = spec.compile()
     except ValueError as error:
-        raise ModelFileError(f"robot model {mjcf}: {compiler_reason(error)}") from error
+        raise PlantError(f"robot model {mjcf}: {compiler_reason(error)}") from error
     if model.nv != len(rotor_inertia):
         believed = len(rotor_inertia)
-        raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller's model has {believed}")
+        raise PlantError(f"robot model {mjcf}: {model.nv} joints, but the controller's model has {believed}")
     model.dof_armature[:] = rotor_inertia
     model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
     model.jnt_limited[:] = 0

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFlo
 
 from ident.support.arrays import Array
 from ident.support.files import read_toml
-from sim.errors import PlantError, RobotError
+from sim.errors import PlantError
 
 LARGEST = 1e9
 """Largest absolute value of any parameter of a drive, in SI units or drive units."""
@@ -117,7 +117,7 @@ class Robot:
         rated_load: Largest payload mass [kg], None if not stated.
 
     Raises:
-        RobotError: If arrays differ in length, or a joint does not exist.
+        PlantError: If arrays differ in length, or a joint does not exist.
     """
 
     name: str
@@ -141,24 +141,24 @@ class Robot:
         """Check that the parts match."""
         for name in ("max_velocity", "max_acceleration", "home"):
             if len(getattr(self, name)) != self.n:
-                raise RobotError(
+                raise PlantError(
                     f"robot {self.name}: {name}: {len(getattr(self, name))} values, but drives.gain has {self.n}; "
                     "expected one per joint"
                 )
         for coupling in self.couplings:
             pair = (coupling.motor, coupling.turns_with)
             if not all(0 <= joint < self.n for joint in pair) or pair[0] == pair[1]:
-                raise RobotError(
+                raise PlantError(
                     f"robot {self.name}: coupling of motor {pair[0] + 1} with joint {pair[1] + 1}: expected two of its "
                     f"{self.n} joints"
                 )
         motors = [coupling.motor for coupling in self.couplings]
         if len(set(motors)) < len(motors):
-            raise RobotError(
+            raise PlantError(
                 f"robot {self.name}: coupling: a motor is named twice; each can be coupled to one other joint only"
             )
         if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < self.n - 1:
-            raise RobotError(
+            raise PlantError(
                 f"robot {self.name}: gravity_spring acts on joint {self.gravity_spring.joint + 1}: "
                 f"expected one of its first {self.n - 1} joints"
             )
@@ -321,20 +321,20 @@ def read_robot(path: Path) -> Robot:
         path: The TOML file; the path of its model is relative to it.
 
     Raises:
-        RobotError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
+        PlantError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
         table = RobotTable.model_validate(read_toml(path, error=ValueError))
     except ValidationError as error:
-        raise RobotError(f"robot file {path}: {_first_fault(error)}") from error
+        raise PlantError(f"robot file {path}: {_first_fault(error)}") from error
     except ValueError as error:  # it names the path
-        raise RobotError(f"robot file {error}") from error
+        raise PlantError(f"robot file {error}") from error
     try:
         robot = _robot(table, path.parent)
     except PlantError as error:
-        raise RobotError(f"robot file {path}: {error}") from error
+        raise PlantError(f"robot file {path}: {error}") from error
     if not robot.model.is_file():
-        raise RobotError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
+        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
     return robot
 
 

@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 from sim.model_spec import compiler_reason, full_spec, silenced
 from sim.plant import PayloadBody, Plant, mount_payload
 from sim.robot import Robot
@@ -70,12 +70,12 @@ def flange_of(robot: Robot) -> Flange:
     """The flange of an arm.
 
     Raises:
-        ModelFileError: If its model file cannot be compiled.
+        PlantError: If its model file cannot be compiled.
     """
     try:
         model = full_spec(robot.model, robot.flange).compile()
     except ValueError as error:
-        raise ModelFileError(f"robot model {robot.model}: {compiler_reason(error)}") from error
+        raise PlantError(f"robot model {robot.model}: {compiler_reason(error)}") from error
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     last = int(model.jnt_bodyid[-1])
@@ -188,7 +188,7 @@ class Clearance:
             solids: Shapes of the payload; None for a cylinder with its principal moments of inertia.
 
         Raises:
-            ModelFileError: If its model file cannot be compiled with its shapes.
+            PlantError: If its model file cannot be compiled with its shapes.
         """
         spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0
@@ -219,7 +219,7 @@ class Clearance:
                     spec.add_exclude(bodyname1=one, bodyname2=other)
                 self._model = spec.compile()
         except ValueError as error:
-            raise ModelFileError(f"robot model {plant.robot.model}: {compiler_reason(error)}") from error
+            raise PlantError(f"robot model {plant.robot.model}: {compiler_reason(error)}") from error
         self._data = mujoco.MjData(self._model)
 
     def __call__(self, q: Array) -> Array:

@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array, Indices
-from sim.errors import ADVICE, ModelFileError, NoPicture
+from sim.errors import ADVICE, PlantError
 from sim.experiment import Experiment
 from sim.model_spec import full_spec, silenced
 from sim.plant import PayloadBody, mount_payload
@@ -41,7 +41,7 @@ def drawn_arm(robot: Robot, payload: PayloadBody | None) -> mujoco.MjSpec:
     """Return the model of an arm for rendering, with its payload.
 
     Raises:
-        ModelFileError: If its model file cannot be compiled.
+        PlantError: If its model file cannot be compiled.
     """
     spec = full_spec(robot.model, robot.flange)
     stand_in(spec, robot)
@@ -236,7 +236,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
         times: Times to be shown [s], None for the whole motions.
 
     Raises:
-        ModelFileError: If a model file cannot be compiled.
+        PlantError: If a model file cannot be compiled.
     """
     motions = tuple(experiment.trajectory for experiment in experiments)
     duration = max(motion.duration for motion in motions)
@@ -257,7 +257,7 @@ def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = Non
         model = arms[0].compile()
     except ValueError as error:
         path = experiments[0].plant.robot.model
-        raise ModelFileError(f"robot model {path}: {str(error).splitlines()[0]}") from error
+        raise PlantError(f"robot model {path}: {str(error).splitlines()[0]}") from error
     ends = np.cumsum([0, *(motion.n for motion in motions)])  # arms are in the order of their attachment
     places = tuple(model.jnt_qposadr[one:other] for one, other in pairwise(ends))
     return Scene(model, places, motions, duration, instants, azimuth)
@@ -267,7 +267,7 @@ def watch(shown: Scene) -> None:
     """Play the motions repeatedly in MuJoCo's viewer until its window is closed.
 
     Raises:
-        NoPicture: If no window can be opened.
+        PlantError: If no window can be opened.
     """
     import glfw
     import mujoco.viewer
@@ -275,7 +275,7 @@ def watch(shown: Scene) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # its warnings are reported below
         if not glfw.init():
-            raise NoPicture(f"no window can be opened: {glfw.get_error()[1].decode()}; --render FILE needs none")
+            raise PlantError(f"no window can be opened: {glfw.get_error()[1].decode()}; --render FILE needs none")
     data = mujoco.MjData(shown.model)
     shown.put(data, 0.0)
     with mujoco.viewer.launch_passive(shown.model, data) as window:
@@ -300,14 +300,14 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
         8-bit RGB, shape (height, width, 3), one per time.
 
     Raises:
-        NoPicture: If OpenGL is not available.
+        PlantError: If OpenGL is not available.
     """
     model, data = shown.model, mujoco.MjData(shown.model)
     model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     try:
         renderer = mujoco.Renderer(model, height, width)
     except Exception as error:  # each OpenGL backend raises other errors, from AttributeError to FatalError
-        raise NoPicture(
+        raise PlantError(
             f"no OpenGL for rendering ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
         ) from error
     camera = mujoco.MjvCamera()

@@ -16,7 +16,7 @@ from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
 from ident.support.arrays import Array
-from ident.support.errors import NotExcited, TooFewRows
+from ident.support.errors import NotIdentifiable
 
 
 def predicted_rel_std(
@@ -45,7 +45,7 @@ def _predicted(both: Problem, alone: Problem, joint: int, gain: float, options: 
     try:
         own = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
         fit = least_squares(system.W, system.rows.V, rank_tol=RANK_TOL)
-    except (TooFewRows, NotExcited):
+    except NotIdentifiable:
         return None
     sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
     return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(gain)  # std(g) / g = g std(1/g)

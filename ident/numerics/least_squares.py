@@ -6,7 +6,7 @@ import numpy as np
 from scipy import linalg
 
 from ident.support.arrays import Array, Indices, readonly
-from ident.support.errors import NotExcited, TooFewRows
+from ident.support.errors import NotIdentifiable
 
 DEPENDENT = 1e-9
 """Relative singular value of unit columns below which a combination is unobservable in a group of rows."""
@@ -54,22 +54,21 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
         rank_tol: Smallest relative singular value of the scaled W for full rank.
 
     Raises:
-        TooFewRows: If there are fewer rows than unknowns plus one.
-        NotExcited: If a column is zero, or W is rank deficient.
+        NotIdentifiable: If there are fewer rows than unknowns plus one, a column is zero, or W is rank deficient.
     """
     r, b = W.shape
     if r <= b:
-        raise TooFewRows.of(r, b)
+        raise NotIdentifiable.too_few_rows(r, b)
     scale = np.linalg.norm(W, axis=0)
     if not scale.all():
         column = int(np.argmin(scale))
-        raise NotExcited(
+        raise NotIdentifiable(
             f"the motion does not excite every parameter: column {column} of the observation matrix is zero"
         )
     Q, R = linalg.qr(W / scale, mode="economic")
     singular = np.linalg.svd(R, compute_uv=False)
     if singular[-1] < rank_tol * singular[0]:
-        raise NotExcited(
+        raise NotIdentifiable(
             f"the motion does not excite every parameter: relative singular value {singular[-1] / singular[0]:.1e} "
             f"is below {rank_tol:.0e}"
         )

@@ -44,6 +44,9 @@ def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple
                 f"{lowered.cutoff_hz:.3g} Hz removes {100.0 * bent[j]:.2g} % of its speed; log faster, or move more "
                 "slowly",
                 each.name,
+                joint=j,
+                value=float(bent[j]),
+                bounds=(0.0, MOST_BENT),
             )
     return lowered, (
         f"{slowest.name}: logged at {rate:.4g} Hz, so positions are low-passed at {lowered.cutoff_hz:.3g} Hz and "

@@ -20,7 +20,7 @@ from ident.model.parameters import INERTIAL, STANDARD, pseudo_inertia
 from ident.model.structure import BaseParameters
 from ident.parameters.arm import Quantity
 from ident.support.arrays import Array, Mask
-from ident.support.errors import NoBody
+from ident.support.errors import RobotModelError
 
 LEFT = 1e-3
 """Smallest share of a model's link that remains: simulators cannot use a link with zero inertia about an axis."""
@@ -91,15 +91,17 @@ def nearest_links(
         nominal: The model's links.
 
     Raises:
-        NoBody: If a link of the model is not physically consistent.
+        RobotModelError: If a link of the model is not physically consistent.
     """
     n, p, size = len(nominal.own), len(STANDARD), len(INERTIAL)
     for j, chi in enumerate(nominal.own):
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
-            raise NoBody(
+            raise RobotModelError(
                 f"link {j + 1} of the model is not physically consistent (its mass is {chi[MASS]:.3g} kg, "
                 "or its moments of inertia are impossible); it cannot serve as a prior "
-                "for parameters that the data do not determine; correct the model"
+                "for parameters that the data do not determine; correct the model",
+                joint=j,
+                value=float(chi[MASS]),
             )
     K = base.regrouping[[base.names.index(each.name) for each in found]]
     b, information = np.array([each.value for each in found]), _information(covariance)

@@ -33,7 +33,7 @@ from ident.numerics.least_squares import least_squares, row_weights
 from ident.parameters.arm import Quantity, quantities, shared_shares
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array, Indices, Mask
-from ident.support.errors import NegativeMass, NotIdentifiable
+from ident.support.errors import Contradiction, NotIdentifiable
 
 NEW = 1e-6
 """Least independent part of a unit column of the payload."""
@@ -74,13 +74,15 @@ class FoundBody:
         """Refuse a significantly negative mass.
 
         Raises:
-            NegativeMass: If it is.
+            Contradiction: If it is.
         """
         mass = self.of("mass")
         if mass is not None and mass.value < -SURE * mass.std:
-            raise NegativeMass(
+            raise Contradiction(
                 f"the estimated mass is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
-                "loaded recordings are probably swapped, or the signs of gains and currents differ"
+                "loaded recordings are probably swapped, or the signs of gains and currents differ",
+                value=mass.value,
+                bounds=(-SURE * mass.std, float("inf")),
             )
 
 
@@ -251,7 +253,7 @@ def payload_as_in_paper(system: PooledSystem, gain: Array, gain_std: Array) -> P
             the rows; for gains identified from the same rows the result is conservative.
 
     Raises:
-        NotExcited: If the motions do not determine every unknown.
+        NotIdentifiable: If the motions do not determine every unknown.
     """
     b, torque = system.W.shape[1], gain[system.joint] * system.V
     W = np.hstack((system.W, system.W_L))

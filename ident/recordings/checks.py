@@ -84,7 +84,7 @@ def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
         RecordingError: If there is a finding; the message names channel, rows and probable cause.
     """
     for fault in log_faults(recording, t_unit=t_unit):
-        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}", joint=fault.joint)
 
 
 def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard, cast
 
-from ident.support.errors import LogDescriptionError
+from ident.support.errors import RecordingError
 from ident.support.files import read_toml
 from ident.support.naming import nearest, one_line, shown
 
@@ -279,10 +279,10 @@ def read_description(path: str | Path) -> LogDescription:
     """Read the description of a log.
 
     Raises:
-        LogDescriptionError: If the file cannot be read or is not valid.
+        RecordingError: If the file cannot be read or is not valid.
     """
     path = Path(path)
-    place, table = one_line(path), read_toml(path, error=LogDescriptionError)
+    place, table = one_line(path), read_toml(path, error=RecordingError)
     found = _values(place, table, TOP)
     for kind, keys in CHANNELS.items():
         values = _values(f"{place}: [{kind}]", found.get(kind, {}), keys)
@@ -304,9 +304,7 @@ def _values(place: str, table: Mapping[str, Any], keys: Mapping[str, Key]) -> di
     found: dict[str, Any] = {}
     for name, value in table.items():
         if name not in keys:
-            raise LogDescriptionError(
-                f"{place}: unknown key {shown(name)}{nearest(name, keys)}; known: {', '.join(keys)}"
-            )
+            raise RecordingError(f"{place}: unknown key {shown(name)}{nearest(name, keys)}; known: {', '.join(keys)}")
         key = keys[name]
         if isinstance(value, str) and value in key.words:
             found[name] = key.words[value]
@@ -319,8 +317,8 @@ def _values(place: str, table: Mapping[str, Any], keys: Mapping[str, Key]) -> di
     return found
 
 
-def _wrong(place: str, key: str, value: object, expected: str) -> LogDescriptionError:
-    return LogDescriptionError(f"{place}: {key} = {shown(value)}; expected {expected}")
+def _wrong(place: str, key: str, value: object, expected: str) -> RecordingError:
+    return RecordingError(f"{place}: {key} = {shown(value)}; expected {expected}")
 
 
 def spread(word: str, place: str) -> list[str]:
@@ -331,14 +329,14 @@ def spread(word: str, place: str) -> list[str]:
         place: Name for messages.
 
     Raises:
-        LogDescriptionError: If the range is empty or too long.
+        RecordingError: If the range is empty or too long.
     """
     found = _RANGE.search(word)
     if found is None:
         return [word]
     first, last = int(found[1]), int(found[2])
     if not first <= last < first + MOST:
-        raise LogDescriptionError(f"{place}: {shown(word)}; expected a range of 1 to {MOST} numbers, such as {{1..6}}")
+        raise RecordingError(f"{place}: {shown(word)}; expected a range of 1 to {MOST} numbers, such as {{1..6}}")
     return [word[: found.start()] + str(k) + word[found.end() :] for k in range(first, last + 1)]
 
 
@@ -350,24 +348,24 @@ def described(words: Sequence[str]) -> LogDescription:
             without a unit belong to the name of a column.
 
     Raises:
-        LogDescriptionError: If a word is not valid.
+        RecordingError: If a word is not valid.
     """
     found = dict.fromkeys("tqv", NOTHING)
     for word in words:
         kind, equals, given = word.partition("=")
         if kind not in UNITS or not equals or not given:
-            raise LogDescriptionError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
+            raise RecordingError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
         if found[kind] != NOTHING:
-            raise LogDescriptionError(f"--columns: {kind}= is given twice")
+            raise RecordingError(f"--columns: {kind}= is given twice")
         unit: tuple[str, ...] = ()
         ending = _UNIT.fullmatch(given)
         if ending is not None and not ending[2].isdigit():
             given, unit = ending[1], (ending[2],)
             if unit[0] not in UNITS[kind]:
                 known = f"{nearest(unit[0], UNITS[kind])}; known: {', '.join(UNITS[kind])}"
-                raise LogDescriptionError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
+                raise RecordingError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
         names = [name for each in given.split(",") for name in spread(each.strip(), "--columns")] if given else []
         if not all(names):
-            raise LogDescriptionError(f"--columns: {kind}={shown(given)} lacks a name")
+            raise RecordingError(f"--columns: {kind}={shown(given)} lacks a name")
         found[kind] = Channels(columns=tuple(names), unit=unit)
     return LogDescription(t=found["t"], q=found["q"], v=found["v"])

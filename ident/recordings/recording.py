@@ -161,7 +161,10 @@ def _check(recording: Recording) -> None:
                 raise RecordingError(f"{name}: {channel} is not a finite number {where}; remove or repair those rows")
             raise RecordingError(
                 f"{name}: {channel} = {values[row, joint]:.4g} {where}; expected "
-                f"{'positions' if label == 'q' else 'currents'} up to {largest[label]:g}, check the unit"
+                f"{'positions' if label == 'q' else 'currents'} up to {largest[label]:g}, check the unit",
+                joint=int(joint),
+                value=float(values[row, joint]),
+                bounds=(-float(largest[label]), float(largest[label])),
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")
@@ -183,5 +186,6 @@ def _check(recording: Recording) -> None:
         if len(flat):
             raise RecordingError(
                 f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
-                f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}"
+                f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}",
+                joint=int(flat[0]),
             )

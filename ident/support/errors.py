@@ -1,74 +1,78 @@
-"""Errors of the identification: one base class, one class per cause."""
+"""Errors of the identification: one base class, one class per cause that a caller can treat differently."""
 
 
 class IdentificationError(ValueError):
-    """Base of every error this package raises on purpose; its message is one line for the user."""
+    """Base of every error this package raises on purpose; its message is one line for the user.
+
+    Attributes:
+        joint: The joint, from 0; None if it is not of one joint.
+        value: The refused number, None if there is none.
+        bounds: Smallest and largest number that is allowed, infinite without a limit; None without a number.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        joint: int | None = None,
+        value: float | None = None,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        """State the message and the numbers in it."""
+        super().__init__(message)
+        self.joint, self.value, self.bounds = joint, value, bounds
 
 
 class RecordingError(IdentificationError):
-    """A recording that cannot be used.
+    """A recording, its file or its description that cannot be used.
 
     Attributes:
         reason: The reason; in the message, the recording's name precedes it, if given.
     """
 
-    def __init__(self, reason: str, recording: str = "") -> None:
-        """State the reason and the recording."""
-        super().__init__(f"{recording}: {reason}" if recording else reason)
+    def __init__(
+        self,
+        reason: str,
+        recording: str = "",
+        *,
+        joint: int | None = None,
+        value: float | None = None,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        """State the reason, the recording, and the numbers."""
+        super().__init__(f"{recording}: {reason}" if recording else reason, joint=joint, value=value, bounds=bounds)
         self.reason = reason
 
 
 class RobotModelError(IdentificationError):
-    """A robot model that is unreadable or is not a fixed-base serial arm."""
+    """A robot model that is unreadable, is not a fixed-base serial arm, or has a link that no body can be."""
 
 
 class PayloadError(IdentificationError):
     """A payload description that is incomplete, mistyped or physically impossible."""
 
 
-class NotIdentifiable(IdentificationError):
-    """Data from which no drive gain is identifiable."""
-
-
-class NegativeMass(IdentificationError):
-    """A significantly negative estimate of a mass."""
+class GainsError(IdentificationError):
+    """Drive gains that are impossible, of another arm, or missing."""
 
 
 class OptionError(IdentificationError):
     """An option of the identification that does not exist or has an invalid value."""
 
 
-class TooFewRows(IdentificationError):
-    """A linear system with too few equations for its unknowns."""
+class NotIdentifiable(IdentificationError):
+    """Data that do not determine what is asked: too few rows, no excitation, or no convergence."""
 
     @classmethod
-    def of(cls, rows: int, unknowns: int, where: str = "") -> "TooFewRows":
-        """State the numbers, and where it is, such as `joint 2`; rows near reversals of a joint are left out."""
-        return cls(
-            f"{f'{where}: ' if where else ''}{rows} rows cannot give {unknowns} unknowns; record a longer motion with "
-            "fewer reversals, and positions that are neither coarse nor repeated"
+    def too_few_rows(cls, rows: int, unknowns: int, joint: int | None = None) -> "NotIdentifiable":
+        """State the numbers, and the joint; rows near reversals of a joint are left out."""
+        where = "" if joint is None else f"joint {joint + 1}: "
+        message = (
+            f"{where}{rows} rows cannot give {unknowns} unknowns; record a longer motion with fewer reversals, and "
+            "positions that are neither coarse nor repeated"
         )
-
-
-class NotExcited(IdentificationError):
-    """A linear system that does not determine every unknown."""
-
-
-class NotConverged(IdentificationError):
-    """An iterative method that did not converge."""
+        return cls(message, joint=joint, value=rows, bounds=(unknowns + 1, float("inf")))
 
 
 class Contradiction(IdentificationError):
     """Data that contradict the model or the payload: a sign, a zero, a column or the model is wrong."""
-
-
-class NoBody(IdentificationError):
-    """A link that is not physically consistent."""
-
-
-class GainsError(IdentificationError):
-    """Drive gains that are impossible, of another arm, or missing."""
-
-
-class LogDescriptionError(IdentificationError):
-    """An invalid description of a foreign log."""

@@ -6,7 +6,7 @@ scenario files and their schema use the same ones.
 
 import sys
 import types
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
@@ -99,7 +99,7 @@ def _kinds(hint: object) -> tuple[type, ...]:
     return cast("tuple[type, ...]", get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,))
 
 
-def refuse_outside(values: "DataclassInstance", error: type[Exception], place: str = "") -> None:
+def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception], place: str = "") -> None:
     """Check that every number of a dataclass is finite and inside its annotated range.
 
     Args:
@@ -124,7 +124,8 @@ def refuse_outside(values: "DataclassInstance", error: type[Exception], place: s
             above = value > low if each.ge is None else value >= low
             if not (above and (value < high if each.le is None else value <= high)):
                 more, less = "more than " * (each.ge is None), "less than " * (each.le is None)
-                raise error(f"{within}{name} = {value:g}: expected {more}{low:g} to {less}{high:g}{unit}")
+                said = f"{within}{name} = {value:g}: expected {more}{low:g} to {less}{high:g}{unit}"
+                raise error(said, value=value, bounds=(low, high))
 
 
 @lru_cache(maxsize=64)

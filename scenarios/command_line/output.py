@@ -41,7 +41,7 @@ def show(report: Report, options: argparse.Namespace, *, passed: bool = True) ->
     """Write a report to standard output, and return the status.
 
     Raises:
-        NoOutput: If it cannot be written.
+        OSError: If it cannot be written.
         BrokenPipeError: If its reader has ended.
     """
     write(renderer(form(options))(report, page()))

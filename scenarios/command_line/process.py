@@ -1,6 +1,7 @@
 """`rx90` as a process: exit statuses, signals, closed or full streams, variables meant for other programs."""
 
 import contextlib
+import errno
 import io
 import os
 import signal
@@ -41,12 +42,10 @@ MEANINGS = {
     Status.ENDED: "terminated (SIGTERM)",
 }
 """Meanings, for `rx90 --help`."""
+OUTPUT = "standard output"
+"""Name of the file of an `OSError` if nothing can be written there."""
 OPENGL, ASKED = "MUJOCO_GL", "RX90_MUJOCO_GL"
 """Variable for the OpenGL backend of MuJoCo, read at import, and the one that keeps its value for child processes."""
-
-
-class NoOutput(OSError):
-    """Standard output is closed or not writable."""
 
 
 class Ended(KeyboardInterrupt):
@@ -89,7 +88,7 @@ def open_streams() -> None:
     Otherwise a file with the descriptor of standard output would receive output of libraries.
 
     Raises:
-        NoOutput: If standard output is closed, as no result could be written.
+        OSError: If standard output is closed, as no result could be written.
     """
     for number in range(3):
         try:
@@ -103,14 +102,14 @@ def open_streams() -> None:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     if "stdout" in closed:
-        raise NoOutput("standard output is closed")
+        raise OSError(errno.EBADF, "closed", OUTPUT)
 
 
 def write(text: str) -> None:
     """Write text to standard output and flush.
 
     Raises:
-        NoOutput: If it cannot be written.
+        OSError: If it cannot be written.
         BrokenPipeError: If its reader has ended.
     """
     try:
@@ -119,7 +118,7 @@ def write(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise NoOutput(f"standard output: {error.strerror or error}") from error
+        raise OSError(error.errno, error.strerror or str(error), OUTPUT) from error
 
 
 def abandon(stream: TextIO) -> None:

@@ -70,10 +70,10 @@ def view_command(options: argparse.Namespace) -> Status:
     try:
         import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport] # reads MUJOCO_GL
     except (ImportError, AttributeError, RuntimeError) as error:  # errors of the libraries below it
-        from sim.errors import ADVICE, NoPicture
+        from sim.errors import ADVICE, PlantError
 
         backend = f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}"
-        raise NoPicture(f"{backend}: this OpenGL backend is not available ({error}); {ADVICE}") from error
+        raise PlantError(f"{backend}: this OpenGL backend is not available ({error}); {ADVICE}") from error
     from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.rendering.film import WRITERS, captioned, frames
     from scenarios.results.written import Written

@@ -25,7 +25,7 @@ from scenarios.prediction.deviations import (
     prediction_of,
 )
 from scenarios.support.errors import ScenarioError
-from sim.errors import RobotError, TrajectoryError
+from sim.errors import PlantError, TrajectoryError
 from sim.plant import Plant
 from sim.shapes import CLEARANCE, Clearance, Solid
 from sim.trajectory import FourierTrajectory
@@ -82,13 +82,13 @@ class Limits:
         """Return the limits of a plant's robot; half a turn to either side of home for unlimited joints.
 
         Raises:
-            RobotError: If a prismatic joint has no range.
+            PlantError: If a prismatic joint has no range.
         """
         robot, drives = plant.robot, plant.drives
         arm = load_arm(robot.model, flange=robot.flange)
         endless = ~np.isfinite(arm.upper - arm.lower)
         for j in np.flatnonzero(endless & (arm.revolute == 0)):
-            raise RobotError(
+            raise PlantError(
                 f"robot {robot.name}: prismatic joint {arm.joint_names[j]} has no range; state one in {robot.model}"
             )
         return cls(

@@ -17,7 +17,7 @@ from ident.model.xml_tree import read_xml, title, vector
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.errors import RobotModelError
 from ident.support.naming import shown
-from sim.errors import ModelFileError, RobotError
+from sim.errors import PlantError
 from sim.model_spec import full_spec, silenced, unusable_meshes
 
 GRIPPING = re.compile(r"grip|jaw|finger|claw|pincer|carriage|knuckle", re.IGNORECASE)
@@ -67,7 +67,7 @@ def arm_end(path: Path) -> tuple[str | None, tuple[str, ...]]:
     `path` is an MJCF or URDF file; a file that MuJoCo cannot read is reported elsewhere.
 
     Raises:
-        RobotError: If its joints form several chains, as for two arms.
+        PlantError: If its joints form several chains, as for two arms.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -97,7 +97,7 @@ def arm_end(path: Path) -> tuple[str | None, tuple[str, ...]]:
     arm = [k for k in range(len(joints)) if k not in held]
     tips = [joints[k].parent.name for k in arm if not any(above[j] == k for j in arm)]
     if len(tips) > 1 and all(tips):
-        raise RobotError(
+        raise PlantError(
             f"robot model {path}: its joints form {len(tips)} chains, which end at {', '.join(tips)}; name the last "
             f"body of the arm, such as --flange {tips[0]}: joints outside the chain to it are locked"
         )
@@ -118,7 +118,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
     """Read the data of an arm up to a body, None for all joints.
 
     Raises:
-        ModelFileError: If the file has no arm.
+        PlantError: If the file has no arm.
         RobotModelError: If a number of a URDF is impossible; MuJoCo's compiler checks MJCF files.
     """
     urdf = path.suffix.lower() == ".urdf"
@@ -127,7 +127,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         reason = " ".join(str(error).split())
-        raise ModelFileError(f"robot model {path}: MuJoCo cannot read it: {reason}") from error
+        raise PlantError(f"robot model {path}: MuJoCo cannot read it: {reason}") from error
     torque = torque if urdf else _mjcf_torques(spec)
     names = [joint.name or f"joint{number}" for number, joint in enumerate(spec.joints, 1)]
     keys = [key for key in spec.keys if key.name == "home" or len(spec.keys) == 1]

@@ -24,7 +24,7 @@ from scenarios.experiments.robots import check_same_payload, read_arm
 from scenarios.experiments.scenario import body_of
 from scenarios.support.texts import schema_line, toml_value
 from sim.controller import inverse_dynamics
-from sim.errors import RobotError
+from sim.errors import PlantError
 from sim.plant import Plant, bare_arm
 from sim.robot import Robot, read_robot
 from sim.shapes import CLEARANCE, Clearance
@@ -176,7 +176,7 @@ def new_robot(
 
     Raises:
         RobotModelError: If the file is not an arm; if identification and simulation read it differently.
-        RobotError: If torques or home pose do not fit the arm, or joints are too weak.
+        PlantError: If torques or home pose do not fit the arm, or joints are too weak.
         PayloadError: If the payload file is not valid.
         SimulationError: One of its kinds, if links lack an inertia.
     """
@@ -210,7 +210,7 @@ def drives_by_default(
     """Return the tables of a robot file's `[drives]`, by name; `torque` are stated largest ones [N m or N].
 
     Raises:
-        RobotError: If the number of torques is wrong.
+        PlantError: If the number of torques is wrong.
     """
 
     def stated(values: Mapping[str, float], name: str, default: Array) -> Stated:
@@ -227,7 +227,7 @@ def drives_by_default(
         need = np.abs(random_torques(arm, model, flange, speed.value, load)).max(axis=0)
         limit = stated(facts.torque, "torque", DEFAULTS["torque"].value * need)
     elif len(torque) != arm.n:
-        raise RobotError(f"torque: {len(torque)} values, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
+        raise PlantError(f"torque: {len(torque)} values, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
     else:
         limit = assumed(np.array(torque), "the torques that rx90 new-robot was given")
 
@@ -265,7 +265,7 @@ def first_payload(
         The payload, its source, and why it may be too heavy, empty if nothing suggests it.
 
     Raises:
-        RobotError: If the bare arm alone needs more than a joint's largest torque.
+        PlantError: If the bare arm alone needs more than a joint's largest torque.
         PayloadError: If the file is not a complete payload.
     """
     moving, own = _masses(model, flange, arm)
@@ -313,7 +313,7 @@ def _can_carry(
             weakest = f"the largest mass that the torque of joint {arm.joint_names[int(masses.argmin())]} can hold"
             return float(f"{np.floor(mass / digits + 1e-9) * digits:.2g}"), weakest if mass < most else ""
     j = int(np.argmin(room / torque))
-    raise RobotError(
+    raise PlantError(
         f"robot model {model}: joint {arm.joint_names[j]}: its largest torque is {torque[j]:.3g}, holding the bare arm "
         f"takes {need[j]:.3g} or more at {100.0 * (1.0 - CALMER[-1][0]):.0f} % of its positions; correct its effort or "
         "force range, or the masses of the links, or state the torques of all joints with --torque"
@@ -329,16 +329,16 @@ def home_pose(
     the largest distance.
 
     Raises:
-        RobotError: If the given pose is not valid for the arm.
+        PlantError: If the given pose is not valid for the arm.
     """
     lower, upper = ends(arm)
     if given is not None:
         if len(given) != arm.n:
             joints = ", ".join(arm.joint_names)
-            raise RobotError(f"home: {len(given)} positions, but the arm has {arm.n} joints: {joints}")
+            raise PlantError(f"home: {len(given)} positions, but the arm has {arm.n} joints: {joints}")
         for name, q, low, high in zip(arm.joint_names, given, lower, upper, strict=True):
             if not low <= q <= high:
-                raise RobotError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
+                raise PlantError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
         return assumed(np.array(given), "the pose that rx90 new-robot was given")
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     random = np.random.default_rng(0).uniform(middle - 0.5 * half, middle + 0.5 * half, (100, arm.n))

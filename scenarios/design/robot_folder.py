@@ -3,7 +3,6 @@
 import os
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,9 +24,9 @@ from scenarios.experiments.scenario import body_of
 from scenarios.prediction.deviations import Carried, prediction_of
 from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, column, joints_named, percent, table
 from scenarios.rendering.result import ResultModel
-from scenarios.support.errors import ScenarioError, UnreadableFile
+from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import schema_line, toml_value
-from sim.errors import NoPositionError, RobotError, TrajectoryError
+from sim.errors import NO_POSITION, PlantError, TrajectoryError
 from sim.plant import Plant
 from sim.shapes import CLEARANCE
 from sim.trajectory import FourierTrajectory
@@ -141,7 +140,7 @@ def found_motion(
 
     Raises:
         TrajectoryError: If none is found.
-        RobotError: If the payload that the arm can carry identifies no gain.
+        PlantError: If the payload that the arm can carry identifies no gain.
     """
     robot, arm, payload = new.robot(), new.arm, new.payload
     plant = Plant(robot=robot, drives=robot.drives, payload=body_of(payload))
@@ -157,13 +156,15 @@ def found_motion(
     series = Series(limits=limits, harmonics=HARMONICS, duration=DURATION)
     try:
         motion = quickened(design, best_fitted(design, series, search(design, series)))
-    except NoPositionError as error:
-        raise TrajectoryError(f"{error}: --payload KG; or name a pose that can be held and is clear, --home") from error
     except TrajectoryError as error:
-        raise TrajectoryError(f"robot {new.name}: no motion was found: {error}; {advice}") from error
+        if error.kind == NO_POSITION:
+            said = f"{error}: --payload KG; or name a pose that can be held and is clear, --home"
+        else:
+            said = f"robot {new.name}: no motion was found: {error}; {advice}"
+        raise TrajectoryError(said, kind=error.kind) from error
     predicted = design.deviations(motion)
     if (predicted > SHOWN).all():
-        raise RobotError(
+        raise PlantError(
             f"robot {new.name}: the torque limits allow a payload of {payload.mass:.2g} kg, which determines no gain "
             f"better than {two_digits(100.0 * predicted.min())} %; correct effort or force ranges, or masses of "
             "the links, or state what the arm may carry with --rated-load"
@@ -309,10 +310,12 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
         ScenarioError: If it does.
     """
     path = folder / ROBOT
-    with suppress(UnreadableFile):  # none, empty, or nothing of value
-        table = read_toml(path, error=UnreadableFile)
-        name, there = table.get("name"), table.get("model")
-        if isinstance(there, str) and (folder / there).resolve() != model.resolve():
-            raise ScenarioError(
-                f"{path}: is of another robot, {shown(name)} from {shown(there)}; give another folder, or add --force"
-            )
+    try:
+        table = read_toml(path, error=ScenarioError)
+    except ScenarioError:  # none, empty, or nothing of value
+        return
+    name, there = table.get("name"), table.get("model")
+    if isinstance(there, str) and (folder / there).resolve() != model.resolve():
+        raise ScenarioError(
+            f"{path}: is of another robot, {shown(name)} from {shown(there)}; give another folder, or add --force"
+        )

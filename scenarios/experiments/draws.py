@@ -19,7 +19,7 @@ from ident.support.errors import IdentificationError
 from ident.support.naming import nearest
 from scenarios.experiments.scenario import Value, setup_of, value_at, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable, SourceTable
-from scenarios.support.errors import ScenarioError, StudyError, WrongDraw
+from scenarios.support.errors import ScenarioError, StudyError, WrongValue
 from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
@@ -37,7 +37,7 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
         New values by key path; empty if nothing is random.
 
     Raises:
-        WrongDraw: If the target of a draw is not a number of the scenario, or the distribution does not exist.
+        WrongValue: If the target of a draw is not a number of the scenario, or the distribution does not exist.
     """
     table, settings = scenario.table, dict[str, Value]()
     for name, draw in table.random.items():
@@ -46,7 +46,7 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
             uniform = np.random.default_rng(key).random(numbers_needed(draw, table))
             settings |= settings_from(draw, uniform, table)
         except ScenarioError as error:
-            raise WrongDraw(f"{scenario.name}: random.{name}: {error}") from error
+            raise WrongValue(f"{scenario.name}: random.{name}: {error}") from error
     return settings
 
 
@@ -59,7 +59,7 @@ def check_draws(scenario: Scenario) -> None:
     """Check that all draws and sources are possible, and that the scenario can be run with every choice.
 
     Raises:
-        WrongDraw: If a draw is not possible (the first one).
+        WrongValue: If a draw is not possible (the first one).
     """
     table = scenario.table
     drawn = {name: source for name, source in table.sources.items() if source.stream is None}
@@ -71,7 +71,7 @@ def check_draws(scenario: Scenario) -> None:
                 for value in draw.choice or ():
                     setup_of(with_settings(scenario, dict.fromkeys(draw.targets, value)))
             except (ScenarioError, SimulationError, IdentificationError) as error:
-                raise WrongDraw(f"{scenario.name}: {group}.{name}: {error}") from error
+                raise WrongValue(f"{scenario.name}: {group}.{name}: {error}") from error
 
 
 def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
@@ -91,18 +91,18 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
 
     Raises:
         ScenarioError: If a target does not exist.
-        WrongDraw: If distribution or parameters do not exist or do not fit.
+        WrongValue: If distribution or parameters do not exist or do not fit.
     """
     if draw.choice is not None:
         if not draw.choice:
-            raise WrongDraw("choice is empty")
+            raise WrongValue("choice is empty")
         chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
         return dict.fromkeys(draw.targets, chosen)
     settings, used, total = dict[str, Value](), 0, _size(draw, table)
     for place in draw.targets:
         value = value_at(table, place)
         if isinstance(value, str):
-            raise WrongDraw(f"{place} is a name, {value!r}; draw it with choice = [...]")
+            raise WrongValue(f"{place} is a name, {value!r}; draw it with choice = [...]")
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
         own = slice(used, used + len(base))
         used += len(base)
@@ -125,7 +125,7 @@ def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
     `own` selects the target's numbers from the `total` numbers of all targets.
 
     Raises:
-        WrongDraw: If distribution or parameters do not exist or do not fit.
+        WrongValue: If distribution or parameters do not exist or do not fit.
     """
     count, parameters = own.stop - own.start, _parameters(draw, own, total)
     _quantiles(draw, np.full(count, 0.5), own, total)  # raises if a draw is not possible
@@ -151,21 +151,21 @@ def _quantiles(draw: DrawTable, uniform: Array, own: slice, total: int) -> Array
     takes = [*shapes, "loc", *(["scale"] if scaled else [])]
     for parameter in draw.parameters:
         if parameter not in takes:
-            raise WrongDraw(
+            raise WrongValue(
                 f"{name} takes no parameter {parameter!r}{nearest(parameter, takes)}; it takes {', '.join(takes)}"
             )
     missing = [shape for shape in shapes if shape not in draw.parameters]
     if missing:
-        raise WrongDraw(f"{name} needs the parameter {', '.join(missing)}")
+        raise WrongValue(f"{name} needs the parameter {', '.join(missing)}")
     stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
-    misfit = WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
+    misfit = WrongValue(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
     try:
         with np.errstate(all="ignore"):
             numbers = np.asarray(distribution.ppf(uniform, **_parameters(draw, own, total)), dtype=np.float64)
     except ValueError as error:
         raise misfit from error
     if not np.isfinite(numbers).all():
-        raise WrongDraw(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
+        raise WrongValue(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
     if numbers.shape != uniform.shape:
         raise misfit
     return numbers
@@ -217,10 +217,10 @@ def _distribution(name: str) -> "Scaled | scipy.stats.rv_continuous | scipy.stat
     families = scipy.stats.rv_continuous, scipy.stats.rv_discrete
     known = [k for k, v in vars(scipy.stats).items() if isinstance(v, families)]
     if name not in known:
-        raise WrongDraw(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
+        raise WrongValue(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
     distribution = getattr(scipy.stats, name)
     if any(type(distribution)._ppf is family._ppf for family in families):
-        raise WrongDraw(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
+        raise WrongValue(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
     return distribution
 
 
@@ -259,7 +259,7 @@ def sources_of(scenario: Scenario) -> Sources:
             width[name] = 1 if source.stream is not None else numbers_needed(source, table)
             off |= _settings(source, source.off, table)
         except ScenarioError as error:
-            raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
+            raise WrongValue(f"{scenario.name}: sources.{name}: {error}") from error
     return Sources(scenario=scenario, width=width, off=off)
 
 

@@ -12,7 +12,7 @@ from ident.support.files import LARGEST as LARGEST_FILE
 from ident.support.files import read_bytes, read_toml
 from ident.support.naming import nearest, shown
 from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, MOTION
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.errors import ScenarioError, WrongValue
 from scenarios.support.texts import schema_line
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -35,7 +35,7 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
         ScenarioError: If it does not exist, or does not start and end at rest.
     """
     path = _motion_path(name, folder)
-    table = read_toml(path, error=UnreadableFile)
+    table = read_toml(path, error=ScenarioError)
     for key in table:
         if key not in KEYS:
             raise ScenarioError(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
@@ -76,9 +76,9 @@ def motion_digest(name: str, folder: Path) -> str:
     """Return the digest of a motion's file, 16 hexadecimal digits.
 
     Raises:
-        UnknownName: If it does not exist.
+        WrongValue: If it does not exist.
     """
-    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=UnreadableFile)
+    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=ScenarioError)
     return hashlib.sha256(content).hexdigest()[:16]
 
 
@@ -86,7 +86,7 @@ def _motion_path(name: str, folder: Path) -> Path:
     builtin = BUILT_IN[MOTION]
     path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
     if not path.exists():
-        raise UnknownName(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+        raise WrongValue(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
     return path
 
 

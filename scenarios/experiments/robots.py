@@ -30,9 +30,9 @@ from ident.support.errors import RobotModelError
 from ident.support.files import LARGEST, captured_stderr, check_file
 from ident.support.naming import nearest, one_line, shown
 from scenarios.experiments.scenario_files import CATALOG, ROBOT
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.errors import ScenarioError, WrongValue
 from sim.controller import inverse_dynamics
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
 from sim.plant import PayloadBody, bare_arm
 from sim.robot import Robot, read_robot
@@ -77,7 +77,7 @@ def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str 
             spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
             spec.compiler.balanceinertia = True
             model = spec.compile()
-    except ModelFileError as error:
+    except PlantError as error:
         raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     except ValueError as error:
         if not mjcf:
@@ -141,7 +141,7 @@ def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     """Read the links of a model file with MuJoCo; joints outside the chain to the flange are locked.
 
     Raises:
-        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass.
+        PlantError: If MuJoCo cannot read it, for example because a link has no mass.
     """
     return _links(_compiled(path, flange))
 
@@ -150,7 +150,7 @@ def model_links(path: Path, flange: str | None) -> Array | None:
     """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
     try:
         return nominal_links(path, flange).whole
-    except ModelFileError:  # identification needs no masses
+    except PlantError:  # identification needs no masses
         return None
 
 
@@ -162,12 +162,12 @@ def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
         Their values, shape (b,).
 
     Raises:
-        ModelFileError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
+        PlantError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
     """
     model = _compiled(path, flange)
     links = _links(model)
     if is_placeholder(links):
-        raise ModelFileError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
+        raise PlantError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
     damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
     own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
     return base.regrouping @ base.standard(links.whole, own)
@@ -182,7 +182,7 @@ def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
     try:
         return lean_spec(path, flange).compile()
     except ValueError as error:
-        raise ModelFileError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
+        raise PlantError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
 
 
 def _links(model: mujoco.MjModel) -> ModelLinks:
@@ -225,8 +225,8 @@ def robot(name: str = ROBOT, folder: Path | None = None) -> Robot:
         folder: Base of a relative path; the working folder if None.
 
     Raises:
-        UnknownName: If it is neither.
-        RobotError: If its file cannot be read.
+        WrongValue: If it is neither.
+        PlantError: If its file cannot be read.
     """
     path = robot_file(name, folder)
     return _read(path, path.stat().st_mtime_ns)
@@ -241,19 +241,19 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
     """Path of a robot's file.
 
     Raises:
-        UnknownName: If it is neither built-in nor an existing file.
-        UnreadableFile: If the file cannot be read.
+        WrongValue: If it is neither built-in nor an existing file.
+        ScenarioError: If the file cannot be read.
     """
     if name in ROBOTS:
         return ROBOTS[name]
     path = (folder or Path()) / name
     if path.suffix != ".toml":
         advice = f"; did you mean {name}/robot.toml?" if (path / "robot.toml").is_file() else nearest(name, ROBOTS)
-        raise UnknownName(
+        raise WrongValue(
             f"unknown robot {shown(name)}{advice}; built-in: {', '.join(ROBOTS)}; for your own robot, give the "
             "path of its robot.toml (`rx90 new-robot` writes it)"
         )
-    check_file(path, most_bytes=LARGEST, error=UnreadableFile)
+    check_file(path, most_bytes=LARGEST, error=ScenarioError)
     return path.resolve()
 
 
@@ -301,7 +301,7 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
     """Return the digests of a robot file and of its model, 16 hexadecimal digits each.
 
     Raises:
-        RobotError: If they cannot be read.
+        PlantError: If they cannot be read.
     """
     arm = robot(name, folder)
     model = bare_arm(arm.model, arm.drives.rotor_inertia, arm.flange)
@@ -338,13 +338,13 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
         flange: Last body of the arm in a model file; None if all joints belong to the arm.
 
     Raises:
-        UnknownName: If it is none of these.
+        WrongValue: If it is none of these.
         ScenarioError: If a flange is given for a robot whose file states it.
         RobotModelError: If the model file is not an arm, or the motor of a coupling precedes the other joint.
-        RobotError: If the robot's file cannot be read.
+        PlantError: If the robot's file cannot be read.
     """
     if not word:
-        raise UnknownName("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
+        raise WrongValue("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
     if Path(word).suffix.lower() not in ("", ".toml"):
         return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
 

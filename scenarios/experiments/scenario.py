@@ -37,7 +37,7 @@ from scenarios.experiments.schema import (
     refusal,
     validated,
 )
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.errors import ScenarioError, WrongValue
 from sim.controller import ControllerBelief
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
@@ -79,7 +79,7 @@ def load_scenario(name: str) -> Scenario:
     Raises:
         ScenarioError: If it is missing, has an unknown key or a wrong value, names a robot or payload that does not
             exist, or assumes an impossible payload.
-        RobotError: If the file of its robot is not valid.
+        PlantError: If the file of its robot is not valid.
     """
     scenario = scenario_as_stated(name)
     table, nominal, exact = scenario.table, robot_of(scenario).drives, scenario.table.belief.exact
@@ -115,13 +115,13 @@ def robot_of(scenario: Scenario) -> Robot:
     """The robot.
 
     Raises:
-        UnknownName: If it does not exist.
-        UnreadableFile: If its file cannot be read.
-        RobotError: If its file is not valid.
+        WrongValue: If it does not exist.
+        ScenarioError: If its file cannot be read.
+        PlantError: If its file is not valid.
     """
     try:
         return robot(scenario.table.robot, scenario.folder)
-    except (UnknownName, UnreadableFile) as error:
+    except ScenarioError as error:
         raise type(error)(f"{scenario.asking.get('robot', scenario.name)}: robot: {error}") from error
 
 
@@ -129,7 +129,7 @@ def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
     """Return the assumed payloads with specified standard deviations, by mounting.
 
     Raises:
-        UnknownName: If a name does not exist.
+        WrongValue: If a name does not exist.
         ScenarioError: If a payload is impossible.
     """
     belief, found = scenario.table.belief, dict[str, Payload]()
@@ -146,7 +146,7 @@ def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
 
 def _named(payload: str, name: str) -> Payload:
     if payload not in rx90_mjcf.PAYLOADS:
-        raise UnknownName(
+        raise WrongValue(
             f"{name}: unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; "
             f"known: {', '.join(rx90_mjcf.PAYLOADS)}"
         )
@@ -365,8 +365,8 @@ def setup_of(scenario: Scenario) -> Setup:
     protocol, n = table.experiment.protocol, plant.robot.n
     try:
         motion = read_motion(table.experiment.motion, scenario.folder)
-    except UnknownName as error:
-        raise UnknownName(f"{scenario.asking.get(MOTION, scenario.name)}: {MOTION}: {error}") from error
+    except WrongValue as error:
+        raise WrongValue(f"{scenario.asking.get(MOTION, scenario.name)}: {MOTION}: {error}") from error
     if motion.n != n:
         raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ident.support.files import DEEPEST, LARGEST, check_file, read_toml
 from ident.support.naming import nearest, one_line, shown
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
+from scenarios.support.errors import ScenarioError, WrongValue
 
 CATALOG = Path(__file__).parents[1] / "catalog"
 """Folder of the built-in scenarios."""
@@ -57,19 +57,19 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
         return CATALOG / f"{name}.toml"
     if name in part_names():
         if folder is None:
-            raise UnknownName(f"{name} is a partial scenario; extend it by a file that states the rest")
+            raise WrongValue(f"{name} is a partial scenario; extend it by a file that states the rest")
         return PARTS / f"{name}.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml" and not path.is_file():
         own = path / "scenario.toml"
         near = f"; did you mean {one_line(own)}?" if own.is_file() else nearest(name, builtin_names())
-        raise UnknownName(f"unknown scenario {shown(name)}{near}; `rx90 list` shows all")
+        raise WrongValue(f"unknown scenario {shown(name)}{near}; `rx90 list` shows all")
     if path.suffix != ".toml":
         from ident.model.arm import MODEL_FILES  # not at the top: it imports NumPy
 
         if path.suffix.lower() in MODEL_FILES:
-            raise UnknownName(f"{one_line(path)} is a robot model; `rx90 new-robot` writes a scenario for it")
-    check_file(path, most_bytes=LARGEST, error=UnreadableFile)
+            raise WrongValue(f"{one_line(path)} is a robot model; `rx90 new-robot` writes a scenario for it")
+    check_file(path, most_bytes=LARGEST, error=ScenarioError)
     return path.resolve()
 
 
@@ -92,7 +92,7 @@ def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...
         raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
     if len(below) >= DEEPEST:
         raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
-    table = read_toml(path, error=UnreadableFile)
+    table = read_toml(path, error=ScenarioError)
     for payload, key in _deviations(table).items():
         if _taken_as_exact(_below(table, "belief").get("exact"), payload):
             place = "payload" if payload == LOADED else f"payloads.{payload}"
@@ -116,7 +116,7 @@ def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...
 def stating_file(name: str, key: str, folder: Path | None = None) -> Path | None:
     """Return the file that states a key path: the scenario's own, or the nearest extended one; None if none does."""
     path = find_scenario(name, folder)
-    table = read_toml(path, error=UnreadableFile)
+    table = read_toml(path, error=ScenarioError)
     inner: object = table
     for part in key.split("."):
         inner = inner.get(part) if isinstance(inner, Mapping) else None

@@ -22,7 +22,7 @@ from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table
 from scenarios.experiments.scenario_files import LOADED, ROBOT
-from scenarios.support.errors import ScenarioError, UnknownName, WrongDraw, WrongValue
+from scenarios.support.errors import ScenarioError, WrongValue
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.sensors import STREAMS, SensorOptions
@@ -356,7 +356,7 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
             )
     method = table.identification.method
     if method not in ESTIMATORS:
-        raise UnknownName(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+        raise WrongValue(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
     try:
         _ = table.identification.method_options
     except OptionError as error:
@@ -390,13 +390,13 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
     for one, other in (("belief", "plant"), ("plant", "belief")):
         for name in sides[one]:
             if name not in sides[other]:
-                raise UnknownName(
+                raise WrongValue(
                     f"{path}: {one} has a payload {name!r}, {other} has not{nearest(name, sides[other])}; "
                     f"known: {', '.join(sides[other]) or 'none'}"
                 )
     for name in protocol:
         if name != BARE and name not in plant:
-            raise UnknownName(
+            raise WrongValue(
                 f"{path}: experiment.protocol: no payload {shown(name)}{nearest(name, (BARE, *plant))}; "
                 f"known: {', '.join((BARE, *plant))}"
             )
@@ -407,7 +407,7 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
     for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
         for name in named if isinstance(named, Mapping) else ():
             if name not in belief:
-                raise UnknownName(
+                raise WrongValue(
                     f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
                 )
 
@@ -419,14 +419,14 @@ def _check_draws(group: str, draws: Mapping[str, DrawTable], path: str) -> None:
         where = f"{path}: {group}.{name}"
         stream = draw.stream if isinstance(draw, SourceTable) else None
         if sum(way is not None for way in (draw.distribution, draw.choice, stream)) != 1:
-            raise WrongDraw(f"{where}: give either a distribution, or a choice, or for a source its stream")
+            raise WrongValue(f"{where}: give either a distribution, or a choice, or for a source its stream")
         if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
-            raise WrongDraw(f"{where}: size applies to noise only; a drawn source gets its size from its distribution")
+            raise WrongValue(f"{where}: size applies to noise only; a drawn source gets its size from its distribution")
         if not draw.targets:
-            raise WrongDraw(f"{where}: target is empty; name the value to draw")
+            raise WrongValue(f"{where}: target is empty; name the value to draw")
         for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
             if stream is None and not place.startswith(DRAWABLE):
-                raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+                raise WrongValue(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
             if place in owner:
-                raise WrongDraw(f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once")
+                raise WrongValue(f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once")
             owner[place] = name

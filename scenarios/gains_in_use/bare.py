@@ -14,12 +14,12 @@ from ident.parameters.links import nearest_links
 from ident.payload.payload import Payload
 from ident.preparation import Policy, joined, prepare, raise_for
 from ident.recordings.recording import Motion
-from ident.support.errors import NoBody
+from ident.support.errors import RobotModelError
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
 from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
 from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.links import Links, links_document
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 
 NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
@@ -110,6 +110,6 @@ def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
         if is_placeholder(nominal):
             return KINEMATICS_ONLY
         found = nearest_links(robot.structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
-    except (ModelFileError, NoBody) as error:
+    except (PlantError, RobotModelError) as error:
         return str(error)
     return links_document(found, nominal, robot.structure.arm)

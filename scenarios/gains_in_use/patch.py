@@ -340,7 +340,7 @@ def predicted_by_models(
 
     Raises:
         ScenarioError: If the motion was used for the gains.
-        ModelFileError: If MuJoCo cannot read the masses of either model.
+        PlantError: If MuJoCo cannot read the masses of either model.
     """
     check_unseen(gains, [], [log.recording])
     observing = options_of(ObserveOptions, gains.options.observe, ())

@@ -118,7 +118,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     """Predict the error budget of a scenario, and the faults that logs of its motions will exclude.
 
     Raises:
-        Saturated: If a drive cannot follow the motion; otherwise as `predictor_of`.
+        TrajectoryError: If a drive cannot follow the motion; otherwise as `predictor_of`.
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = predictor_of(scenario)

@@ -25,7 +25,7 @@ from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line, shown
 from ident.support.options import options_from_table
-from scenarios.support.errors import ForeignProblem
+from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import schema_line
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
@@ -167,7 +167,7 @@ def read_problem(folder: Path) -> GivenProblem:
     """Read a problem.
 
     Raises:
-        ForeignProblem: If the folder has no problem, or an invalid one.
+        ScenarioError: If the folder has no problem, or an invalid one.
         IdentificationError: If robot, recording or payload cannot be read.
     """
     path = folder / PROBLEM
@@ -178,7 +178,7 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
     """Return the problem of a file and the files in its folder.
 
     Raises:
-        ForeignProblem: If it is not valid.
+        ScenarioError: If it is not valid.
         IdentificationError: If robot, recording or payload cannot be read.
     """
     folder = path.parent
@@ -203,29 +203,29 @@ def read_stated(path: Path, kind: type[Stated]) -> Stated:
     """Return the content of a file, validated.
 
     Raises:
-        ForeignProblem: If it cannot be read or is not valid; the message says where.
+        ScenarioError: If it cannot be read or is not valid; the message says where.
     """
     try:
         if path.stat().st_size > LARGEST:
-            raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; not a problem file")
+            raise ScenarioError(f"{one_line(path)}: larger than {LARGEST} bytes; not a problem file")
         return kind.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
     except OSError as error:
-        raise ForeignProblem(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
+        raise ScenarioError(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
     except UnicodeDecodeError as error:
-        raise ForeignProblem(f"{one_line(path)}: not UTF-8 text") from error
+        raise ScenarioError(f"{one_line(path)}: not UTF-8 text") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         what = first["msg"][0].lower() + first["msg"][1:]
         got = "" if first["type"] in ("missing", "json_invalid") else f", got {shown(first['input'])}"
-        raise ForeignProblem(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
+        raise ScenarioError(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
 
 
 def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: str) -> Options:
     try:
         return options_from_table(kind, table)
     except IdentificationError as error:
-        raise ForeignProblem(f"{one_line(path)}: {key}: {error}") from error
+        raise ScenarioError(f"{one_line(path)}: {key}: {error}") from error
 
 
 def write_model(model: Path, flange: str | None, folder: Path) -> str:

@@ -39,7 +39,7 @@ from scenarios.results.problem_folder import (
     write_model,
     write_motions,
 )
-from scenarios.support.errors import ForeignProblem, ScenarioError
+from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
 
 RECORD, RESULT = "record.json", "result.json"
@@ -196,7 +196,7 @@ def read_record(folder: Path) -> RecordFile:
     """
     try:
         record = read_stated(folder / RECORD, RecordFile)
-    except ForeignProblem as error:
+    except ScenarioError as error:
         raise ScenarioError(f"{error}; save it again with this version of rx90") from error
     for name, digest in record.files.items():
         path = folder / name

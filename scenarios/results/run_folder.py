@@ -133,7 +133,7 @@ def scene_digest(scenario: Scenario) -> str:
 
     Raises:
         ScenarioError: If a file is missing.
-        RobotError: If the robot's files cannot be read.
+        PlantError: If the robot's files cannot be read.
     """
     stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
     whole = {

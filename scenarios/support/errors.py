@@ -9,28 +9,12 @@ class ScenarioError(ValueError):
     """An impossible scenario or use of one."""
 
 
-class UnknownName(ScenarioError):
-    """The name of a scenario, motion, payload or method that does not exist."""
-
-
-class UnreadableFile(ScenarioError):
-    """A scenario or motion file that is missing, too large, or not valid TOML."""
-
-
 class WrongValue(ScenarioError):
-    """A value of the wrong type or outside its range."""
-
-
-class WrongDraw(ScenarioError):
-    """A random value that cannot be drawn."""
+    """A value of the wrong type or outside its range, the name of what does not exist, or a draw of such a value."""
 
 
 class StudyError(ScenarioError):
     """A study that cannot be run."""
-
-
-class ForeignProblem(ScenarioError):
-    """A folder that is not a valid problem folder."""
 
 
 class MethodError(ScenarioError):

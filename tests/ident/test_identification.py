@@ -20,7 +20,7 @@ from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
 from ident.preparation import KNOWN, SIMULATED
 from ident.recordings.recording import Motion, Recording
-from ident.support.errors import Contradiction, NotConverged, NotIdentifiable, OptionError
+from ident.support.errors import Contradiction, NotIdentifiable, OptionError
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
 
 def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monkeypatch):
     def lost(problem, options):
-        raise NotConverged("the gains do not converge")
+        raise NotIdentifiable("the gains do not converge")
 
     bare, loaded = logs_of(Truth())
     with pytest.raises(NotIdentifiable, match="swapped"):
@@ -121,7 +121,7 @@ def test_swapped_files_are_named_whether_or_not_the_method_converges(axes, monke
     monkeypatch.setattr("ident.identification.estimator", lambda _: replace(ESTIMATORS["ls-2011"], estimate=lost))
     with pytest.raises(NotIdentifiable, match="swapped"):
         identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
-    with pytest.raises(NotConverged, match="the gains do not converge"):
+    with pytest.raises(NotIdentifiable, match="the gains do not converge"):
         identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE, policy=KNOWN)
 
 

@@ -7,7 +7,7 @@ from model_files import FINGERS, GRIPPER, HAND, HOME, IN_COLLECTION, TABLE, mena
 from robot_folders import arm_xml
 
 from sim.controller import inverse_dynamics
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 from sim.model_spec import full_spec, lean_spec, unusable_meshes
 from sim.plant import PayloadBody, bare_arm, mount_payload
 
@@ -72,7 +72,7 @@ def test_a_urdf_is_compiled_without_the_meshes_that_it_names(tmp_path):
 def test_shapes_for_collisions_give_a_link_of_a_urdf_no_inertia(tmp_path):
     box = '<collision><geometry><box size="0.1 0.1 0.3"/></geometry></collision></link>'
     path = written(tmp_path, "arm.urdf", ros(inertial=False).replace("</link><joint", f"{box}<joint"))
-    with pytest.raises(ModelFileError, match=r"arm\.urdf: link 'shoulder_link' has no mass or no moments of inertia"):
+    with pytest.raises(PlantError, match=r"arm\.urdf: link 'shoulder_link' has no mass or no moments of inertia"):
         bare_arm(path, ROTORS)
 
 
@@ -105,7 +105,7 @@ FAULTS = {
 def test_what_no_plant_can_be_made_of_is_refused_in_one_line(tmp_path, fault):
     text, flange, message = FAULTS[fault]
     path = written(tmp_path, "arm.xml", text)
-    with pytest.raises(ModelFileError, match=message) as caught:
+    with pytest.raises(PlantError, match=message) as caught:
         bare_arm(path, ROTORS, flange)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -158,7 +158,7 @@ def test_a_mesh_that_is_no_solid_is_left_out_where_inertials_are_stated(tmp_path
 def test_an_inertia_from_a_mesh_that_is_no_solid_is_asked_for(tmp_path):
     path = with_meshes(tmp_path, {f"{k}.obj": FLAT for k in ("shoulder", "elbow", "wrist")}, inertial="")
     with pytest.raises(
-        ModelFileError, match=r"'shoulder_link' has its inertia from the mesh 'shoulder\.obj', from which MuJoCo"
+        PlantError, match=r"'shoulder_link' has its inertia from the mesh 'shoulder\.obj', from which MuJoCo"
     ):
         bare_arm(path, ROTORS)
 
@@ -195,5 +195,5 @@ def test_a_link_beside_the_arm_that_no_body_is_does_not_matter(tmp_path, parent,
     more = ANTENNA.replace("PARENT", parent).replace("MASS", mass)
     model = bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "tool0")
     np.testing.assert_allclose(model.body_mass.sum(), 12.0 + max(float(mass), 0.0), rtol=1e-12)  # rounding of a sum
-    with pytest.raises(ModelFileError, match="antenna"):
+    with pytest.raises(PlantError, match="antenna"):
         bare_arm(written(tmp_path, "arm.urdf", ros(more=more)), ROTORS, "antenna" if parent == "tool0" else None)

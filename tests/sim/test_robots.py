@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from sim.controller import ControllerBelief
 from sim.effects import ModelErrors
-from sim.errors import PlantError, RobotError
+from sim.errors import PlantError
 from sim.plant import PayloadBody, Plant, plant_model
 from sim.record import record
 from sim.robot import Coupling, DriveTruth, GravitySpring, Robot, read_robot
@@ -175,7 +175,7 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
     text = corrupt(path.read_text())
     assert text != path.read_text()
     path.write_text(text)
-    with pytest.raises(RobotError, match=message) as caught:
+    with pytest.raises(PlantError, match=message) as caught:
         read_robot(path)
     assert str(path) in str(caught.value)
     assert "\n" not in str(caught.value)

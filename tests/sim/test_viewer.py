@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 
 from scenarios.experiments.scenario import load_scenario, setup_of
-from sim.errors import NoPicture
+from sim.errors import PlantError
 from sim.viewer import ROOM, look, pictures, scene
 
 T = 3.7
@@ -107,5 +107,5 @@ def test_without_opengl_a_picture_is_refused_with_what_to_install(shown, monkeyp
         raise mujoco.FatalError("gladLoadGL error\nmore")
 
     monkeypatch.setattr(mujoco, "Renderer", renderer)
-    with pytest.raises(NoPicture, match=r"^no OpenGL for rendering \(FatalError gladLoadGL error\); install EGL"):
+    with pytest.raises(PlantError, match=r"^no OpenGL for rendering \(FatalError gladLoadGL error\); install EGL"):
         next(pictures(shown, [0.0], width=64, height=64))

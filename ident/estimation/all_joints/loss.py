@@ -18,7 +18,7 @@ from ident.estimation.all_joints.columns import JointColumns
 from ident.estimation.all_joints.reduction import ROUNDING
 from ident.estimation.all_joints.solution import Fitted, fit_again
 from ident.support.arrays import Array
-from ident.support.errors import NotConverged
+from ident.support.errors import NotIdentifiable
 
 FREEDOM = 4.0
 """Degrees of freedom of Student's distribution: heavy tails with little loss of efficiency for normal errors."""
@@ -61,7 +61,7 @@ def settled(first: Fitted, given: Sequence[JointColumns], tame: Tame) -> Fitted:
         The fit of the currents V*, with their residuals.
 
     Raises:
-        NotConverged: If the iteration does not converge.
+        NotIdentifiable: If the iteration does not converge.
     """
     fitted = first
     for _ in range(MOST_FITS):
@@ -69,7 +69,7 @@ def settled(first: Fitted, given: Sequence[JointColumns], tame: Tame) -> Fitted:
         before, fitted = fitted, fit_again(fitted, [V - e + tame(e, V) for V, e in left])
         if np.abs(np.log(fitted.fit.found.h / before.fit.found.h)).max() < SETTLED:
             return fitted
-    raise NotConverged(
+    raise NotIdentifiable(
         f"with Student's loss the gains do not converge in {MOST_FITS} fits: too many outliers; check the "
         "currents, or set loss = squares"
     )

@@ -8,7 +8,7 @@ from ident.estimation.all_joints.columns import Base, JointColumns
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.numerics.least_squares import factors
 from ident.support.arrays import Array, Indices
-from ident.support.errors import TooFewRows
+from ident.support.errors import NotIdentifiable
 
 DEPENDENT = 1e-9
 """Relative singular value of unit columns below which a combination is not identifiable from one joint alone."""
@@ -63,11 +63,11 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
     The weight is fixed. With weights from the residual at the estimated gains, an infinite gain would be a solution.
 
     Raises:
-        TooFewRows: If there are no more rows than columns.
+        NotIdentifiable: If there are no more rows than columns.
     """
     f, p, r = own.F.shape[1], joint.shared.shape[1], len(joint.V)
     if r <= f + p + 2:
-        raise TooFewRows.of(r, f + p + 2, f"joint {joint.joint + 1}")
+        raise NotIdentifiable.too_few_rows(r, f + p + 2, joint.joint)
     turned = _triangular(joint, own)
     m = turned.others.stop + 2
     sigma = left_alone(joint, turned)

@@ -17,7 +17,7 @@ from scipy.linalg import lapack
 from ident.estimation.all_joints.reduction import ReducedJoint
 from ident.numerics.least_squares import factors
 from ident.support.arrays import Array, Indices
-from ident.support.errors import NotConverged
+from ident.support.errors import NotIdentifiable
 
 SMALLEST_STEP = 1e-11
 """Largest change of a logarithm at convergence."""
@@ -175,7 +175,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
         prior: Prior of log|h|.
 
     Raises:
-        NotConverged: If the search does not converge.
+        NotIdentifiable: If the search does not converge.
     """
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
@@ -199,7 +199,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
         kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # ratio of actual to predicted decrease
         damping = max(UNDAMPED, damping * (SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0))
         s, point = s + step, tried
-    raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
+    raise NotIdentifiable(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
 def _curvature(point: _Point, prior: Prior) -> Array:

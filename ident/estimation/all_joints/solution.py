@@ -131,8 +131,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
         before: An earlier fit with initial values, or None.
 
     Raises:
-        TooFewRows: If a joint has fewer rows than unknowns.
-        NotConverged: If the search does not converge.
+        NotIdentifiable: If a joint has fewer rows than unknowns, or the search does not converge.
     """
     columns = widened(ready.columns, softened) if softened else ready.columns
     own = tuple(
@@ -165,7 +164,7 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
         currents: Currents of every joint's rows [drive units], n arrays of shape (r_j,).
 
     Raises:
-        NotConverged: If the search does not converge.
+        NotIdentifiable: If the search does not converge.
     """
     columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
     joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]

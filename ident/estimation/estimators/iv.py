@@ -26,7 +26,7 @@ from ident.observation.observation import Observation, reduced
 from ident.observation.smooth_motion import Reference, reference
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array
-from ident.support.errors import NotExcited, NotIdentifiable, TooFewRows
+from ident.support.errors import NotIdentifiable
 
 NAME = "iv"
 
@@ -138,17 +138,16 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
         The solution; its residual is V - W x, its covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1.
 
     Raises:
-        TooFewRows: If there are not more rows than unknowns.
-        NotExcited: If the instruments do not excite every unknown.
+        NotIdentifiable: If there are not more rows than unknowns, or the instruments do not excite every one.
     """
     W, V = system.W, system.rows.V
     r, b = W.shape
     if r <= b:
-        raise TooFewRows.of(r, b)
+        raise NotIdentifiable.too_few_rows(r, b)
     scale, aid = np.linalg.norm(W, axis=0), np.linalg.norm(Z, axis=0)
     if not scale.all() or not aid.all():
         column = int(np.argmin(np.minimum(scale, aid)))
-        raise NotExcited(
+        raise NotIdentifiable(
             f"the motion does not excite every parameter: column {column} of the observation matrix is zero"
         )
     Q, R = linalg.qr(Z / aid, mode="economic", check_finite=False)
@@ -156,7 +155,7 @@ def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:
     for part in (R, through):
         singular = np.linalg.svd(part, compute_uv=False)
         if singular[-1] < rank_tol * singular[0]:
-            raise NotExcited(
+            raise NotIdentifiable(
                 "the reference motion does not excite every parameter: relative singular value "
                 f"{singular[-1] / singular[0]:.1e} is below {rank_tol:.0e}"
             )

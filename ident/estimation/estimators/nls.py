@@ -100,9 +100,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         A gain or a reason for each joint.
 
     Raises:
-        NotIdentifiable: If nothing sets the scale of the gains.
-        TooFewRows: If a joint has fewer rows than unknowns.
-        NotConverged: If the iteration does not converge.
+        NotIdentifiable: If nothing sets the scale of the gains, a joint has too few rows, or the iteration does not
+            converge.
     """
     ready = setting_of(problem, options, _given(options, problem.structure.arm.n))
     chosen = chosen_model(ready, options)

@@ -13,7 +13,7 @@ from ident.estimation.rows import Rows
 from ident.numerics.least_squares import LeastSquares, least_squares
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices
-from ident.support.errors import NotExcited, TooFewRows
+from ident.support.errors import NotIdentifiable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +66,7 @@ def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
     """Ordinary least squares.
 
     Raises:
-        TooFewRows: If there are not more rows than unknowns.
-        NotExcited: If the rows do not excite every unknown.
+        NotIdentifiable: If there are not more rows than unknowns, or they do not excite every unknown.
     """
     fit = least_squares(system.W, system.rows.V, rank_tol=rank_tol)
     return JointFit(system, fit, fit.cofactor @ system.W.T)
@@ -83,7 +82,7 @@ def joint_fit(
         return NoFit(joint, f"the torque of {what} on this joint cannot be separated from that of the arm")
     try:
         return solver(system, problem.options.rank_tol)
-    except (TooFewRows, NotExcited) as error:
+    except NotIdentifiable as error:
         return NoFit(joint, str(error))
 
 

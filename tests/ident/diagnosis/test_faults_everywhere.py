@@ -15,7 +15,7 @@ from ident.identification import check, identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import prepare
 from ident.recordings.recording import Motion, Recording
-from ident.support.errors import IdentificationError, NotConverged
+from ident.support.errors import IdentificationError, NotIdentifiable
 
 Pair = tuple[Recording, Recording]
 
@@ -126,7 +126,7 @@ def test_sound_logs_raise_nothing_anywhere(axes):
 @pytest.mark.parametrize("converges", [True, False])
 def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes, monkeypatch, converges):
     def lost(problem):
-        raise NotConverged("the gains do not converge")
+        raise NotIdentifiable("the gains do not converge")
 
     if not converges:
         monkeypatch.setattr("ident.identification.default_estimate", lost)

@@ -7,7 +7,7 @@ from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem, pair
 from ident.recordings.recording import Recording
-from ident.support.errors import NotConverged, NotIdentifiable, RecordingError
+from ident.support.errors import NotIdentifiable, RecordingError
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
 
@@ -35,7 +35,7 @@ def test_swapped_motions_are_named(motions, payload):
 
 
 def test_where_a_method_finds_nothing_swapped_files_are_the_cause_and_right_ones_are_not(motions, payload):
-    error, mounted = NotConverged("the gains do not converge"), lopsided(payload)
+    error, mounted = NotIdentifiable("the gains do not converge"), lopsided(payload)
     found = cause_of(error, pair(motions[1], motions[0], mounted, GainOptions()))
     assert isinstance(found, NotIdentifiable)
     assert "bare and loaded recordings are probably swapped" in str(found)

@@ -11,7 +11,7 @@ from ident.model.structure import structure_of
 from ident.parameters.arm import Quantity
 from ident.parameters.links import BASIS, LEFT, FoundLinks, ModelLinks, nearest_links, nearest_possible
 from ident.payload.payload import standard_parameters
-from ident.support.errors import NoBody
+from ident.support.errors import RobotModelError
 
 OWN_FRICTION = ("Fv", "Fc", "off", "Fvm", "Fcm")
 
@@ -137,10 +137,10 @@ def test_the_distance_is_the_same_in_any_unit_of_mass(structure, drawn):
 def test_a_link_without_mass_is_refused(structure, drawn):
     own = drawn.own.copy()
     own[3] = 0.0
-    with pytest.raises(NoBody, match=r"link 4 of the model is not physically consistent \(its mass is 0 kg"):
+    with pytest.raises(RobotModelError, match=r"link 4 of the model is not physically consistent \(its mass is 0 kg"):
         found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
     own[3] = standard_parameters(2.0, np.zeros(3), (0.1, 0.1, 0.3, 0.0, 0.0, 0.0))  # 0.1 + 0.1 < 0.3
-    with pytest.raises(NoBody, match="link 4"):
+    with pytest.raises(RobotModelError, match="link 4"):
         found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
 
 

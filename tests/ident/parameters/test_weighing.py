@@ -12,7 +12,7 @@ from ident.estimation.known_gains import KnownGains
 from ident.parameters.payload import FoundBody, Quantity, payload_of
 from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, as_stated, joint_agreement, verified
 from ident.payload.payload import Payload
-from ident.support.errors import NegativeMass
+from ident.support.errors import Contradiction
 
 
 def test_the_scale_tells_which_gain_is_off(structure, heavy, rng):
@@ -76,7 +76,7 @@ def a_mass(value: float, *more: Quantity) -> FoundBody:
 
 
 def test_a_mass_below_zero_beyond_doubt_is_refused():
-    with pytest.raises(NegativeMass, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
+    with pytest.raises(Contradiction, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
         a_mass(-0.31).check_mass()
     for value in (-0.29, 0.31):  # three deviations are 0.3
         a_mass(value).check_mass()

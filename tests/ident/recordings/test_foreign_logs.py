@@ -15,7 +15,7 @@ from ident.recordings.files import read_log, read_recording
 from ident.recordings.formats import MOST_COLUMNS, listed
 from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
-from ident.support.errors import LogDescriptionError, RecordingError
+from ident.support.errors import RecordingError
 
 UNITS = {
     ("t", "s"): 1.0, ("t", "ms"): 1e3, ("t", "us"): 1e6, ("t", "ns"): 1e9,
@@ -184,7 +184,7 @@ def test_names_of_messages_and_ranges_are_bounded():
     assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
     assert len(spread("q{2..65}", "here")) == 64
     for word in ("q{2..66}", "q{3..2}"):
-        with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
+        with pytest.raises(RecordingError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
             spread(word, "here")
 
 

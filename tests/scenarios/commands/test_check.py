@@ -21,7 +21,7 @@ from scenarios.experiments.robots import ROBOTS, named_robot
 from scenarios.rendering.content import Paragraph
 from scenarios.results.check import Check
 from scenarios.results.json_schemas import schema
-from scenarios.support.errors import ScenarioError, UnknownName
+from scenarios.support.errors import ScenarioError, WrongValue
 
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
 LINK = (
@@ -178,7 +178,7 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
     assert model.structure.arm.couplings == ()
     with pytest.raises(ScenarioError, match=r"--flange: for model files only; 'rx90' states its own last body"):
         named_robot("rx90", flange="link5")
-    with pytest.raises(UnknownName, match="not an empty word"):
+    with pytest.raises(WrongValue, match="not an empty word"):
         named_robot("")
 
 

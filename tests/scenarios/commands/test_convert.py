@@ -14,7 +14,7 @@ from printed import printed
 from ident.recordings.description import read_description
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
-from ident.support.errors import LogDescriptionError
+from ident.support.errors import RecordingError
 from scenarios.cli import main
 
 JOINTS = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
@@ -218,7 +218,7 @@ def test_a_faulty_description_is_one_line(cell, tmp_path, capsys):
     path = tmp_path / "said.toml"
     for content, message in DESCRIPTIONS.values():
         path.write_text(content)
-        with pytest.raises(LogDescriptionError, match=message) as caught:
+        with pytest.raises(RecordingError, match=message) as caught:
             read_description(path)
         assert str(caught.value).startswith(f"{path}: ")
         assert "\n" not in str(caught.value)

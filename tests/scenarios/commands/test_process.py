@@ -55,7 +55,7 @@ RX90 = f"{sys.executable} -m scenarios"
     ("line", "status", "error"),
     [
         (f"{RX90} list >/dev/full", 74, "rx90: standard output: No space left on device\n"),
-        (f"{RX90} run nominal >&-", 74, "rx90: standard output is closed\n"),
+        (f"{RX90} run nominal >&-", 74, "rx90: standard output: closed\n"),
         (f"{RX90} list <&- >/dev/null", 0, ""),
         (f"{RX90} list >/dev/full 2>/dev/full", 74, ""),
         (f"(sleep 1; {RX90} list; echo $? >&2) | true", 0, "141\n"),

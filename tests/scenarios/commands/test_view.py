@@ -9,7 +9,7 @@ from places import ROOT
 
 from scenarios.cli import main
 from scenarios.rendering.film import WRITERS, frames
-from sim.errors import NoPicture
+from sim.errors import PlantError
 
 
 def views(*words: object, **more: str) -> subprocess.CompletedProcess:
@@ -63,7 +63,7 @@ def test_an_unknown_ending_is_refused(tmp_path, capsys):
 
 def test_a_time_after_the_end_is_refused_with_the_duration_and_the_end_is_drawn(tmp_path, capsys, monkeypatch):
     def no_pictures(*_, **__):
-        raise NoPicture("drawn")
+        raise PlantError("drawn")
 
     monkeypatch.setattr("sim.viewer.pictures", no_pictures)
     for at, said in (("20.02", "--at 20.02 s: the motion ends at 20 s; name a time up to that"), ("20", "drawn")):

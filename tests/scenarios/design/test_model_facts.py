@@ -13,7 +13,7 @@ from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.design.model_facts import arm_end, model_facts
-from sim.errors import RobotError
+from sim.errors import PlantError
 
 JAW = with_jaw(jaw="m6")  # of body claw_part
 WRIST = JAW.replace('name="m6" axis="0 1 0" range="-0.2 1.7"', 'name="m6" axis="0 1 0" range="-1.9 1.7"')
@@ -54,7 +54,7 @@ def test_grippers_are_recognised_by_name_travel_and_shape(tmp_path, name):
 
 def test_two_chains_need_the_name_of_the_last_body(tmp_path):
     long = written(tmp_path, "long.xml", menagerie(hand=NAMELESS.replace("0.04", "0.4")))
-    with pytest.raises(RobotError, match=r"form 2 chains, which end at left, right; .* --flange left"):
+    with pytest.raises(PlantError, match=r"form 2 chains, which end at left, right; .* --flange left"):
         arm_end(long)
 
 

@@ -23,7 +23,7 @@ from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import bar, drives_by_default, first_payload, home_pose
 from scenarios.experiments.scenario import body_of
 from sim.controller import inverse_dynamics
-from sim.errors import RobotError, TrajectoryError
+from sim.errors import PlantError, TrajectoryError
 from sim.plant import bare_arm
 from sim.robot import read_robot
 from sim.shapes import Clearance
@@ -190,7 +190,7 @@ def test_an_arm_that_hardly_lifts_itself_carries_what_it_can_where_it_holds_itse
 
 def test_a_joint_that_never_holds_the_arm_is_refused_with_the_option_that_helps(tmp_path, capsys):
     path = written(tmp_path, "arm.xml", weak(0.5))
-    with pytest.raises(RobotError, match=r"joint m2: its largest torque is 0.5, .* --torque"):
+    with pytest.raises(PlantError, match=r"joint m2: its largest torque is 0.5, .* --torque"):
         load_of(path)
     assert load_of(path, torque=[0.5, 40.0, 20.0, 5.0, 5.0, 5.0], rated=0.2)[0].mass == 0.2
     words = ["new-robot", str(path), "--out", str(tmp_path / "x"), "--torque", "1", "2"]

@@ -18,7 +18,7 @@ from scenarios.experiments.scenario import load_scenario, setup_of, value_at, wi
 from scenarios.experiments.schema import grouped, motion_names, mountings
 from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.results.gains import Result
-from scenarios.support.errors import ScenarioError, WrongDraw
+from scenarios.support.errors import ScenarioError, WrongValue
 
 DRAW = """
 [random."payload mass"]
@@ -143,8 +143,8 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
 
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, ("bare", "loaded"), DRAW))
-    with pytest.raises(WrongDraw, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
+    with pytest.raises(WrongValue, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
         check_draws(scenario)
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW.replace("payloads.light.mass", "payload.mass")))
-    with pytest.raises(WrongDraw, match=r"plant\.payload: no motion of experiment\.protocol carries this payload"):
+    with pytest.raises(WrongValue, match=r"plant\.payload: no motion of experiment\.protocol carries this payload"):
         check_draws(scenario)

@@ -15,7 +15,7 @@ from scenarios.experiments.motions import write_motion
 from scenarios.experiments.robots import check_same_payload, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
+from scenarios.support.errors import ScenarioError, WrongValue
 from sim.trajectory import at_rest
 
 N = 3
@@ -52,9 +52,9 @@ def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, c
 @pytest.mark.parametrize(
     ("name", "error", "message"),
     [
-        ("rx91", UnknownName, "unknown robot 'rx91'; did you mean 'rx90'.*; built-in: rx90, "),
-        ("arm", UnknownName, "unknown robot 'arm'; did you mean arm/robot.toml"),
-        ("gone/robot.toml", UnreadableFile, "gone/robot.toml"),
+        ("rx91", WrongValue, "unknown robot 'rx91'; did you mean 'rx90'.*; built-in: rx90, "),
+        ("arm", WrongValue, "unknown robot 'arm'; did you mean arm/robot.toml"),
+        ("gone/robot.toml", ScenarioError, "gone/robot.toml"),
     ],
 )
 def test_a_robot_that_is_not_there_is_refused_with_what_there_is(tmp_path, name, error, message):

@@ -12,7 +12,7 @@ from ident.payload.payload import Payload
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.scenario import load_scenario, robot_of, setup_of, stated_payloads
 from scenarios.experiments.scenario_files import CATALOG, seen_from
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongValue
+from scenarios.support.errors import ScenarioError, WrongValue
 from scenarios.support.texts import toml_value
 
 MOTION = CATALOG / "motions" / "drive-gains.toml"
@@ -85,7 +85,7 @@ def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
 
 @pytest.mark.parametrize(
     ("name", "key", "error"),
-    [("robot.toml", "robot", UnreadableFile), ("motion.toml", "experiment.motion", UnknownName)],
+    [("robot.toml", "robot", ScenarioError), ("motion.toml", "experiment.motion", WrongValue)],
 )
 def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for_it(parent, name, key, error):
     path = child(parent)

@@ -22,7 +22,7 @@ from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains
 from scenarios.experiments.robots import PLACEHOLDER, is_placeholder, model_base, nominal_links
 from scenarios.results.links import links_document
-from sim.errors import ModelFileError
+from sim.errors import PlantError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 Patch = Callable[..., dict]
@@ -168,5 +168,5 @@ def test_a_file_of_kinematics_alone_predicts_nothing(tmp_path):
     text = '<body pos="0 0 {0}"><joint axis="0 1 0"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
     path = tmp_path / "bare.xml"
     path.write_text(f"<mujoco><worldbody>{text.format(0.3)}{text.format(0.7)}</body></body></worldbody></mujoco>")
-    with pytest.raises(ModelFileError, match=r"bare\.xml"):
+    with pytest.raises(PlantError, match=r"bare\.xml"):
         model_base(path, None, structure_of(load_arm(path)).base)

@@ -20,7 +20,7 @@ from scenarios.experiments.run import Run, as_identified, run
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.results.json_schemas import schema
 from scenarios.results.problem_folder import PROBLEM, read_problem, write_problem
-from scenarios.support.errors import ForeignProblem
+from scenarios.support.errors import ScenarioError
 
 OBSERVING = ObserveOptions(reversal_speed=0.13, cutoff_hz=14.0)
 GAINS = GainOptions(max_rel_std=0.21, uncertainty="jackknife")
@@ -126,7 +126,7 @@ def test_an_impossible_problem_file_is_refused_with_its_place(change, message, f
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     known = json.loads((folder / PROBLEM).read_text())
     (tmp_path / PROBLEM).write_text(change if isinstance(change, str) else json.dumps({**known, **change}))
-    with pytest.raises(ForeignProblem, match=PROBLEM) as caught:
+    with pytest.raises(ScenarioError, match=PROBLEM) as caught:
         read_problem(tmp_path)
     assert message.lower() in str(caught.value).lower()
     assert "\n" not in str(caught.value)
@@ -138,5 +138,5 @@ def test_a_file_that_is_missing_is_named(folder, tmp_path):
     with pytest.raises(IdentificationError, match=r"motion-3\.parquet"):
         read_problem(tmp_path)
     (tmp_path / PROBLEM).unlink()
-    with pytest.raises(ForeignProblem, match="No such file"):
+    with pytest.raises(ScenarioError, match="No such file"):
         read_problem(tmp_path)

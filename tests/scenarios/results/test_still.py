@@ -10,8 +10,8 @@ from PIL import Image
 
 from scenarios.rendering.content import Paragraph, Report
 from scenarios.results.pages import still, why_another, with_picture
-from scenarios.support.errors import UnknownName
-from sim.errors import RobotError
+from scenarios.support.errors import WrongValue
+from sim.errors import PlantError
 
 
 def _png() -> bytes:
@@ -47,7 +47,7 @@ def test_a_record_that_is_none_gives_no_picture(tmp_path):
     assert with_picture(report, tmp_path) is report
 
 
-@pytest.mark.parametrize("error", [RobotError, UnknownName])
+@pytest.mark.parametrize("error", [PlantError, WrongValue])
 def test_a_scenario_or_robot_that_cannot_be_read_any_more_is_no_picture_but_a_reason(error, monkeypatch):
     def gone(named: str) -> None:
         raise error("moved away")

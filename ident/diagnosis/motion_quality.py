@@ -117,10 +117,10 @@ class JointMotion:
 
     Attributes:
         low: Lowest position [rad or m].
-        high: Highest position.
+        high: Highest position [rad or m].
         covered: Share of the joint's range, None where the model states no limits.
         speed: Largest speed [rad/s or m/s].
-        speed_rms: Its root mean square.
+        speed_rms: Its root mean square [rad/s or m/s].
         acceleration_rms: Root mean square of the acceleration [rad/s^2 or m/s^2].
         slow: Share of the time in which samples are masked as near a reversal.
         current_rms: Root mean square of the current [drive units].

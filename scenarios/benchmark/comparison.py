@@ -5,7 +5,6 @@ not identify is wrong unless its error is below both, and its standard deviation
 gains within `RANKED_BY` minus wrong gains, as a share of the gains that the data should identify.
 """
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,8 +34,8 @@ from scenarios.rendering.content import (
 )
 from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
 from scenarios.rendering.result import ResultModel
-from scenarios.results import provenance
-from scenarios.results.monte_carlo import NORMAL, in_percent
+from scenarios.results.record import DAMAGED, read_json, repeated
+from scenarios.results.studies import NORMAL, in_percent
 from scenarios.support.errors import ScenarioError
 
 DOCUMENT = "report.json"
@@ -267,16 +266,12 @@ def page(folder: Path) -> Report:
         ScenarioError: If its document is damaged, or of another version.
     """
     path = folder / DOCUMENT
-    try:
-        found = Comparison.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:  # of pydantic too
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
+    found = read_json(path, Comparison, DAMAGED)
     if not found.scenarios or not all(each.methods for each in found.scenarios):
         raise ScenarioError(f"{one_line(path)}: compares nothing")
     others = {key: text for key, text in found.about.items() if key != "Command"}
     command = {"Original command": found.about.get("Command", "")}
-    return found.report(found.title, *provenance.repeated(command, others, {}))
+    return found.report(found.title, *repeated(command, others, {}))
 
 
 def _best(methods: Sequence[MethodSummary]) -> str:

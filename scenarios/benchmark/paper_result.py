@@ -1,6 +1,5 @@
 """The result of the repeated paper beside the published values: JSON, tables 2 to 4, figure 3, files and page."""
 
-import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,12 +12,10 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 from ident.model.parameters import INERTIAL, UNITS
 from ident.support.naming import one_line
 from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, column, number, sentence, table
-from scenarios.rendering.plot import Axis, Plot, Reference, Tone, about, intervals
+from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import ResultModel
-from scenarios.results import provenance
-from scenarios.results.fit_plots import TORQUES, torque_plot
-from scenarios.results.fit_rows import FitRows
-from scenarios.results.record import digests_of
+from scenarios.results.fit import TORQUES, FitRows, torque_plot
+from scenarios.results.record import DAMAGED, digests_of, read_json, repeated
 from scenarios.support.errors import ScenarioError
 
 PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
@@ -204,7 +201,7 @@ class PaperResult(_Finite):
         return f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
 
     def parts(self) -> Iterable[Part]:
-        """Verdict and claims, gains and mass beside the published ones, tables 2 to 4 and those of section V."""
+        """Verdict and claims, tables 2 to 4 beside the published numbers, and those of section V."""
         failed, count = sum(not check.holds for check in self.checks), len(self.checks)
         if failed:
             yield Paragraph(f"FAILED: {failed} of {count} claims do not hold.", Mood.BAD, strong=True)
@@ -212,8 +209,6 @@ class PaperResult(_Finite):
             yield Paragraph(f"PASSED: all {count} claims hold.", Mood.GOOD, strong=True)
         for each in self.checks:
             yield Paragraph(f"holds: {each.claim}") if each.holds else Paragraph(f"FAILS: {each.claim}", Mood.BAD)
-        yield self._gain_plot()
-        yield self._mass_plot()
         pairs = list(zip(self.cases, CASES, strict=True))
         yield table(
             [
@@ -291,42 +286,6 @@ class PaperResult(_Finite):
             file_only=True,
         )
 
-    def _gain_plot(self) -> Plot:
-        names = tuple(str(joint) for joint in range(1, IDENTIFIED + 1))
-        ours = {
-            str(gain.joint): about(gain.estimate, 2.0 * gain.std)
-            for gain in self.gains[:IDENTIFIED]
-            if gain.estimate is not None and gain.std is not None
-        }
-        theirs = [about(*each) for each in zip(GAINS, GAINS_2SIGMA, strict=True)]
-        return Plot(
-            title="Drive gains, ours and the paper's",
-            caption="Bars: two standard deviations, from the residual alone as in the paper.",
-            x=Axis(title="joint", categories=names),
-            y=Axis(title="gain", unit="N m/unit"),
-            series=(
-                intervals("Ours", list(ours), list(ours.values()), Tone.FIRST),
-                intervals("The paper's", names, theirs, Tone.SECOND),
-            ),
-        )
-
-    def _mass_plot(self) -> Plot:
-        names = tuple(f"case {case.case}" for case in self.cases)
-        ours = [about(case["M"].estimate, 2.0 * case["M"].std) for case in self.cases]
-        theirs = [about(case.M, case.M_2sigma) for case in CASES]
-        return Plot(
-            title="The payload's mass with the gains of each case",
-            caption="Case 1: all gains 1. Case 2: identified gains. Case 3: identified gains with errors of 20 %, "
-            "- + + - on joints 1 to 4. Dashed: weighed mass.",
-            x=Axis(title="", categories=names),
-            y=Axis(title="mass", unit="kg"),
-            series=(
-                intervals("Ours", names, ours, Tone.FIRST),
-                intervals("The paper's", names, theirs, Tone.SECOND),
-            ),
-            references=(Reference("", self.cases[0]["M"].true),),
-        )
-
 
 def _printed(values: tuple[float, ...], gain: PaperGain) -> str:
     return f"{values[gain.joint - 1]:.4f}" if gain.joint <= IDENTIFIED else NONE
@@ -348,7 +307,6 @@ def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:
             joint=j,
             scale=gain,
             unit="N m",
-            turning=True,
             t=t + end * loaded,
             stamp=t,
             V=measured / gain,
@@ -357,7 +315,6 @@ def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:
             dq=np.empty(0),
             motion=loaded,
             sigma=case.fit.sigma,
-            still=(),
         )
         plots.append(torque_plot(rows, ("bare flange", "7.025 kg"), (0.0, end)))
     return plots
@@ -383,11 +340,7 @@ def page(folder: Path) -> Report:
             than were written with it.
     """
     path = folder / PAPER
-    try:
-        saved = SavedPaper.model_validate(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:  # of pydantic too
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
+    saved = read_json(path, SavedPaper, DAMAGED)
     try:
         found = PaperResult.model_validate(saved.result)
     except ValidationError as error:
@@ -404,6 +357,6 @@ def page(folder: Path) -> Report:
         raise ScenarioError(f"{one_line(rows)}: is not the file that {PAPER} names; write it again")
     more: list[Part] = [Heading("Figure 3: torques of case 2, measured and reconstructed"), Paragraph(TORQUES)]
     more += figure_3(torques, found.cases[DRAWN - 1])
-    facts = {"Seed": str(saved.seed), "Versions": provenance.versions_in_words(saved.versions)}
-    more += provenance.repeated({"Original command": saved.command}, facts, saved.files)
+    facts = {"Seed": str(saved.seed)}
+    more += repeated({"Original command": saved.command}, facts, saved.versions, saved.files)
     return found.report(found.title(saved.seed), *more)

@@ -71,7 +71,7 @@ def run_command(options: argparse.Namespace) -> Status:
     from scenarios.rendering.content import Line, Paragraph
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file
-    from scenarios.results.run_folder import identify_command, origin, run_files, save_run, scene_digest
+    from scenarios.results.run_folder import identify_command, origin, run_files, save_run
 
     setup, saving, gains, more = setup_of(load_scenario(options.scenario)), None, None, ()
     if options.save is not None:
@@ -84,8 +84,7 @@ def run_command(options: argparse.Namespace) -> Status:
         _write_gains(gains_file(result.estimate, origin(result)), gains)
     if saving is not None:
         with saving.writing():
-            scene = scene_digest(setup.scenario)
-            save_run(result, saving.folder, command=options.command_line, named=options.scenario, scene=scene)
+            save_run(result, saving.folder, command=options.command_line, named=options.scenario)
         saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
         more = (saved, Line(identify_command(result.setup, saving.folder)))
     title = f"Scenario {setup.scenario.name}, seed {options.seed}: {setup.scenario.table.description}"
@@ -94,7 +93,7 @@ def run_command(options: argparse.Namespace) -> Status:
 
 def paper_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare folder and seed."""
-    said = "write paper.md, figures and raw numbers there"
+    said = "write paper.md and raw numbers there"
     parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=said)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     add_force_argument(parser)
@@ -103,24 +102,19 @@ def paper_arguments(parser: argparse.ArgumentParser) -> None:
 
 def paper_command(options: argparse.Namespace) -> Status:
     """Repeat the paper's experiment; status 1 if a claim fails."""
-    from scenarios.benchmark.paper import case_rows, run_paper, write_paper
-    from scenarios.benchmark.paper_result import DRAWN, FILES, figure_3
+    from scenarios.benchmark.paper import run_paper, write_paper
+    from scenarios.benchmark.paper_result import FILES
     from scenarios.rendering import write_report
-    from scenarios.rendering.drawing import figure
 
     held = None
     if options.out is not None:
-        held = right_to_write(options, options.out, (TEXT, *FIGURES, *FILES), command="rx90 paper --out")
+        held = right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
         run = run_paper(options.seed, stages=stages)
     found = run.result
     report = found.report(found.title(run.seed))
     if held is not None:
         with held.writing():
-            name = f"case {DRAWN}"
-            drawn = figure(figure_3(case_rows(name, run.estimates[name]), found.cases[DRAWN - 1]))
-            for file in FIGURES:
-                drawn.savefig(held.folder / file)
             write_report(report, held.folder / TEXT)
             write_paper(run, held.folder, command=options.command_line)
     return show(report, options, passed=found.passed)
@@ -169,10 +163,10 @@ def identify_command(options: argparse.Namespace) -> Status:
     from ident.unseen import predict_unseen
     from scenarios.experiments.robots import model_links
     from scenarios.gains_in_use.bare import bare_result
-    from scenarios.results.fit_rows import fit_of
+    from scenarios.results.fit import fit_of
     from scenarios.results.gains import Result
-    from scenarios.results.gains_file import Origin, gains_file
-    from scenarios.results.record import save_result, saved_files
+    from scenarios.results.gains_file import gains_file
+    from scenarios.results.record import Origin, save_result, saved_files
 
     mounted, held, saving = mountings(options.given), None, None
     bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
@@ -192,6 +186,19 @@ def identify_command(options: argparse.Namespace) -> Status:
     known = None if given is None else known_gains(given, arm)
     planned = None if options.if_loaded is None else read_payload(options.if_loaded)
     fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
+
+    def origin(observing: ObserveOptions) -> Origin:
+        return Origin(
+            model=robot.model,
+            flange=robot.flange,
+            arm=arm,
+            motions=motions,
+            observing=observing,
+            gains=limits,
+            method=options.method,
+            options=own,
+        )
+
     with under_way(options, "identifying"):
         if bare:
             result, observing = bare_result(
@@ -229,8 +236,7 @@ def identify_command(options: argparse.Namespace) -> Status:
             result, passed = Result.of_identification(found, identify_s, cost, unseen), unseen is None or unseen.passed
             fit = None if saving is None else fit_of(found.prepared, found.estimate)
             if held is not None:
-                origin = Origin(model=robot.model, arm=arm, motions=motions, options=own, observing=observing)
-                _write_gains(gains_file(found.estimate, origin), held)
+                _write_gains(gains_file(found.estimate, origin(observing)), held)
             for words in (*(each.sentence for each in found.found.reported), *found.notes):
                 if form(options) == "json":
                     complain(words)
@@ -239,17 +245,10 @@ def identify_command(options: argparse.Namespace) -> Status:
             save_result(
                 saving.folder,
                 result,
+                origin(observing),
                 kind=kind,
                 title=title,
                 command=options.command_line,
-                model=robot.model,
-                flange=robot.flange,
-                arm=arm,
-                motions=motions,
-                observing=observing,
-                gains=limits,
-                method=options.method,
-                options=own,
                 payload=planned,
                 believed=options.gains,
                 fit=fit,

@@ -161,7 +161,7 @@ def check_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
     from scenarios.results.check import Check
-    from scenarios.results.record import save_result, saved_files
+    from scenarios.results.record import Origin, save_result, saved_files
 
     paths, limits, saving = (*options.log, *options.loaded), GainOptions(), None
     if options.loaded and options.payload is None:
@@ -194,19 +194,22 @@ def check_command(options: argparse.Namespace) -> Status:
     result = Check.of(checked, arm)
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
+        origin = Origin(
+            model=robot.model,
+            flange=robot.flange,
+            arm=arm,
+            motions=list(map(Motion, recordings, carried)),
+            observing=checked.observing,
+            gains=limits,
+        )
         with saving.writing():
             save_result(
                 saving.folder,
                 result,
+                origin,
                 kind="check",
                 title=f"Logs of {arm.name}",
                 command=options.command_line,
-                model=robot.model,
-                flange=robot.flange,
-                arm=arm,
-                motions=list(map(Motion, recordings, carried)),
-                observing=checked.observing,
-                gains=limits,
                 payload=payload,
                 about=None if robot.gain is None else tuple(robot.gain.tolist()),
             )

@@ -86,12 +86,11 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
         monte_carlo(scenario, options.trials, options.seed), options, "monte-carlo", "-n", options.trials
     )
     from scenarios.experiments.statistics import rows_in
-    from scenarios.results.monte_carlo import StudyResult, write_files
+    from scenarios.results.studies import StudyResult
 
-    rows = rows_in(folder)
-    result = StudyResult.of(scenario, options.seed, rows)
+    result = StudyResult.of(scenario, options.seed, rows_in(folder))
     with _summary_of(options.out):
-        written = write_files(result, rows, options.out)
+        written = [result.write(options.out)]
     report = result.report(result.title(options.trials), _files_part(options.out, written))
     return show(report, options, passed=result.passed)
 
@@ -114,12 +113,12 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     study = sensitivity(scenario, **own, seed=options.seed)
     words = [word for name, value in own.items() for word in (f"--{name}", value)]
     folder = _carried_out(study, options, "sensitivity", *words)
-    from scenarios.results.sensitivity import Budget, write_files
+    from scenarios.results.studies import Budget
 
     found = Budget.of(scenario, study.count, folder, options.seed)
     title = found.title(len(scenario.table.sources))
     with _summary_of(options.out):
-        written = write_files(found, found.report(title), options.out)
+        written = [found.write(options.out)]
     return show(found.report(title, _files_part(options.out, written)), options)
 
 

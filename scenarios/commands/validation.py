@@ -211,7 +211,7 @@ def torque_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.known_gains import Torques, check_currents
     from scenarios.rendering.content import joints_named
-    from scenarios.results.torque_file import write_torque
+    from scenarios.results.gains_file import write_torque
 
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
@@ -274,7 +274,7 @@ def patch_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.robots import nominal_links, read_arm
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.patch import Patched, joint_values, link_values, predicted_by_models, read_bare
-    from scenarios.results.ros_parameters import ros_parameters
+    from scenarios.results.gains_file import ros_parameters
 
     structure, gains = structure_of(read_arm(model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)

@@ -16,9 +16,8 @@ from ident.preparation import Policy, joined, prepare, raise_for
 from ident.recordings.recording import Motion
 from ident.support.errors import RobotModelError
 from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
-from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
+from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint, Links
 from scenarios.results.diagnoses import diagnosed_values
-from scenarios.results.links import Links, links_document
 from sim.errors import PlantError
 
 NO_GAINS = "without gains the parameters are not in SI units (--gains)"
@@ -112,4 +111,4 @@ def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
         found = nearest_links(robot.structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (PlantError, RobotModelError) as error:
         return str(error)
-    return links_document(found, nominal, robot.structure.arm)
+    return Links.of(found, nominal, robot.structure.arm)

@@ -16,7 +16,7 @@ from xml.etree import ElementTree as ET
 
 from ident.model.xml_tree import read_document
 from ident.payload.payload import INERTIA_KEYS
-from scenarios.results.links import Link
+from scenarios.results.bare import Link
 from scenarios.support.errors import ScenarioError
 
 COMMENT = (

@@ -35,9 +35,8 @@ from scenarios.gains_in_use.known_gains import check_unseen, gain_options, optio
 from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
 from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, sentence, table, two_sigma
 from scenarios.rendering.result import FromOne, ResultModel
-from scenarios.results.bare import BareParameter, BareResult
-from scenarios.results.links import FAR, Link, same_frames
-from scenarios.results.unseen import TOLD, unseen_parts, unseen_verdict
+from scenarios.results.bare import FAR, BareParameter, BareResult, Link
+from scenarios.results.diagnoses import TOLD, unseen_parts, unseen_verdict
 from scenarios.support.errors import ScenarioError
 
 NO_NOMINAL = "no data-sheet gains are given (--nominal)"
@@ -234,7 +233,7 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
     if (names := tuple(each.name for each in found.links)) != arm.joint_names:
         raise ScenarioError(f"--links: --arm is of joints {', '.join(names)}, not of those of MODEL")
     for each in found.links:
-        if not same_frames(each, arm, nominal.carried, tolerance=SAME):
+        if not each.has_frame_of(arm, nominal.carried, tolerance=SAME):
             raise ScenarioError(
                 f"--links: MODEL has another frame for joint {each.name}, or other bodies fixed to its link, than the "
                 "model that bare motions were identified with; identify them with this file"

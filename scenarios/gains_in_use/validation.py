@@ -27,9 +27,14 @@ from scenarios.rendering.content import (
     two_sigma,
 )
 from scenarios.rendering.result import FromOne, ResultModel
-from scenarios.results.diagnoses import DiagnosedResult, diagnosed_values, doubt_paragraphs
+from scenarios.results.diagnoses import (
+    DiagnosedResult,
+    diagnosed_values,
+    doubt_paragraphs,
+    unseen_parts,
+    unseen_verdict,
+)
 from scenarios.results.gains import common_unit, gain_units
-from scenarios.results.unseen import unseen_parts, unseen_verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Content of a report: paragraphs, tables, figures, and the result as one JSON object."""
+"""Content of a report: paragraphs, tables, plots, and the result as one JSON object; numbers as they are printed."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -48,6 +48,11 @@ class Column:
     words: bool = False
     file_only: bool = False
 
+    @property
+    def heading(self) -> str:
+        """The title on one line."""
+        return " ".join(self.title.split())
+
 
 VERDICT = Column(title="Verdict", words=True)
 """Heading of the last column, the verdict of a row."""
@@ -81,16 +86,10 @@ class Table:
 
     @property
     def verdict_early(self) -> "Table":
-        """Return the table with its verdict after the first column, visible on a narrow page."""
-        if VERDICT not in self.columns:
-            return self
-        last = self.columns.index(VERDICT)
-        order = [0, last, *(k for k in range(1, len(self.columns)) if k != last)]
-        columns, rows = (
-            tuple(self.columns[k] for k in order),
-            tuple(tuple(row[k] for k in order) for row in self.rows),
-        )
-        return replace(self, columns=columns, rows=rows)
+        """The table with its verdict after the first column, visible on a narrow page."""
+        order = sorted(range(len(self.columns)), key=lambda k: (k > 0, self.columns[k] != VERDICT))
+        columns = tuple(self.columns[k] for k in order)
+        return replace(self, columns=columns, rows=tuple(tuple(row[k] for k in order) for row in self.rows))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,13 +110,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading within a report.
-
-    Attributes:
-        text: The words.
-        folded: Whether a page shows the content below only on request.
-        file_only: Whether it is omitted on a screen.
-    """
+    """A heading; `folded` shows the content below on a page only on request, `file_only` omits it on a screen."""
 
     text: str
     folded: bool = False
@@ -126,18 +119,10 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A raster image, shown on pages and omitted in text.
-
-    Attributes:
-        caption: Description of its content.
-        png: The file's bytes.
-        width, height: Its size [pixel].
-    """
+    """A raster image, the bytes of a PNG file, shown on pages and omitted in text."""
 
     caption: str
     png: bytes
-    width: int
-    height: int
 
 
 Part = Paragraph | Line | Heading | Table | Plot | Picture
@@ -145,7 +130,7 @@ Part = Paragraph | Line | Heading | Table | Plot | Picture
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The report of a result: texts, tables and figures.
+    """The report of a result: texts, tables and plots.
 
     Attributes:
         title: One line.
@@ -161,59 +146,9 @@ class Report:
 
     @property
     def in_full(self) -> "Report":
-        """Return the report with all its tables on a screen."""
+        """The report with all its tables on a screen."""
         parts = [replace(each, file_only=False) if isinstance(each, Table) else each for each in self.parts]
         return replace(self, parts=tuple(parts))
-
-
-def number(value: float | None, form: str, unit: str = "") -> str:
-    """Return a number with its unit, a dash for None; a number that is rounded to zero has no minus sign."""
-    if value is None:
-        return NONE
-    sign = form[:1] if form[:1] in "+- " else ""
-    return f"{value:{sign}z{form.removeprefix(sign)}}{unit}"
-
-
-def percent(share: float | None, form: str = ".3f") -> str:
-    """Return a share in percent, without the sign, which is in the heading; a dash for None."""
-    return number(None if share is None else 100.0 * share, form)
-
-
-def two_sigma(std: float | None, form: str = ".2f") -> str:
-    """Return two standard deviations in percent, from a relative standard deviation."""
-    return percent(None if std is None else 2.0 * std, form)
-
-
-def rounded(value: float | None, spread: float | None) -> str:
-    """Return a number rounded to two digits of its standard deviation, or to four decimals; a dash for None.
-
-    Both have the same unit.
-    """
-    return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
-
-
-def places_of(largest: float) -> int:
-    """Return the decimals that show four digits of the largest of several numbers."""
-    return max(3 - math.floor(math.log10(largest)), 0) if largest else 0
-
-
-def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
-    """Return a unit and numbers in it; lengths below a metre in millimetres."""
-    if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):
-        return unit, numbers
-    return "mm", tuple(None if each is None else 1e3 * each for each in numbers)
-
-
-def plus_minus(value: float, spread: float) -> str:
-    """Return number and uncertainty, both rounded to the first digit of the latter, or to two digits if it is a 1.
-
-    Both have the same unit.
-    """
-    if spread == 0.0:
-        return f"{value:.6g}"
-    first = f"{spread:.1e}"
-    places = max((first[0] == "1") - int(first.partition("e")[2]), 0)
-    return f"{value:z.{places}f} ± {spread:.{places}f}"
 
 
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:
@@ -246,32 +181,71 @@ def table(
     file_only: bool = False,
 ) -> Table:
     """Return a table with one row per item; `title` to `file_only` as in `Table`."""
-    rows = tuple(tuple(_cell(each.cell(item)) for each in columns) for item in items)
+
+    def written(value: str | int | Cell | None) -> str | Cell:
+        return value if isinstance(value, Cell) else NONE if value is None else str(value)
+
+    rows = tuple(cells(*(written(each.cell(item)) for each in columns)) for item in items)
     heads = tuple(each.column for each in columns)
     return Table(title=title, columns=heads, rows=rows, shown=shown, rest=rest, file_only=file_only)
 
 
 def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | None = None, rest: str = "") -> Table:
     """Return a table of names and values."""
-    return table(
-        pairs, column(first, str, words=True), column(second, pairs.__getitem__, words=True), shown=shown, rest=rest
-    )
+    value = column(second, pairs.__getitem__, words=True)
+    return table(pairs, column(first, str, words=True), value, shown=shown, rest=rest)
 
 
-def _cell(value: str | int | Cell | None) -> Cell:
-    return value if isinstance(value, Cell) else Cell(NONE if value is None else str(value))
+def number(value: float | None, form: str, unit: str = "") -> str:
+    """Return a number with its unit, a dash for None; a number that is rounded to zero has no minus sign."""
+    if value is None:
+        return NONE
+    sign = form[:1] if form[:1] in "+- " else ""
+    return f"{value:{sign}z{form.removeprefix(sign)}}{unit}"
+
+
+def percent(share: float | None, form: str = ".3f") -> str:
+    """Return a share in percent, without the sign, which is in the heading; a dash for None."""
+    return number(None if share is None else 100.0 * share, form)
+
+
+def two_sigma(std: float | None, form: str = ".2f") -> str:
+    """Return two standard deviations in percent, from a relative standard deviation."""
+    return percent(None if std is None else 2.0 * std, form)
+
+
+def rounded(value: float | None, spread: float | None) -> str:
+    """Return a number rounded to two digits of its standard deviation, or to four decimals; a dash for None.
+
+    Both have the same unit.
+    """
+    return number(value, f".{max(1 - math.floor(math.log10(spread)), 0) if spread else 4}f")
+
+
+def in_unit(unit: str, *numbers: float | None) -> tuple[str, tuple[float | None, ...]]:
+    """Return a unit and numbers in it; lengths below a metre in millimetres."""
+    if unit != "m" or any(abs(each) >= 1.0 for each in numbers if each is not None):
+        return unit, numbers
+    return "mm", tuple(None if each is None else 1e3 * each for each in numbers)
+
+
+def plus_minus(value: float, spread: float) -> str:
+    """Return number and uncertainty, both rounded to the first digit of the latter, or to two digits if it is a 1.
+
+    Both have the same unit.
+    """
+    if spread == 0.0:
+        return f"{value:.6g}"
+    first = f"{spread:.1e}"
+    places = max((first[0] == "1") - int(first.partition("e")[2]), 0)
+    return f"{value:z.{places}f} ± {spread:.{places}f}"
 
 
 def joints_named(joints: Sequence[int]) -> str:
     """`joint 2`, `joints 1 and 4` or `joints 1 to 5`, of joints from 1."""
-    return f"{'joints' if joints[1:] else 'joint'} {joint_numbers(joints)}"
-
-
-def joint_numbers(joints: Sequence[int]) -> str:
-    """`2`, `1 and 4` or `1 to 5`, of joints from 1."""
-    if len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1)):
-        return f"{joints[0]} to {joints[-1]}"
-    return enumerated([str(joint) for joint in joints])
+    adjacent = len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1))
+    numbers = f"{joints[0]} to {joints[-1]}" if adjacent else enumerated([str(joint) for joint in joints])
+    return f"{'joints' if joints[1:] else 'joint'} {numbers}"
 
 
 def sentence(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Plots by Matplotlib: static SVG for pages, whose colours are names of the style sheet, and figures for files."""
+"""Plots by Matplotlib as static SVG, whose colours are names of the style sheet."""
 
 import math
 import re
@@ -11,21 +11,22 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
 from ident.support.arrays import Array
-from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, Value
+from scenarios.rendering.plot import Axis, Mark, Plot, Series, Tone, Value
 
 COLOURS = {
     "paper": "#ffffff", "ink": "#1b1f24", "soft": "#57606a", "grid": "#d0d7de", "band": "#e4e8ee", "quiet": "#6e7781",
-    "first": "#1f5fa8", "second": "#b93f12", "third": "#1c7a57", "fourth": "#7a3ea1", "fifth": "#8a6d00",
-    "sixth": "#b0286f",
+    "first": "#1f5fa8", "second": "#b93f12", "third": "#1c7a57", "fourth": "#7a3ea1",
 }  # fmt: skip
 """Colours by their names in the style sheet (`page.css`), where they differ in the dark and on paper."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
 LEFT, RIGHT, BELOW, GAP = 56, 10, 36, 8
 """Margins of axes, and the gap above a strip [pixel]."""
+STRIP = 80
+"""Height below which a plot has few ticks [pixel]."""
 ROW = 19
 """Least height of a category [pixel]."""
 SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
@@ -70,8 +71,6 @@ STYLES = {
     Tone.SECOND: Style(COLOURS["second"], (4.0, 1.6), "s", 1.2, 0.65),
     Tone.THIRD: Style(COLOURS["third"], (2.5, 1.0), "^", 1.4, 0.35),
     Tone.FOURTH: Style(COLOURS["fourth"], (6.0, 2.0, 1.0, 2.0), "D", 1.2, 0.15),
-    Tone.FIFTH: Style(COLOURS["fifth"], (1.0, 2.0), "P", 1.3, 0.8),
-    Tone.SIXTH: Style(COLOURS["sixth"], (8.0, 3.0), "v", 1.5, 0.5),
     Tone.QUIET: Style(COLOURS["quiet"], (), "o", 1.0, 0.25),
 }
 """Every tone differs from the others in shape, dash or opacity as well, without its colour."""
@@ -84,99 +83,84 @@ def svg(plot: Plot, number: int) -> str:
     """
     with rc_context({**SETTINGS, "svg.hashsalt": f"plot{number}"}):
         drawn = StringIO()
-        figure([plot], titles=False).savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
+        figure(plot).savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
     text = drawn.getvalue()
-    text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'<g id="[^"]*"', "<g", text)  # of no use, and the same in every figure
-    text = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", text)  # the family is that of the page
-    text = re.sub(r"(\d\.\d\d)\d+(?=[^<>]*/?>)", r"\1", text)  # hundredths of a pixel
-    text = re.sub(r' (?:width|height)="[\d.]+pt"', "", text, count=2)
+    for pattern, short in (
+        (r"<metadata>.*?</metadata>|<!--.*?-->", ""),
+        (r'<g id="[^"]*"', "<g"),  # of no use, and the same in every figure
+        (r"font: ([\d.]+px) [^;\"]*", r"font-size: \1"),  # the family is that of the page
+        (r"(\d\.\d\d)\d+(?=[^<>]*/?>)", r"\1"),  # hundredths of a pixel
+        (r'(<svg[^>]*?) width="[\d.]+pt"', r"\1"),
+        (r'(<svg[^>]*?) height="[\d.]+pt"', r"\1"),
+        (r"\s*\n\s*", "\n"),
+    ):
+        text = re.sub(pattern, short, text, flags=re.DOTALL)
     for name, colour in COLOURS.items():
         text = text.replace(colour, f"var(--{name})")
-    return re.sub(r"\s*\n\s*", "\n", text)
+    return text[text.index("<svg") :]
 
 
-def figure(plots: Sequence[Plot], *, across: int = 1, titles: bool = True, title: str = "") -> Figure:
-    """Draw plots in a grid, each with the strip below it, if it has one; `titles` also draws their titles."""
-    columns = [plots[k::across] for k in range(min(across, len(plots)))]
-    lines = [plots[k : k + across] for k in range(0, len(plots), across)]
-    widths = [WIDE if any(each.zoom for each in column) else WIDTH for column in columns]
-    heights = [max(_height(each, title=titles) for each in line) for line in lines]
-    whole_width, whole_height = sum(widths), sum(heights) + 30 * bool(title)
+def figure(plot: Plot) -> Figure:
+    """Draw a plot without its title, with the strip below it, if it has one."""
+    labelled = bool(plot.bands) or any(each.label for each in plot.series)
+    inner = max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot))))
+    strip = 0 if plot.strip is None else plot.strip.height + GAP
+    width, height = WIDE if plot.zoom else WIDTH, 8 + 16 * labelled + inner + BELOW + strip
+    longest = max((len(name) for name in plot.y.categories), default=0)
+    left = min(max(LEFT, 6.0 * longest + 30.0), 0.5 * width)
     with rc_context(SETTINGS):
-        whole = Figure(figsize=(whole_width / 72.0, whole_height / 72.0))
-        if title:
-            whole.suptitle(title, fontsize=12, y=1.0 - 6.0 / whole_height, va="top")
-        for k, plot in enumerate(plots):
-            row, column = divmod(k, across)
-            longest = max((len(name) for name in plot.y.categories), default=0)
-            left = min(max(LEFT, 6.0 * longest + 30.0), 0.5 * widths[column])
-            strip = 0 if plot.strip is None else plot.strip.height + GAP
-            upper = sum(heights[: row + 1]) + 30 * bool(title)  # lower edge of this line of plots, from above
-            x, width = (sum(widths[:column]) + left) / whole_width, (widths[column] - left - RIGHT) / whole_width
-            y = (whole_height - upper + BELOW) / whole_height
-            axes = whole.add_axes((x, y + strip / whole_height, width, _inner(plot) / whole_height))
-            if plot.strip is not None:
-                below = whole.add_axes((x, y, width, plot.strip.height / whole_height), sharex=axes)
-                axes.tick_params(labelbottom=False)
-                _draw(below, plot.strip)
-            _draw(axes, plot)
-            if titles:
-                axes.set_title(plot.title, fontsize=10.5, loc="left", fontweight="bold", pad=20 if _labels(plot) else 6)
-            if _labels(plot):
-                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderpad=0.2, columnspacing=1.2)
+        whole = Figure(figsize=(width / 72.0, height / 72.0))
+
+        def axes_at(bottom: float, high: float, above: Axes | None = None) -> Axes:
+            place = (left / width, bottom / height, (width - left - RIGHT) / width, high / height)
+            return whole.add_axes(place, sharex=above)
+
+        axes = axes_at(BELOW + strip, inner)
+        if plot.strip is not None:
+            axes.tick_params(labelbottom=False)
+            _draw(axes_at(BELOW, plot.strip.height, axes), plot.strip)
+        _draw(axes, plot)
+        if labelled:
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderpad=0.2, columnspacing=1.2)
         return whole
-
-
-def _inner(plot: Plot) -> int:
-    return max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot))))
-
-
-def _height(plot: Plot, *, title: bool) -> int:
-    above = 8 + 16 * bool(_labels(plot)) + 18 * title
-    return above + _inner(plot) + BELOW + (0 if plot.strip is None else plot.strip.height + GAP)
-
-
-def _labels(plot: Plot) -> list[str]:
-    return [*(each.label for each in plot.series if each.label), *([plot.bands_label] if plot.bands else [])]
 
 
 def _draw(axes: Axes, plot: Plot) -> None:
     for k, (start, stop) in enumerate(plot.bands):
         axes.axvspan(start, stop, color=COLOURS["band"], lw=0.0, zorder=0.5, label=plot.bands_label if not k else None)
     for axis, name in ((plot.x, "x"), (plot.y, "y")):
-        _scale(axes, axis, name, strip=plot.height < 80)
+        own = axes.xaxis if name == "x" else axes.yaxis
+        axes.set(**{f"{name}label": axis.words})
+        if axis.categories:
+            at = np.arange(len(axis.categories))
+            own.set_ticks(at, labels=list(axis.categories))
+            axes.set(**{f"{name}lim": (-0.6, len(at) - 0.4) if name == "x" else (len(at) - 0.4, -0.6)})
+            own.grid(visible=False)
+        elif axis.log:
+            axes.set(**{f"{name}scale": "log"})
+            own.set_major_formatter(StrMethodFormatter("{x:g}"))
+            own.set_minor_formatter(NullFormatter())
+        else:
+            own.set_major_locator(MaxNLocator(6 if name == "x" else 3 if plot.height < STRIP else 5))
     for each in plot.series:
         _series(axes, each, plot)
+    look: dict[str, Any] = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
+    words: dict[str, Any] = {"fontsize": 9.0, "clip_on": False, "textcoords": "offset points"}
     for each in plot.references:
-        _reference(axes, each)
+        if each.upright:
+            axes.axvline(each.at, **look)
+            place: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "xytext": (3, -3), "va": "top"}
+            axes.annotate(each.label, (each.at, 1.0), **place, **words)
+        else:
+            axes.axhline(each.at, **look)
+            place = {"xycoords": ("axes fraction", "data"), "xytext": (-3, 3), "ha": "right"}
+            axes.annotate(each.label, (1.0, each.at), **place, **words)
     if plot.y.zero:
-        low, high = axes.get_ylim()
-        axes.set_ylim(min(low, 0.0), max(high, 0.0))
+        axes.set_ylim(min(axes.get_ylim()[0], 0.0), max(axes.get_ylim()[1], 0.0))
     if plot.x.zero:
         axes.set_xlim(min(axes.get_xlim()[0], 0.0), max(axes.get_xlim()[1], 0.0))
     if plot.zoom:
         axes.margins(x=0.01)
-
-
-def _scale(axes: Axes, axis: Axis, name: str, *, strip: bool) -> None:
-    own = axes.xaxis if name == "x" else axes.yaxis
-    axes.set(**{f"{name}label": axis.words})
-    if axis.categories:
-        at = np.arange(len(axis.categories))
-        own.set_ticks(at, labels=list(axis.categories))
-        axes.set(**{f"{name}lim": (-0.6, len(at) - 0.4) if name == "x" else (len(at) - 0.4, -0.6)})
-        own.grid(visible=False)
-    elif axis.log:
-        axes.set(**{f"{name}scale": "log"})
-        own.set_major_formatter(FuncFormatter(_plain))
-        own.set_minor_formatter(NullFormatter())
-    else:
-        own.set_major_locator(MaxNLocator(6 if name == "x" else 3 if strip else 5))
-
-
-def _plain(value: float, _: int) -> str:
-    return f"{value:g}"
 
 
 def _numbers(values: Sequence[Value], axis: Axis) -> Array:
@@ -210,17 +194,10 @@ def _series(axes: Axes, series: Series, plot: Plot) -> None:
             axes.plot(x, y, lw=style.width, ls=dash, **look)
         case Mark.POINTS:
             axes.plot(x, y, style.shape, ms=2.2, mew=0.0, alpha=0.75, **look)
-        case Mark.BARS | Mark.STACK:
-            stack = series.mark is Mark.STACK
-            start, size = (low, high - low) if stack else (0.0, value)
-            face: dict[str, Any] = {
-                "alpha": max(style.fill, 0.15),
-                "edgecolor": COLOURS["ink"],
-                "linewidth": 0.5,
-                **look,
-            }
-            bar(at, size, width, start, **face)
-            if len(low) and not stack:
+        case Mark.BARS:
+            face: dict[str, Any] = {"alpha": style.fill, "edgecolor": COLOURS["ink"], "linewidth": 0.5}
+            bar(at, value, width, **face, **look)
+            if len(low):
                 rule(at, low, high, color=COLOURS["ink"], lw=1.0)
         case Mark.INTERVALS if series.tone is Tone.QUIET:
             span: dict[str, Any] = {"color": COLOURS["band"], "zorder": 0.6, "label": label}
@@ -228,15 +205,3 @@ def _series(axes: Axes, series: Series, plot: Plot) -> None:
         case Mark.INTERVALS:
             rule(at, low, high, color=style.colour, lw=1.8)
             axes.plot(*((at, value) if upright else (value, at)), style.shape, ms=5.0, **look)
-
-
-def _reference(axes: Axes, reference: Reference) -> None:
-    look: dict[str, Any] = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
-    words: dict[str, Any] = {"fontsize": 9.0, "clip_on": False, "xytext": (3, -3), "textcoords": "offset points"}
-    if reference.upright:
-        axes.axvline(reference.at, **look)
-        axes.annotate(reference.label, (reference.at, 1.0), xycoords=("data", "axes fraction"), va="top", **words)
-    else:
-        axes.axhline(reference.at, **look)
-        words["xytext"] = (-3, 3)
-        axes.annotate(reference.label, (1.0, reference.at), xycoords=("axes fraction", "data"), ha="right", **words)

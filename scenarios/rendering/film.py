@@ -29,7 +29,6 @@ def captioned(picture: Array, text: str) -> Image.Image:
 
 def write_png(path: Path, images: Iterator[Image.Image], fps: float) -> None:
     """Write the first picture."""
-    del fps
     next(images).save(path, format="PNG")
 
 

@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from scenarios.rendering import Page
-from scenarios.rendering.content import Column, Heading, Mood, Part, Picture, Report
+from scenarios.rendering.content import Heading, Mood, Part, Report
 from scenarios.rendering.plot import Plot
 
 MARK = "rx90 report"
@@ -33,28 +33,24 @@ def render(report: Report, page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"heading": heading, "options": options, "prose": prose, "png": png}
-    plots = [part for part in report.parts if isinstance(part, Plot)]
+    templates.filters |= {"options": options, "prose": prose, "base64": base64.b64encode}
+    plots, drawn = [part for part in report.parts if isinstance(part, Plot)], dict[int, Markup]()
+    if plots:
+        from scenarios.rendering.drawing import svg
+
+        drawn = {id(plot): Markup(svg(plot, number)) for number, plot in enumerate(plots)}
     return templates.get_template("page.html.j2").render(
         title=report.title,
         mood=report.mood.value,
         maker=MARK,
         sections=sections(report.parts),
-        drawn=dict(zip(map(id, plots), _drawn(plots), strict=True)),
+        drawn=drawn,
         id=id,
         moods={mood: mood.value for mood in Mood},
         short=SHORT,
         style=Markup(files("scenarios.rendering").joinpath("page.css").read_text(encoding="utf-8")),
         document=Markup(script_json(report.document)),
     )
-
-
-def _drawn(plots: list[Plot]) -> list[Markup]:
-    if not plots:
-        return []
-    from scenarios.rendering.drawing import svg
-
-    return [Markup(svg(plot, number)) for number, plot in enumerate(plots)]
 
 
 def sections(parts: tuple[Part, ...]) -> list[tuple[Heading | None, list[tuple[str, list[Part]]]]]:
@@ -69,11 +65,6 @@ def sections(parts: tuple[Part, ...]) -> list[tuple[Heading | None, list[tuple[s
     return found
 
 
-def heading(column: Column) -> str:
-    """Return a column's title on one line."""
-    return " ".join(column.title.split())
-
-
 def options(text: str) -> Markup:
     """Return escaped text, the options of commands in it not broken at their hyphens."""
     return Markup(OPTION.sub(r'<span class="whole">\g<0></span>', str(escape(text))))
@@ -82,11 +73,6 @@ def options(text: str) -> Markup:
 def prose(text: str) -> Markup:
     """Return escaped text with whole options, and with text in backticks as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(options(text))))
-
-
-def png(part: Picture) -> str:
-    """Return a picture as a data URI."""
-    return f"data:image/png;base64,{base64.b64encode(part.png).decode()}"
 
 
 def script_json(value: object) -> str:

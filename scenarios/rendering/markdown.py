@@ -1,7 +1,7 @@
 """Report as Markdown: all rows of all tables, figures by the names of their files."""
 
 from scenarios.rendering import Page
-from scenarios.rendering.content import Column, Heading, Line, Paragraph, Picture, Report, Table
+from scenarios.rendering.content import Heading, Line, Paragraph, Picture, Report, Table
 from scenarios.rendering.plot import Plot
 
 
@@ -20,17 +20,8 @@ def _part(part: Paragraph | Line | Heading | Table) -> str:
         case Heading(text):
             return f"## {text}"
         case Table():
-            return _table(part)
-
-
-def _table(table: Table) -> str:
-    rule = ["---" if column.words else "---:" for column in table.columns]
-    rows = [[_heading(column) for column in table.columns], rule]
-    rows += [[cell.text.replace("|", "\\|") for cell in row] for row in table.rows]
-    lines = [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join([f"**{table.title}**", "", *lines] if table.title else lines)
-
-
-def _heading(column: Column) -> str:
-    title = " ".join(column.title.split())  # a row of a table is one line
-    return f"{title} [{column.unit}]" if column.unit else title
+            heads = [each.heading + (f" [{each.unit}]" if each.unit else "") for each in part.columns]
+            rows = [heads, ["---" if each.words else "---:" for each in part.columns]]
+            rows += [[cell.text.replace("|", "\\|") for cell in row] for row in part.rows]
+            lines = [f"| {' | '.join(row)} |" for row in rows]
+            return "\n".join([f"**{part.title}**", "", *lines] if part.title else lines)

@@ -21,7 +21,6 @@ class Mark(Enum):
     LINE = "line"
     POINTS = "points"
     BARS = "bars"
-    STACK = "stack"
     INTERVALS = "intervals"
 
 
@@ -32,14 +31,10 @@ class Tone(Enum):
     SECOND = "second"
     THIRD = "third"
     FOURTH = "fourth"
-    FIFTH = "fifth"
-    SIXTH = "sixth"
     QUIET = "quiet"
 
 
-TONES = (Tone.FIRST, Tone.SECOND, Tone.THIRD, Tone.FOURTH)
-MANY = (*TONES, Tone.FIFTH, Tone.SIXTH)
-"""Styles of the parts of a stack."""
+TONES = tuple(tone for tone in Tone if tone is not Tone.QUIET)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,20 +62,25 @@ class Axis:
         return f"{title} [{self.unit}]" if self.unit else title
 
 
+def joint_axis(joints: Sequence[int]) -> Axis:
+    """Return the axis of joints, from 1, as categories."""
+    return Axis(title="joint", categories=tuple(map(str, joints)))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Series:
     """A data series.
 
     Attributes:
-        label: Label in the legend.
+        label: Label in the legend, empty for none.
         mark: Type of mark.
         tone: Style.
         x, y: Coordinates, of equal length.
-        low, high: Ends of `INTERVALS` and of parts of a `STACK`, empty for other marks.
+        low, high: Ends of `INTERVALS`, and of rules on `BARS`; empty for other marks.
     """
 
-    label: str
-    mark: Mark
+    label: str = ""
+    mark: Mark = Mark.LINE
     tone: Tone = Tone.FIRST
     x: tuple[Value, ...]
     y: tuple[Value, ...]
@@ -109,7 +109,7 @@ class Plot:
         bands: Shaded intervals of the x axis, start and end.
         bands_label: Label of the bands.
         references: Reference lines.
-        zoom: Whether the x axis can be zoomed.
+        zoom: Whether it is along time, and wide.
         height: Height of the axes [pixel].
         strip: Plot below it with the same x axis and its own y scale; None for none.
     """
@@ -141,8 +141,3 @@ def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, f
 def about(value: float, half: float) -> tuple[float, float, float]:
     """Return a value with the ends of a symmetric interval."""
     return value, value - half, value + half
-
-
-def one_in(count: int, most: int) -> int:
-    """Return the step of subsampling that draws at most `most` points."""
-    return max(1, -(-count // most))

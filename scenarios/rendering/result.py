@@ -8,14 +8,7 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    SerializerFunctionWrapHandler,
-    ValidatorFunctionWrapHandler,
-    WrapSerializer,
-    WrapValidator,
-)
+from pydantic import BaseModel, ConfigDict, WrapSerializer, WrapValidator
 
 from scenarios.rendering.content import Mood, Part, Report, Table
 from scenarios.rendering.plot import Plot
@@ -45,32 +38,20 @@ class ResultModel(BaseModel):
         return Report(title, (*self.parts(), *more), self.model_dump(mode="json"), mood)
 
 
-def _shifted(value: Any, by: int) -> Any:
-    """Return JSON values with `joint` and `joints`, at any depth, increased."""
-    match value:
-        case {"joint": int(joint), **others}:
-            return {**_shifted(others, by), "joint": joint + by}
-        case dict():
-            return {key: [j + by for j in v] if _numbers(key, v) else _shifted(v, by) for key, v in value.items()}
-        case list() | tuple():
-            return [_shifted(each, by) for each in value]
-        case _:
-            return value
+def _shifted(value: Any, by: int, key: str = "") -> Any:
+    """Return JSON values with the numbers of `joint` and `joints`, at any depth, increased."""
+    if isinstance(value, dict):
+        return {name: _shifted(each, by, name) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_shifted(each, by, key) for each in value]
+    return value + by if key in ("joint", "joints") and type(value) is int else value
 
 
-def _numbers(key: str, value: Any) -> bool:
-    return key == "joints" and isinstance(value, list | tuple) and all(type(j) is int for j in value)
-
-
-def _to_json(value: Any, handler: SerializerFunctionWrapHandler) -> Any:
-    return _shifted(handler(value), 1)
-
-
-def _from_json(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
-    return handler(_shifted(value, -1))  # an object is not JSON, and has joints from 0
-
-
-FromOne = Annotated[Value, WrapSerializer(_to_json), WrapValidator(_from_json)]
+FromOne = Annotated[
+    Value,
+    WrapSerializer(lambda value, handler: _shifted(handler(value), 1)),
+    WrapValidator(lambda value, handler: handler(_shifted(value, -1))),  # an object is no JSON, and has joints from 0
+]
 """A dataclass with `joint` or `joints` from 0, which count from 1 in JSON: `list[FromOne[Diagnosis]]`."""
 
 

@@ -5,29 +5,17 @@ further columns follow below, with the identifying columns repeated, so that no 
 """
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from io import StringIO
 from itertools import pairwise
 from textwrap import wrap
 
-from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
 from scenarios.rendering import Page
-from scenarios.rendering.content import (
-    Cell,
-    Column,
-    Heading,
-    Line,
-    Mood,
-    Paragraph,
-    Part,
-    Picture,
-    Report,
-    Table,
-)
+from scenarios.rendering.content import Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
 from scenarios.rendering.plot import Plot
 
 WIDE = 10_000
@@ -44,7 +32,7 @@ STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD:
 
 
 def render(report: Report, page: Page) -> str:
-    """Render title and parts, related parts without an empty line; figures are omitted."""
+    """Render title and parts, related parts without an empty line; plots and pictures are omitted."""
     width = page.width or WIDE
     console = Console(
         file=StringIO(),
@@ -59,27 +47,19 @@ def render(report: Report, page: Page) -> str:
         bold = "" if report.mood is Mood.PLAIN else "bold "
         _print_words(report.title, f"{bold}{STYLES[report.mood]}", console, width)
         before: Part | None = None
-        for part in filter(_is_text, report.parts):
-            if not _together(before, part):
+        for part in report.parts:
+            if isinstance(part, Plot | Picture) or (isinstance(part, Heading | Table) and part.file_only):
+                continue
+            note_before = isinstance(before, Paragraph) and not before.strong
+            note = isinstance(part, Line) or (isinstance(part, Paragraph) and not part.strong)
+            if not isinstance(before, Heading) and not (note_before and note):
                 console.print()
             _print(part, console, width)
             before = part
     return "\n".join(line.rstrip() for line in capture.get().split("\n"))
 
 
-def _is_text(part: Part) -> bool:
-    return not isinstance(part, Plot | Picture) and not (isinstance(part, Heading | Table) and part.file_only)
-
-
-def _together(before: Part | None, part: Part) -> bool:
-    """Return whether two parts are not separated by an empty line: consecutive notes, a heading and its part."""
-    if isinstance(before, Heading):
-        return True
-    notes = isinstance(before, Paragraph) and not before.strong
-    return notes and (isinstance(part, Line) or (isinstance(part, Paragraph) and not part.strong))
-
-
-def _print(part: Part, console: Console, width: int) -> None:
+def _print(part: Paragraph | Line | Heading | Table, console: Console, width: int) -> None:
     match part:
         case Paragraph(text, mood, strong=True):
             _print_words(text, f"bold {STYLES[mood]}".strip(), console, width)
@@ -91,8 +71,6 @@ def _print(part: Part, console: Console, width: int) -> None:
             _print_words(text, "bold", console, width)
         case Table():
             _print_table(part, console, width)
-        case Plot() | Picture():
-            pass
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
@@ -121,74 +99,34 @@ def _print_table(table: Table, console: Console, width: int) -> None:
     if table.title:
         _print_words(table.title, "bold", console, width)
     rows = table.rows[: table.shown]
-    seen = [k for k, column in enumerate(table.columns) if not column.file_only]
-    columns = [(table.columns[k], [row[k] for row in rows]) for k in seen]
-    widths = [_width(*column) for column in columns]
-    least = [_least(*column, width) for column in columns]
-    keys = sum(k < table.keys for k in seen)
-    fits = len(blocks(widths, width, keys)) == 1
-    for count, (gap, block) in enumerate(blocks(widths if fits else least, width, keys)):
-        if count:
-            console.print()
-        folded = fold({k: (least[k], widths[k]) for k in block}, width - gap * (len(block) - 1))
-        grid = Grid(box=None, pad_edge=False, collapse_padding=True, padding=(0, gap, 0, 0), header_style="bold")
-        units = any(columns[k][0].unit for k in block)
-        for k in block:
-            column, _ = columns[k]
+
+    def grid(columns: Sequence[int], gap: int) -> Grid:
+        drawn = Grid(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+        units = any(table.columns[k].unit for k in columns)
+        for k in columns:
+            column = table.columns[k]
             header = f"{column.title}\n{column.unit}" if units else column.title
             justify = "left" if column.words else "right"
-            grid.add_column(header, justify=justify, width=folded[k], no_wrap=not column.words, overflow="fold")
-        for row in zip(*(columns[k][1] for k in block), strict=True):
-            grid.add_row(*(Text(cell.text, style=STYLES[cell.mood]) for cell in row))
-        console.print(grid, soft_wrap=True)
+            drawn.add_column(header, justify=justify, no_wrap=not column.words, overflow="fold")
+        for row in rows:
+            drawn.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in columns))
+        return drawn
+
+    shown = [k for k, column in enumerate(table.columns) if not column.file_only]
+    keys = [k for k in shown if k < table.keys]
+    wished = [gap for gap in GAPS if console.measure(grid(shown, gap)).maximum <= width]
+    least = [gap for gap in GAPS if console.measure(grid(shown, gap)).minimum <= width]
+    gap, blocks = (*wished, *least, GAPS[0])[0], [shown]
+    if not wished and not least:
+        blocks = [keys]
+        for k in shown[len(keys) :]:
+            if blocks[-1] != keys and console.measure(grid([*blocks[-1], k], gap)).minimum > width:
+                blocks.append(keys)
+            blocks[-1] = [*blocks[-1], k]
+    for count, block in enumerate(blocks):
+        if count:
+            console.print()
+        drawn = grid(block, gap)
+        console.print(drawn, width=max(width, console.measure(drawn).minimum), crop=False)
     if len(table.rows) > len(rows) and table.rest:
         _print_words(f"{table.rest} ({EVERY_ROW})", "", console, width)
-
-
-def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, tuple[int, ...]]]:
-    """Return the split of columns and their gap. The first `keys` columns identify a row.
-
-    Returns:
-        The gap and the columns of each part, including the first ones. One part if the columns fit with a gap of
-        `GAPS`; otherwise as many parts as needed, each with at least one further column.
-    """
-    for gap in GAPS:
-        if sum(widths) + gap * (len(widths) - 1) <= page:
-            return [(gap, tuple(range(len(widths))))]
-    first = list(range(keys))
-    parts = [first.copy()]
-    for k in range(keys, len(widths)):
-        used = sum(widths[c] for c in parts[-1]) + GAPS[0] * len(parts[-1])
-        if len(parts[-1]) > keys and used + widths[k] > page:
-            parts.append(first.copy())
-        parts[-1].append(k)
-    return [(GAPS[0], tuple(part)) for part in parts]
-
-
-def fold(widths: Mapping[int, tuple[int, int]], page: int) -> dict[int, int]:
-    """Reduce the widths of columns, always of the widest reducible one, until all fit a page.
-
-    `widths` has, by column index, the least and the preferred width; `page` excludes gaps.
-
-    Returns:
-        The widths; their sum exceeds the page if that of the least widths does.
-    """
-    folded = {k: wished for k, (_, wished) in widths.items()}
-    while sum(folded.values()) > page and (wide := [k for k in folded if folded[k] > widths[k][0]]):
-        folded[max(reversed(wide), key=folded.__getitem__)] -= 1
-    return folded
-
-
-def _width(column: Column, cells: Sequence[Cell]) -> int:
-    return max(cell_len(text) for text in _texts(column, cells))
-
-
-def _least(column: Column, cells: Sequence[Cell], page: int) -> int:
-    if not column.words:
-        return _width(column, cells)
-    longest = max(cell_len(word) for text in _texts(column, cells) for word in (text.split() or [""]))
-    return min(longest, page // 2 - GAPS[0])
-
-
-def _texts(column: Column, cells: Sequence[Cell]) -> list[str]:
-    return [*column.title.splitlines(), column.unit, *(cell.text for cell in cells)]

@@ -1,19 +1,27 @@
-"""The result of bare motions: ratios of gains, parameters and links of the arm, expected gains with a payload."""
+"""The result of bare motions: ratios of gains, parameters and links of the arm, expected gains with a payload.
+
+A link is in the frame of its joint: axes of the link in the model file, origin on the joint. Frames and bodies fixed to
+the link are included, so that `rx90 patch`, which reads the links, detects a model with other frames.
+"""
 
 from collections.abc import Iterable, Sequence
 
-from pydantic import Field
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
+from ident.model.arm import Arm
 from ident.parameters.arm import Quantity
+from ident.parameters.links import FoundLinks, ModelLinks
+from ident.parameters.payload import body_values
+from ident.payload.payload import INERTIA_KEYS
+from ident.support.arrays import Array
 from scenarios.rendering.content import (
-    Column,
+    ColumnOf,
     Mood,
     Paragraph,
     Part,
-    Table,
-    cells,
     column,
     joints_named,
     number,
@@ -25,35 +33,32 @@ from scenarios.rendering.content import (
 )
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_paragraphs
-from scenarios.results.links import Links
 
-PARAMETERS = (
-    Column(title="Parameter", words=True),
-    Column(title="Estimate"),
-    Column(title="2 sigma"),
-    Column(title="Unit", words=True),
-)
-FRICTION = (Column(title="Joint"), *PARAMETERS)
+Vector = tuple[float, float, float]
+Ten = tuple[float, float, float, float, float, float, float, float, float, float]
+
 BASE_PARAMETERS = (
     "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor "
     "inertia; the number is the joint's. Parameters of which only the sum is identifiable are regrouped "
     "into one of them."
 )
 TERMS = {
-    "Fv": "Fv: viscous friction",
-    "Fc": "Fc: Coulomb friction",
-    "off": "off: offset",
-    "cbrt": "cbrt: friction with the cube root of the speed",
-    "by-direction": "by-direction: difference of viscous friction between the two directions",
-    "load": "load: friction as a share of the torque of links and payload",
-    "load-motor": "load-motor: friction as a share of the motor torque",
-    "offset-share": "offset-share: share of the offset that is no torque",
-    "rotor-share": "rotor-share: share of the inertia that is the rotor's",
-    "load-through": "load-through: friction as a share of the torque of links, payload and other friction",
+    "Fv": "viscous friction",
+    "Fc": "Coulomb friction",
+    "off": "offset",
+    "cbrt": "friction with the cube root of the speed",
+    "by-direction": "difference of viscous friction between the two directions",
+    "load": "friction as a share of the torque of links and payload",
+    "load-motor": "friction as a share of the motor torque",
+    "offset-share": "share of the offset that is no torque",
+    "rotor-share": "share of the inertia that is the rotor's",
+    "load-through": "friction as a share of the torque of links, payload and other friction",
 }
 """Meaning of the names of a joint's own columns."""
 ESSENTIAL = 0.1
 """Relative standard deviation below which a parameter is essential, as usual with IDIM-LS."""
+FAR = 4.0
+"""Largest difference of a base parameter of the consistent links from its estimate, in standard deviations."""
 
 
 class BareParameter(ResultModel):
@@ -83,6 +88,7 @@ class BareJoint(ResultModel):
         predicted_rel_std: Predicted relative standard deviation, also for a refused ratio.
         reason: Why there is no ratio, null if there is one.
         gain: Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given.
+        off: Relative difference between this ratio and that of the given gains.
         off_std: Standard deviation of `off`, including that of the given gains; relative.
         predicted_rel_error: Norm of the prediction error of its currents, each part of the motions predicted from the
             others, relative to that of the currents; null without rows.
@@ -97,7 +103,7 @@ class BareJoint(ResultModel):
     predicted_rel_std: float
     reason: str | None
     gain: float | None = None
-    off: float | None = Field(description="Relative difference between this ratio and that of the given gains")
+    off: float | None
     off_std: float | None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None
@@ -120,22 +126,115 @@ class ExpectedGains(ResultModel):
     mass: float = Field(description="Mass of the payload [kg]")
     joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
 
-    def forecast(self, names: Sequence[str]) -> list[Part]:
-        """Return the expected accuracy of every gain; `names` are those of the joints."""
-        expected = table(
-            self.joints,
-            column("Joint", lambda each: each.joint),
-            column("Name", lambda each: names[each.joint - 1], words=True),
-            column("2 sigma of gain [%]", lambda each: two_sigma(each.rel_std, ".2g")),
-            column(
-                "Verdict",
-                lambda each: "would be identified" if each.reason is None else f"would be refused: {each.reason}",
-                words=True,
-            ),
-            title=f"Forecast: the same motions repeated with the payload of {self.mass:g} kg",
+
+class _Open(BaseModel):
+    """A JSON object that may have more keys than these."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+
+class LinkInertia(_Open):
+    """Inertia about the centre of mass, along the axes of the link."""
+
+    ixx: float = Field(description="Moment about the first axis [kg m^2]")
+    iyy: float = Field(description="Moment about the second axis [kg m^2]")
+    izz: float = Field(description="Moment about the third axis [kg m^2]")
+    ixy: float = Field(description="Product of the first and second axis [kg m^2]")
+    ixz: float = Field(description="Product of the first and third axis [kg m^2]")
+    iyz: float = Field(description="Product of the second and third axis [kg m^2]")
+
+    @property
+    def six(self) -> tuple[float, float, float, float, float, float]:
+        """Values in the order of `INERTIA_KEYS`."""
+        return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
+
+
+class Link(_Open):
+    """A physically consistent link, without bodies fixed to it."""
+
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint that moves the link")
+    mass: float = Field(gt=0.0, description="Mass [kg]")
+    com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
+    inertia: LinkInertia = Field(description="Inertia about the centre of mass [kg m^2]")
+    motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
+    motor_unit: str = Field("kg m^2", description="Unit of the rotor inertia")
+    motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
+    carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
+    place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
+    orientation: tuple[Vector, Vector, Vector] = Field(
+        description="Rotation matrix of the frame in the preceding one, row by row"
+    )
+    axis: Vector = Field(description="Axis of the joint, a unit vector")
+
+    def has_frame_of(self, arm: Arm, carried: Array, *, tolerance: float) -> bool:
+        """Return whether it has the frame of an arm's link, with the same bodies fixed to it, shape (n, 10)."""
+        j = self.joint - 1
+        own = (self.place, self.orientation, self.axis, self.carried)
+        others = (arm.translation[j], arm.rotation[j], arm.axis[j], carried[j])
+        return all(np.allclose(*pair, rtol=tolerance, atol=tolerance) for pair in zip(own, others, strict=True))
+
+
+class Links(_Open):
+    """Physically consistent links nearest to the model's."""
+
+    links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
+    farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
+    farthest_deviations: float = Field(
+        ge=0.0, description="Difference of that parameter, in standard deviations of the estimate"
+    )
+
+    @classmethod
+    def of(cls, found: FoundLinks, nominal: ModelLinks, arm: Arm) -> "Links":
+        """Return the result of consistent links."""
+        links, far = list[dict[str, object]](), int(np.argmax(np.abs(found.moved)))
+        for j in range(arm.n):
+            mass, *rest = body_values(found.own[j]).tolist()
+            links.append(
+                {
+                    "joint": j + 1,
+                    "name": arm.joint_names[j],
+                    "mass": mass,
+                    "com": rest[:3],
+                    "inertia": dict(zip(INERTIA_KEYS, rest[3:], strict=True)),
+                    "motor_inertia": float(found.motor[j]),
+                    "motor_unit": "kg m^2" if arm.revolute[j] else "kg",
+                    "motor_found": bool(found.motor_found[j]),
+                    "carried": nominal.carried[j].tolist(),
+                    "place": arm.translation[j].tolist(),
+                    "orientation": arm.rotation[j].tolist(),
+                    "axis": arm.axis[j].tolist(),
+                }
+            )
+        moved = {"farthest_parameter": found.names[far], "farthest_deviations": float(abs(found.moved[far]))}
+        return cls.model_validate({"links": links, **moved})
+
+    def parts(self) -> list[Part]:
+        """Return the links as a table, with the largest deviation from the estimates."""
+
+        def alike(numbers: Sequence[float]) -> str:  # four digits of the largest
+            places = max(3 - int(np.floor(np.log10(max(map(abs, numbers)) or 1e3))), 0)
+            return " ".join(f"{x:z.{places}f}" for x in numbers)
+
+        units = {each.motor_unit for each in self.links}
+        motor = f"Motor [{units.pop() if len(units) == 1 else 'kg (m^2)'}]"
+        doubt = self.farthest_deviations > FAR
+        words = (
+            "Data determine only base parameters. Shown are the physically consistent links nearest to the model that "
+            f"have these base parameters. {self.farthest_parameter} differs most from its estimate, by "
+            f"{self.farthest_deviations:.2g} standard deviations."
         )
-        words = "The forecast assumes noise and friction as in these logs; load-dependent friction may increase it."
-        return [expected, Paragraph(words)]
+        words += " This is too large; check the model, the gains and the data." if doubt else ""
+        listed = table(
+            self.links,
+            column("Joint", lambda each: each.joint),
+            column("Mass [kg]", lambda each: f"{each.mass:#.4g}"),
+            column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
+            column("ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: alike(each.inertia.six), words=True),
+            column(motor, lambda each: f"{each.motor_inertia:#.4g}"),
+            title="Physically consistent links, in SI, each in the frame of its joint",
+        )
+        return [listed, Paragraph(words, Mood.DOUBTFUL if doubt else Mood.PLAIN)]
 
 
 class BareResult(DiagnosedResult):
@@ -162,88 +261,91 @@ class BareResult(DiagnosedResult):
 
     def parts(self) -> Iterable[Part]:
         """Verdict, ratios, comparison with given gains, findings, forecast, parameters, friction, links."""
-        shares = {
-            each.joint - 1: each.predicted_rel_error for each in self.joints if each.predicted_rel_error is not None
-        }
-        warnings = prediction_warnings(shares)
-        body = [*self._ratios(warnings), *self._parameters()]
+        body = [*self._ratios(), *self._parameters()]
         doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in body)
-        return [_verdict(self, Mood.DOUBTFUL if doubtful else Mood.PLAIN), *body]
+        others = [each for each in self.joints if each.joint != self.reference]
+        refused = [each.joint for each in others if each.ratio is None]
+        found = {each.joint: 200.0 * (each.rel_std or 0.0) for each in others if each.ratio is not None}
+        gains = f"the gains of {joints_named(list(found))}" if found else "no gain"
+        text = f"Bare motions give {gains} as a ratio to that of joint {self.reference}"
+        text += f" (2 sigma {min(found.values()):.2g} to {max(found.values()):.2g} %)" if found else ""
+        text += f"; they do not determine {joints_named(refused)}" if refused else ""
+        text += ". See the warnings below." if doubtful else "."
+        return [Paragraph(text, Mood.DOUBTFUL if doubtful else Mood.PLAIN, strong=True), *body]
 
-    def _ratios(self, warnings: Sequence[str]) -> Iterable[Part]:
-        yield _ratio_table(self.joints, self.reference)
+    def _ratios(self) -> Iterable[Part]:
+        def verdict(each: BareJoint) -> str:
+            return "reference" if each.joint == self.reference else "refused" if each.ratio is None else "identified"
+
+        yield table(
+            self.joints,
+            column("Joint", lambda each: each.joint),
+            column("Name", lambda each: each.name, words=True),
+            column("Gain ratio", lambda each: number(each.ratio, ".4f")),
+            column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
+            column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
+            column("Verdict", verdict, words=True),
+        )
         yield Paragraph(
             f"Ratio of each gain to that of joint {self.reference}, from link parameters that joints share. Without "
             "a payload the gains are known up to a common factor, which one known gain or a motion with a weighed "
             "payload determines. Prediction error: of the currents of each fifth of the motions, by a fit to the rest."
         )
+        errors = {each.joint - 1: each.predicted_rel_error for each in self.joints}
+        warnings = prediction_warnings({j: error for j, error in errors.items() if error is not None})
         yield from (Paragraph(sentence(f"WARNING: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings)
         for each in self.joints:
             if each.reason is not None:
                 yield Paragraph(sentence(f"Joint {each.joint}: {each.reason}"))
         for each in self.joints:
             if each.off is not None:
-                yield Paragraph(_off_words(each.joint, each.off, each.off_std or 0.0, self.reference))
+                yield Paragraph(
+                    f"The ratio of joint {each.joint} to joint {self.reference} is {two_digits(100.0 * abs(each.off))} "
+                    f"% {'below' if each.off < 0.0 else 'above'} that of the given gains "
+                    f"(2 sigma {two_digits(200.0 * (each.off_std or 0.0))} %)."
+                )
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes if note not in warnings)
         yield from horizon_paragraphs(self.found)
         if self.if_loaded is not None:
-            yield from self.if_loaded.forecast([each.name for each in self.joints])
+            names = [each.name for each in self.joints]
+            yield table(
+                self.if_loaded.joints,
+                column("Joint", lambda each: each.joint),
+                column("Name", lambda each: names[each.joint - 1], words=True),
+                column("2 sigma of gain [%]", lambda each: two_sigma(each.rel_std, ".2g")),
+                column(
+                    "Verdict",
+                    lambda each: f"would be refused: {each.reason}" if each.reason else "would be identified",
+                    words=True,
+                ),
+                title=f"Forecast: the same motions repeated with the payload of {self.if_loaded.mass:g} kg",
+            )
+            yield Paragraph(
+                "The forecast assumes noise and friction as in these logs; load-dependent friction may increase it."
+            )
 
     def _parameters(self) -> Iterable[Part]:
+        numbers: tuple[ColumnOf[tuple[int, BareParameter]], ...] = (
+            column("Parameter", lambda row: row[1].parameter, words=True),
+            column("Estimate", lambda row: rounded(row[1].estimate, 2.0 * row[1].std)),
+            column("2 sigma", lambda row: rounded(2.0 * row[1].std, 2.0 * row[1].std)),
+            column("Unit", lambda row: row[1].unit, words=True),
+        )
         known = self.base_parameters_si
-        shown = self.base_parameters if known is None else known
+        every = self.base_parameters if known is None else known
+        shown = [(0, each) for each in every if each.std < ESSENTIAL * abs(each.estimate)]  # of no single joint
         unit = f"over the gain of joint {self.reference}" if known is None else "in SI"
-        rows = tuple(cells(*_numbers(each)) for each in shown if each.std < ESSENTIAL * abs(each.estimate))
-        yield Table(title=f"Essential base parameters, {unit}", columns=PARAMETERS, rows=rows)
+        yield table(shown, *numbers, title=f"Essential base parameters, {unit}")
         yield Paragraph(
-            f"{len(shown) - len(rows)} more have relative standard deviations above {100.0 * ESSENTIAL:g} %. "
+            f"{len(every) - len(shown)} more have relative standard deviations above {100.0 * ESSENTIAL:g} %. "
             f"{BASE_PARAMETERS}"
         )
-        own = tuple(cells(str(each.joint), *_numbers(term)) for each in self.joints for term in each.friction)
-        yield Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own)
-        there = {term.parameter.partition(" ")[0] for each in self.joints for term in each.friction}
-        yield Paragraph(f"{'; '.join(words for name, words in TERMS.items() if name in there)}.")
+        own = [(each.joint, term) for each in self.joints for term in each.friction]
+        yield table(own, column("Joint", lambda row: row[0]), *numbers, title="Friction and offset, in drive units")
+        there = {term.parameter.partition(" ")[0] for _, term in own}
+        yield Paragraph(f"{'; '.join(f'{name}: {words}' for name, words in TERMS.items() if name in there)}.")
         if self.consistent is None:
             yield Paragraph(f"No parameters of single links: {self.consistent_reason}.")
         else:
             yield from self.consistent.parts()
-
-
-def _verdict(result: BareResult, mood: Mood) -> Paragraph:
-    """Return the verdict: joints with a ratio, and its accuracy."""
-    others = [each for each in result.joints if each.joint != result.reference]
-    refused = [each.joint for each in others if each.ratio is None]
-    found = {each.joint: 200.0 * (each.rel_std or 0.0) for each in others if each.ratio is not None}
-    gains = f"the gains of {joints_named(list(found))}" if found else "no gain"
-    text = f"Bare motions give {gains} as a ratio to that of joint {result.reference}"
-    within = f" (2 sigma {min(found.values()):.2g} to {max(found.values()):.2g} %)" if found else ""
-    without = f"; they do not determine {joints_named(refused)}" if refused else ""
-    warned = "" if mood is Mood.PLAIN else " See the warnings below."
-    return Paragraph(f"{text}{within}{without}.{warned}", mood, strong=True)
-
-
-def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
-    def verdict(each: BareJoint) -> str:
-        return "reference" if each.joint == reference else "refused" if each.ratio is None else "identified"
-
-    return table(
-        joints,
-        column("Joint", lambda each: each.joint),
-        column("Name", lambda each: each.name, words=True),
-        column("Gain ratio", lambda each: number(each.ratio, ".4f")),
-        column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
-        column("Prediction error [% of rms]", lambda each: percent(each.predicted_rel_error, ".2f")),
-        column("Verdict", verdict, words=True),
-    )
-
-
-def _off_words(joint: int, off: float, std: float, reference: int) -> str:
-    side = "below" if off < 0.0 else "above"
-    words = f"The ratio of joint {joint} to joint {reference} is {two_digits(100.0 * abs(off))} % {side}"
-    return f"{words} that of the given gains (2 sigma {two_digits(200.0 * std)} %)."
-
-
-def _numbers(each: BareParameter) -> tuple[str, str, str, str]:
-    spread = 2.0 * each.std
-    return each.parameter, rounded(each.estimate, spread), rounded(spread, spread), each.unit

@@ -1,15 +1,20 @@
 """The result of `rx90 check`: verdict, findings, excluded faults, faults that cannot be checked, motion of joints."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
-from scenarios.rendering.content import Heading, Mood, Paragraph, Part, many
+from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, percent, table
+from scenarios.rendering.plot import TONES, Axis, Plot, intervals, joint_axis
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import (
     MOODS,
@@ -20,10 +25,49 @@ from scenarios.results.diagnoses import (
     every_check,
     horizon_paragraphs,
 )
-from scenarios.results.motion import CheckLog, motion_table, range_plot, short_names
 
 LIMITS, FRICTION = "joint limits", "friction sign"
 """Names of the diagnoses of joints beyond their limits, and of friction with the sign of a driving torque."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckJoint(JointMotion):
+    """Motion of a joint in a log.
+
+    Attributes:
+        joint: Number of the joint, from 1.
+        name: Name of the joint in the robot's model.
+        unit: Unit of its positions.
+        limits: Range of the joint, None where the model has none [rad or m].
+    """
+
+    joint: int
+    name: str = ""
+    unit: Literal["rad", "m"] = "rad"
+    limits: tuple[float, float] | None = None
+
+
+class CheckLog(ResultModel):
+    """A log; without joints if it cannot be filtered."""
+
+    log: str = Field(description="Name of the log")
+    joints: list[CheckJoint] = Field(description="One entry per joint, in order; empty if it cannot be filtered")
+
+    @classmethod
+    def of(cls, log: str, motions: Sequence[JointMotion], arm: Arm) -> "CheckLog":
+        """Return the motion of an arm's joints."""
+        limits = np.column_stack((arm.lower, arm.upper))
+        joints = [
+            CheckJoint(
+                joint=j + 1,
+                name=arm.joint_names[j],
+                unit="rad" if arm.revolute[j] else "m",
+                limits=(float(limits[j, 0]), float(limits[j, 1])) if np.isfinite(limits[j]).all() else None,
+                **asdict(each),
+            )
+            for j, each in enumerate(motions)
+        ]
+        return cls(log=log, joints=joints)
 
 
 class CheckLine(ResultModel):
@@ -123,11 +167,63 @@ class Check(DiagnosedResult):
         good = len(found.diagnoses) - len(found.findings)
         yield Paragraph(f"{many(good, 'check')} without a finding.")
         yield from horizon_paragraphs(found, every=True)
-        yield Heading("All checks", file_only=True)
-        yield from every_check(found.diagnoses)
-        names = short_names([log.log for log in self.logs])
-        moved = {name: log.joints for name, log in zip(names, self.logs, strict=True) if log.joints}
-        if moved:
-            yield Heading("Motion and joint ranges", file_only=True)
-            yield range_plot(moved)
-            yield from (motion_table(f"Motion of {name}", joints) for name, joints in moved.items())
+        yield from every_check("All checks", found)
+        yield from motion_parts(self.logs)
+
+
+def short_names(paths: Sequence[str]) -> tuple[str, ...]:
+    """Return names of files without folders and endings, or unchanged if these are ambiguous."""
+    stems = tuple(Path(path).stem for path in paths)
+    return stems if len(set(stems)) == len(stems) else tuple(paths)
+
+
+def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
+    """Return the ranges of the joints, and a table for each log; not on a screen."""
+    names = short_names([log.log for log in logs])
+    moved = {name: log.joints for name, log in zip(names, logs, strict=True) if log.joints}
+    if not moved:
+        return []
+    parts: list[Part] = [Heading("Motion and joint ranges", file_only=True), range_plot(moved)]
+    for name, joints in moved.items():
+        units = dict.fromkeys(each.unit for each in joints)
+        place, speed, rate = (", ".join(f"{each}{per}" for each in units) for per in ("", "/s", "/s^2"))
+        parts.append(
+            table(
+                joints,
+                column("Joint", lambda each: each.joint),
+                column("Name", lambda each: each.name, words=True),
+                column(f"From [{place}]", lambda each: f"{np.round(each.low, 3):.3f}"),
+                column(f"To [{place}]", lambda each: f"{np.round(each.high, 3):.3f}"),
+                column("Of its range [%]", lambda each: percent(each.covered, ".0f")),
+                column(f"Fastest [{speed}]", lambda each: f"{each.speed:#.3g}"),
+                column(f"Rms acceleration [{rate}]", lambda each: f"{each.acceleration_rms:#.3g}"),
+                column("Slow [% of time]", lambda each: percent(each.slow, ".0f")),
+                column("Rms current [units]", lambda each: f"{each.current_rms:#.3g}"),
+                title=f"Motion of {name}",
+                file_only=True,
+            )
+        )
+    return parts
+
+
+def range_plot(logs: Mapping[str, Sequence[CheckJoint]]) -> Plot:
+    """Return a plot of the share of each joint's range in every log; of positions if a range is unknown."""
+    joints = next(iter(logs.values()))
+    limits = [each.limits for each in joints]
+    stated = all(each is not None for each in limits)
+    ends = np.array([each if each and stated else (0.0, 100.0) for each in limits])  # (n, 2)
+    series = []
+    for k, (name, motions) in enumerate(logs.items()):
+        seen = np.array([[each.low, 0.5 * (each.low + each.high), each.high] for each in motions])
+        low, middle, high = (100.0 * (seen - ends[:, :1]) / np.diff(ends)).T
+        placed = list(zip(middle.tolist(), low.tolist(), high.tolist(), strict=True))
+        series.append(intervals(name, [str(each.joint) for each in motions], placed, TONES[k % len(TONES)]))
+    of = "as a share of the range that the model states" if stated else "as the model states no range for every joint"
+    unit = "% of range" if stated else ", ".join(dict.fromkeys(each.unit for each in joints))
+    return Plot(
+        title="Range of each joint",
+        caption=f"From the lowest to the highest position of each joint, {of}.",
+        x=joint_axis([each.joint for each in joints]),
+        y=Axis(title="position", unit=unit, zero=stated),
+        series=tuple(series),
+    )

@@ -1,14 +1,13 @@
 """The result of a run or an identification: gains, their intervals, verdicts and reasons for refusals."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import SPOILS, Severity
-from ident.estimation.estimate import FoundParameter, GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
 from ident.parameters.weighing import GainsOutcome
@@ -34,7 +33,7 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Series, Tone, about, intervals, values
+from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Series, Tone, about, intervals, joint_axis, values
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
@@ -42,13 +41,14 @@ from scenarios.results.diagnoses import (
     DiagnosedResult,
     counted,
     diagnosed_values,
-    diagnosis_parts,
     doubt_paragraphs,
+    every_check,
+    horizon_paragraphs,
+    unseen_parts,
+    unseen_verdict,
 )
-from scenarios.results.unseen import unseen_parts, unseen_verdict
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
-    from scenarios.experiments.judge import GainVerdict
     from scenarios.experiments.run import Run
 
 MEANING = (
@@ -56,6 +56,10 @@ MEANING = (
     "model together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not "
     "included."
 )
+JUDGED = ("true", "rel_error", "z", "tolerance", "passed")
+"""What needs a true value."""
+SHARES = {"residual_std": "residual", "payload_std": "payload", "model_std": "model"}
+"""Contributions to a standard deviation, with their words."""
 
 
 class ResultGain(ResultModel):
@@ -74,9 +78,7 @@ class ResultGain(ResultModel):
     name: str | None = Field(None, description="Name of the joint in the robot's model")
     unit: str = Field("N m/unit", description="Unit of the gains: N m, of a prismatic joint N, per drive unit")
     residual_std: float | None = Field(None, description="Contribution of the residuals to `std`, in `unit`")
-    payload_std: float | None = Field(
-        None, description="Contribution of the payload's specified uncertainty, in `unit`"
-    )
+    payload_std: float | None = Field(None, description="Contribution of the payload's uncertainty, in `unit`")
     model_std: float | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
     residual_share: float | None = Field(
@@ -84,40 +86,41 @@ class ResultGain(ResultModel):
     )
 
     @classmethod
-    def of(cls, joint: int, estimate: GainEstimate, verdict: "GainVerdict | None", unit: str) -> "ResultGain":
-        """Return the result of a joint, from 1, with its verdict if the true gain is known."""
+    def of(cls, joint: int, estimate: GainEstimate, unit: str) -> "ResultGain":
+        """Return the result of a joint, from 1, whose true gain is unknown."""
         found = estimate.joints[joint - 1]
         gain = found if isinstance(found, IdentifiedGain) else None
-        judged = dict.fromkeys(("true", "rel_error", "z", "tolerance", "passed")) | {
-            "estimate": gain and gain.value,
-            "std": gain and gain.std,
-            "identifiable": gain is not None,
-            "reason": found.reason if isinstance(found, RefusedGain) else None,
-        }
-        own = {
-            "joint": joint,
-            "name": found.joint,
-            "unit": unit,
-            "residual_std": gain and gain.residual_std,
-            "payload_std": gain and gain.payload_std,
-            "model_std": gain and gain.model_std,
-            "predicted_rel_std": found.predicted_rel_std,
-            "residual_share": estimate.residual_share(joint - 1),
-        }
-        return cls.model_validate({**(judged if verdict is None else asdict(verdict)), **own})
+        return cls(
+            joint=joint,
+            name=found.joint,
+            unit=unit,
+            estimate=gain and gain.value,
+            identifiable=gain is not None,
+            reason=found.reason if isinstance(found, RefusedGain) else None,
+            predicted_rel_std=found.predicted_rel_std,
+            residual_share=estimate.residual_share(joint - 1),
+            **{name: getattr(gain, name, None) for name in ("std", *SHARES)},
+            **dict.fromkeys(JUDGED),
+        )
+
+    def rel(self, name: str) -> float | None:
+        """Return a standard deviation relative to the estimate, None if refused."""
+        std: float | None = getattr(self, name)
+        return None if std is None or self.estimate is None else std / abs(self.estimate)
+
+    @property
+    def excess(self) -> float:
+        """Ratio of the error to its tolerance."""
+        return abs(self.rel_error or 0.0) / (self.tolerance or 1.0)
 
 
 class ResultParameter(ResultModel):
     """A parameter of the payload that the method also estimates."""
 
     parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
-    true: float | None = Field(
-        default=None, description="True value of the mounted payload, null if unknown [kg m^2, kg m or kg]"
-    )
+    true: float | None = Field(None, description="True value, null if unknown [kg m^2, kg m or kg]")
     estimate: float = Field(description="Estimate [kg m^2, kg m or kg]")
-    std: float = Field(
-        description="Standard deviation of the estimate, including that of the gains [kg m^2, kg m or kg]"
-    )
+    std: float = Field(description="Standard deviation, including that of the gains [kg m^2, kg m or kg]")
 
 
 class ResultFit(ResultModel):
@@ -158,25 +161,26 @@ class Result(DiagnosedResult):
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
         """Return the result of a run, with true values."""
-        bodies = list(run.setup.true_payloads.values())
-        true = {}  # with several payloads, a name is ambiguous
-        if len(bodies) == 1:
-            numbers = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
+        found = Identification(run.estimate, run.notes, run.found, prepared=run.prepared)
+        result, bodies, cost = cls.of_identification(found, run.identify_s), run.setup.true_payloads.values(), run.cost
+        true = dict[str, float]()  # with several payloads, a name is ambiguous
+        for body in bodies if len(bodies) == 1 else ():
+            numbers = standard_parameters(body.mass, body.com, body.inertia).tolist()
             true = dict(zip(map(str, INERTIAL), numbers, strict=True))
-        units = gain_units(run.setup.structure.arm.revolute.tolist())
-        judged = zip(run.verdict.gains, units, strict=True)
-        return cls(
-            scenario=run.setup.scenario.name,
-            seed=run.seed,
-            passed=run.passed,
-            gains=[ResultGain.of(j, run.estimate, *each) for j, each in enumerate(judged, 1)],
-            payload=_payload(run.estimate.payload, true),
-            fit=ResultFit.model_validate(run.estimate, from_attributes=True),
-            timing=ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
-            notes=list(run.notes),
-            cost=None if run.cost is None else ResultCost.of_verdict(run.cost, run.estimate.joints),
-            **diagnosed_values(run.found),
-        )
+        judged = zip(result.gains, run.verdict.gains, strict=True)
+        known = {
+            "scenario": run.setup.scenario.name,
+            "seed": run.seed,
+            "passed": run.passed,
+            "gains": [
+                gain.model_copy(update={name: getattr(verdict, name) for name in (*JUDGED, "reason")})
+                for gain, verdict in judged
+            ],
+            "payload": [each.model_copy(update={"true": true.get(each.parameter)}) for each in result.payload],
+            "timing": ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
+            "cost": None if cost is None else ResultCost.of(cost.a_priori, run.estimate.joints, cost),
+        }
+        return result.model_copy(update=known)
 
     @classmethod
     def of_identification(
@@ -195,12 +199,15 @@ class Result(DiagnosedResult):
             scenario=None,
             seed=None,
             passed=None,
-            gains=[ResultGain.of(j, estimate, None, unit) for j, unit in enumerate(gain_units(revolute), 1)],
-            payload=_payload(estimate.payload, {}),
+            gains=[ResultGain.of(j, estimate, unit) for j, unit in enumerate(gain_units(revolute), 1)],
+            payload=[
+                ResultParameter(parameter=each.name, true=None, estimate=each.value, std=each.std)
+                for each in estimate.payload
+            ],
             fit=ResultFit.model_validate(estimate, from_attributes=True),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             notes=list(found.notes),
-            cost=None if a_priori is None else ResultCost.of_outcome(a_priori, estimate.joints),
+            cost=None if a_priori is None else ResultCost.of(a_priori, estimate.joints),
             unseen=unseen,
             **diagnosed_values(found.found),
         )
@@ -212,14 +219,16 @@ class Result(DiagnosedResult):
 
     def parts(self) -> Iterable[Part]:
         """Verdict, gains, meaning of units and interval, findings, refusals, effect of the a-priori gains, plots."""
-        found, unit = self.found, common_unit([gain.unit for gain in self.gains])
-        yield conclusion(self.gains) if self.judged else _summary(self)
-        if self.unseen is not None:
-            yield from unseen_verdict(self.unseen)
+        found, unit, gains = self.found, common_unit([gain.unit for gain in self.gains]), self.gains
+        yield self._conclusion() if self.judged else self._summary()
+        yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
-        yield _judged_table(self.gains, unit) if self.judged else _identified_table(self.gains, unit)
-        yield from _tolerances(self.gains) if self.judged else ()
-        yield meaning([gain.unit for gain in self.gains])
+        yield self._table(unit)
+        limits = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
+        if len(set(limits.values())) > 1:  # otherwise the verdict has the tolerance
+            listed = ", ".join(f"{size} % (joint {joint})" for joint, size in limits.items())
+            yield Paragraph(f"Tolerances: {listed}.")
+        yield meaning([gain.unit for gain in gains])
         yield from doubt_paragraphs(found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
         simulated = "" if self.timing.simulate_s is None else f"simulated in {self.timing.simulate_s:.2f} s, "
@@ -227,15 +236,19 @@ class Result(DiagnosedResult):
             f"{self.fit.rows} rows by {self.fit.method}, relative residual {100.0 * self.fit.rel_error_norm:.2f} %; "
             f"{simulated}identified in {self.timing.identify_s:.2f} s."
         )
-        if any(gain.identifiable for gain in self.gains):
-            yield _error_plot(self.gains) if self.judged else self._value_plot()
-            yield _share_plot(self.gains)
-        yield from diagnosis_parts(found)
-        refused = [gain for gain in self.gains if gain.reason is not None]
+        if any(gain.identifiable for gain in gains):
+            yield self._error_plot() if self.judged else self._value_plot()
+            yield self._share_plot()
+        yield from every_check("Diagnoses", found)
+        yield from horizon_paragraphs(found)
+        refused = [gain for gain in gains if gain.reason is not None]
         yield from [Heading("Refused or failed joints", file_only=True)] if refused else ()
         yield from (Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}")) for gain in refused)
-        yield from _changed_gains(self)
-        yield from _payload_table(self.payload)
+        yield from self._changed()
+        if self.payload:
+            heads = (("Payload", True), ("Estimate", False), ("2 sigma", False), ("Unit", True))
+            rows = (quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in self.payload)
+            yield Table(columns=tuple(Column(title=title, words=words) for title, words in heads), rows=tuple(rows))
         if self.unseen is not None:
             yield Heading("A motion that was not used in any fit", file_only=True)
             yield from unseen_parts(self.unseen)
@@ -243,16 +256,141 @@ class Result(DiagnosedResult):
             yield Heading("Effect of a-priori gains", file_only=True)
             yield from self.cost.parts(unit)
 
+    def _conclusion(self) -> Paragraph:
+        """Return the verdict on gains whose true values are known."""
+        failed = [gain for gain in self.gains if not gain.passed]
+        found = [gain for gain in failed or self.gains if gain.identifiable]
+        refused = [gain.joint for gain in failed or self.gains if not gain.identifiable]
+        off, unexpected = ([gain for gain in found if (gain.excess > 1.0) is beyond] for beyond in (True, False))
+        said = list[str]()
+
+        def named(gains: list[ResultGain]) -> str:
+            return joints_named([gain.joint for gain in gains])
+
+        def worst(gains: list[ResultGain]) -> str:
+            most = max(gains, key=lambda gain: gain.excess)
+            which = f"worst: joint {most.joint}, " if gains[1:] else ""
+            error = two_digits(100.0 * (most.rel_error or 0.0), sign="+")
+            return f"({which}{error} %, tolerance {100.0 * (most.tolerance or 0.0):.3g} %)"
+
+        if not failed:
+            said += [f"{many(len(found), 'gain')} within tolerance {worst(found)}"] if found else []
+            said += [f"{joints_named(refused)} refused, as the scenario expects"] if refused else []
+            return Paragraph(f"PASSED: {'; '.join(said)}.", Mood.GOOD, strong=True)
+        said += [f"{named(off)} {'exceed their' if off[1:] else 'exceeds its'} tolerance {worst(off)}"] if off else []
+        said += [f"{named(unexpected)} identified, where the scenario expects a refusal"] if unexpected else []
+        said += [f"{joints_named(refused)} refused, where the scenario expects a gain"] if refused else []
+        return Paragraph(f"FAILED: {'; '.join(said)}.", Mood.BAD, strong=True)
+
+    def _summary(self) -> Paragraph:
+        """Return a sentence on the number of gains, the quality of the fit, gains refused for a fault, and findings."""
+        found, count = self.found, sum(gain.identifiable for gain in self.gains)
+        said = f"{count} of {len(self.gains)} gains identified from {self.fit.rows} rows"
+        said += f", relative residual {100.0 * self.fit.rel_error_norm:.2f} %"
+        lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
+        said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."
+        if found.findings:
+            return Paragraph(f"{said} See {counted(found)} below.", MOODS[found.severity], strong=True)
+        return Paragraph(said, Mood.BAD if lost else Mood.PLAIN, strong=True)
+
+    def _changed(self) -> list[Paragraph]:
+        """Return gains that a fault changes by less than the limit: each joint once, with the largest effect."""
+        largest = dict[int, float]()
+        for wrong in self.diagnoses:
+            for each in wrong.effects if wrong.severity is Severity.WRONG else ():
+                if each.matters and self.gains[each.joint].identifiable:
+                    largest[each.joint] = max(largest.get(each.joint, 0.0), each.percent, key=abs)
+        moved = ", ".join(f"joint {j + 1} by {two_digits(largest[j], sign='+')} %" for j in sorted(largest))
+        said = f"Gains kept although a fault changes them, by less than {SPOILS:g} standard deviations: {moved}."
+        return [Paragraph(said, Mood.DOUBTFUL)] if moved else []
+
+    def _table(self, unit: str) -> Table:
+        """Return the table of gains, beside the injected ones if these are known; contributions only in files."""
+        judged = self.judged
+
+        def verdict(gain: ResultGain) -> Cell:
+            if judged and not gain.passed:
+                return Cell("FAILED", Mood.BAD)
+            if judged:
+                return Cell("passed" if gain.identifiable else "refused", Mood.GOOD)
+            return Cell("identified", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.DOUBTFUL)
+
+        def value(title: str, name: str) -> ColumnOf[ResultGain]:
+            return column(title, lambda gain: rounded(getattr(gain, name), gain.std and 2.0 * gain.std))
+
+        def share(title: str, name: str, *, file_only: bool = False) -> ColumnOf[ResultGain]:
+            return column(f"{title} [%]", lambda gain: two_sigma(gain.rel(name)), file_only=file_only)
+
+        contributions = [share(f"From {words}", name, file_only=True) for name, words in SHARES.items()]
+        columns: list[ColumnOf[ResultGain]] = [
+            column("Joint", lambda gain: gain.joint),
+            column("Name", lambda gain: gain.name or "", words=True),
+            value(f"Gain [{unit}]", "estimate"),
+            share("2 sigma", "std"),
+            *contributions,
+            column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f")),
+        ]
+        if judged:
+            columns = [
+                column("Joint", lambda gain: gain.joint),
+                value(f"Injected [{unit}]", "true"),
+                value(f"Identified [{unit}]", "estimate"),
+                share("2 sigma", "std"),
+                column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f")),
+                *contributions,
+                column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True),
+            ]
+        return table(self.gains, *columns, column("Verdict", verdict, words=True))
+
+    def _plot(self, title: str, caption: str, y: Axis, *series: Series) -> Plot:
+        x = joint_axis([gain.joint for gain in self.gains])  # joints without a gain are empty
+        return Plot(title=title, caption=caption, x=x, y=y, series=series)
+
+    def _error_plot(self) -> Plot:
+        found = [gain for gain in self.gains if gain.rel_error is not None]
+        there = [str(gain.joint) for gain in found]
+        errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
+        limits = [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in found]
+        return self._plot(
+            "Error of each gain, with its interval",
+            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
+            "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance.",
+            Axis(title="error", unit="%", zero=True),
+            intervals("Tolerance", there, limits, Tone.QUIET),
+            intervals("Error, 2 sigma", there, errors, Tone.FIRST),
+        )
+
     def _value_plot(self) -> Plot:
-        believed = {} if self.cost is None else {each.joint: each.a_priori_gain for each in self.cost.joints}
-        return _value_plot(self.gains, {joint: gain for joint, gain in believed.items() if gain})
+        """Return the plot of gains in percent, relative to a-priori gains if there are any."""
+        nominal = {} if self.cost is None else {each.joint: each.a_priori_gain for each in self.cost.joints}
+        stated = any(nominal.values())
+        of, ends = "the a-priori gain" if stated else "the gain", dict[str, tuple[float, float, float]]()
+        for gain in self.gains:
+            middle = nominal.get(gain.joint) if stated else gain.estimate
+            if gain.estimate is not None and middle:
+                away, reach = 100.0 * (gain.estimate / middle - 1.0), 200.0 * (gain.std or 0.0) / abs(middle)
+                ends[str(gain.joint)] = about(away, reach)
+        return self._plot(
+            f"Interval of each gain, relative to {of}",
+            "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number.",
+            Axis(title="gain", unit=f"% from {of}", zero=True),
+            intervals("Gain, 2 sigma", list(ends), list(ends.values()), Tone.FIRST),
+        )
 
-
-def _payload(found: tuple[FoundParameter, ...], true: Mapping[str, float]) -> list[ResultParameter]:
-    return [
-        ResultParameter(parameter=each.name, true=true.get(each.name), estimate=each.value, std=each.std)
-        for each in found
-    ]
+    def _share_plot(self) -> Plot:
+        found = [gain for gain in self.gains if gain.estimate is not None]
+        there = tuple(str(gain.joint) for gain in found)
+        shares = {words: values([200.0 * (gain.rel(name) or 0.0) for gain in found]) for name, words in SHARES.items()}
+        return self._plot(
+            "Contributions to the intervals",
+            "Two standard deviations of each contribution; the half-width of the interval is the root of the sum "
+            "of their squares.",
+            Axis(title="2 sigma", unit="%", zero=True),
+            *(
+                Series(label=words.capitalize(), mark=Mark.BARS, tone=tone, x=there, y=numbers)
+                for (words, numbers), tone in zip(shares.items(), TONES, strict=False)
+            ),
+        )
 
 
 def gain_units(revolute: Sequence[bool]) -> list[str]:
@@ -274,122 +412,6 @@ def meaning(units: Sequence[str]) -> Paragraph:
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 
-def conclusion(gains: Sequence[ResultGain]) -> Paragraph:
-    """Return the verdict on gains whose true values are known, in a sentence."""
-    failed = [gain for gain in gains if not gain.passed]
-    found = [gain for gain in failed or gains if gain.identifiable]
-    refused = [gain.joint for gain in failed or gains if not gain.identifiable]
-    said = list[str]()
-    if not failed:
-        said += [f"{many(len(found), 'gain')} within tolerance ({_worst(found)})"] if found else []
-        said += [f"{joints_named(refused)} refused, as the scenario expects"] if refused else []
-        return Paragraph(f"PASSED: {'; '.join(said)}.", Mood.GOOD, strong=True)
-    off = [gain for gain in found if _excess(gain) > 1.0]
-    unexpected = [gain.joint for gain in found if _excess(gain) <= 1.0]
-    if off:
-        exceed = "exceed their" if off[1:] else "exceeds its"
-        said.append(f"{joints_named([gain.joint for gain in off])} {exceed} tolerance ({_worst(off)})")
-    said += [f"{joints_named(unexpected)} identified, where the scenario expects a refusal"] if unexpected else []
-    said += [f"{joints_named(refused)} refused, where the scenario expects a gain"] if refused else []
-    return Paragraph(f"FAILED: {'; '.join(said)}.", Mood.BAD, strong=True)
-
-
-def _excess(gain: ResultGain) -> float:
-    """Return the ratio of a gain's error to its tolerance."""
-    return abs(gain.rel_error or 0.0) / (gain.tolerance or 1.0)
-
-
-def _worst(gains: Sequence[ResultGain]) -> str:
-    """Return the gain with the largest ratio of error to tolerance, in words."""
-    worst = max(gains, key=_excess)
-    which = f"worst: joint {worst.joint}, " if gains[1:] else ""
-    error = two_digits(100.0 * (worst.rel_error or 0.0), sign="+")
-    return f"{which}{error} %, tolerance {100.0 * (worst.tolerance or 0.0):.3g} %"
-
-
-def _tolerances(gains: Sequence[ResultGain]) -> list[Paragraph]:
-    """Return the tolerances of gains if they differ; otherwise the verdict contains the tolerance."""
-    each = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
-    listed = ", ".join(f"{size} % (joint {joint})" for joint, size in each.items())
-    return [Paragraph(f"Tolerances: {listed}.")] if len(set(each.values())) > 1 else []
-
-
-def _summary(result: Result) -> Paragraph:
-    """Return a sentence on the number of gains, the quality of the fit, gains refused for a fault, and findings."""
-    found, share = result.found, 100.0 * result.fit.rel_error_norm
-    count = sum(gain.identifiable for gain in result.gains)
-    said = (
-        f"{count} of {len(result.gains)} gains identified from {result.fit.rows} rows, relative residual {share:.2f} %"
-    )
-    lost = [joint + 1 for joint in refused_for_faults(found.diagnoses)]
-    said += f"; {joints_named(lost)} refused because of a fault of the logs." if lost else "."
-    if found.findings:
-        return Paragraph(f"{said} See {counted(found)} below.", MOODS[found.severity], strong=True)
-    return Paragraph(said, Mood.BAD if lost else Mood.PLAIN, strong=True)
-
-
-def _changed_gains(result: Result) -> list[Paragraph]:
-    """Return gains that a fault changes by less than the limit: each joint once, with the largest effect."""
-    largest = dict[int, float]()
-    for wrong in result.diagnoses:
-        for each in wrong.effects if wrong.severity is Severity.WRONG else ():
-            if each.matters and result.gains[each.joint].identifiable:
-                largest[each.joint] = max(largest.get(each.joint, 0.0), each.percent, key=abs)
-    moved = [f"joint {joint + 1} by {two_digits(largest[joint], sign='+')} %" for joint in sorted(largest)]
-    said = f"Gains kept although a fault changes them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
-    return [Paragraph(said, Mood.DOUBTFUL)] if moved else []
-
-
-def _interval_columns() -> tuple[ColumnOf[ResultGain], ...]:
-    """Return the columns of a gain's interval and of its contributions (only in files), in percent of the gain."""
-
-    def share(gain: ResultGain, std: float | None) -> str:
-        return two_sigma(None if std is None or gain.estimate is None else std / abs(gain.estimate))
-
-    return (
-        column("2 sigma [%]", lambda gain: share(gain, gain.std)),
-        column("From residual [%]", lambda gain: share(gain, gain.residual_std), file_only=True),
-        column("From payload [%]", lambda gain: share(gain, gain.payload_std), file_only=True),
-        column("From model [%]", lambda gain: share(gain, gain.model_std), file_only=True),
-    )
-
-
-def _judged_table(gains: Sequence[ResultGain], unit: str) -> Table:
-    """Return the table of injected and identified gains."""
-    interval, *shares = _interval_columns()
-
-    def verdict(gain: ResultGain) -> Cell:
-        if not gain.passed:
-            return Cell("FAILED", Mood.BAD)
-        return Cell("passed" if gain.identifiable else "refused", Mood.GOOD)
-
-    return table(
-        gains,
-        column("Joint", lambda gain: gain.joint),
-        column(f"Injected [{unit}]", lambda gain: rounded(gain.true, gain.std and 2.0 * gain.std)),
-        column(f"Identified [{unit}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
-        interval,
-        column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f")),
-        *shares,
-        column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True),
-        column("Verdict", verdict, words=True),
-    )
-
-
-def _identified_table(gains: Sequence[ResultGain], unit: str) -> Table:
-    """Return the table of gains whose true values are unknown."""
-    found, refused = Cell("identified", Mood.GOOD), Cell("refused", Mood.DOUBTFUL)
-    return table(
-        gains,
-        column("Joint", lambda gain: gain.joint),
-        column("Name", lambda gain: gain.name or "", words=True),
-        column(f"Gain [{unit}]", lambda gain: rounded(gain.estimate, gain.std and 2.0 * gain.std)),
-        *_interval_columns(),
-        column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f")),
-        column("Verdict", lambda gain: found if gain.identifiable else refused, words=True),
-    )
-
-
 def quantity_row(
     name: str, unit: str, value: float | None, spread: float | None, *shares: float | None
 ) -> tuple[Cell, ...]:
@@ -399,104 +421,31 @@ def quantity_row(
     return cells(name, estimate, own, shown, *others)
 
 
-def _payload_table(found: Sequence[ResultParameter]) -> list[Table]:
-    """Return a table of the payload parameters that a method also estimated, if any."""
-    rows = tuple(quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in found)
-    columns = (
-        Column(title="Payload", words=True),
-        Column(title="Estimate"),
-        Column(title="2 sigma"),
-        Column(title="Unit", words=True),
-    )
-    return [Table(columns=columns, rows=rows)] if rows else []
-
-
-def _error_plot(gains: Sequence[ResultGain]) -> Plot:
-    """Return the plot of errors with their intervals and the tolerance; joints without a gain are empty."""
-    found = [gain for gain in gains if gain.rel_error is not None]
-    there = [str(gain.joint) for gain in found]
-    errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
-    return Plot(
-        title="Error of each gain, with its interval",
-        caption=(
-            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
-            "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance."
-        ),
-        x=Axis(title="joint", categories=tuple(str(gain.joint) for gain in gains)),
-        y=Axis(title="error", unit="%", zero=True),
-        series=(
-            intervals("Tolerance", there, [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in found], Tone.QUIET),
-            intervals("Error, 2 sigma", there, errors, Tone.FIRST),
-        ),
-    )
-
-
-def _value_plot(gains: Sequence[ResultGain], nominal: Mapping[int, float]) -> Plot:
-    """Return the plot of gains with intervals in percent, relative to a-priori gains if there are any."""
-    middle = {gain.joint: nominal.get(gain.joint) if nominal else gain.estimate for gain in gains}
-    found = [(g.joint, g.estimate, g.std or 0.0, middle[g.joint]) for g in gains if g.estimate is not None]
-    of = "the a-priori gain" if nominal else "the gain"
-    there = [(j, about(100.0 * (value / m - 1.0), 200.0 * std / abs(m))) for j, value, std, m in found if m]
-    return Plot(
-        title=f"Interval of each gain, relative to {of}",
-        caption=(
-            "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number."
-        ),
-        x=Axis(title="joint", categories=tuple(str(gain.joint) for gain in gains)),
-        y=Axis(title="gain", unit=f"% from {of}", zero=True),
-        series=(intervals("Gain, 2 sigma", [str(joint) for joint, _ in there], [e for _, e in there], Tone.FIRST),),
-    )
-
-
-def _share_plot(gains: Sequence[ResultGain]) -> Plot:
-    """Return the plot of the contributions to each interval."""
-    found = [(gain, abs(gain.estimate)) for gain in gains if gain.estimate is not None]
-    shares = {
-        "Residual": [(gain.residual_std or 0.0) / size for gain, size in found],
-        "Payload": [(gain.payload_std or 0.0) / size for gain, size in found],
-        "Model": [(gain.model_std or 0.0) / size for gain, size in found],
-    }
-    there = tuple(str(gain.joint) for gain, _ in found)
-    return Plot(
-        title="Contributions to the intervals",
-        caption="Two standard deviations of each contribution; the half-width of the interval is the root of the sum "
-        "of their squares.",
-        x=Axis(title="joint", categories=tuple(str(gain.joint) for gain in gains)),
-        y=Axis(title="2 sigma", unit="%", zero=True),
-        series=tuple(
-            Series(label=label, mark=Mark.BARS, tone=tone, x=there, y=values([200.0 * share for share in numbers]))
-            for (label, numbers), tone in zip(shares.items(), TONES, strict=False)
-        ),
-    )
-
-
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:
     """Return a sentence on the size of errors, the joints within tolerance, and the dominant sources.
 
     The arguments have for each joint: number, relative rms error, tolerance, largest source or None.
     """
     errors = [100.0 * error for _, error, _, _ in joints if error is not None]
-    by_source = dict[str, list[int]]()
-    for joint, _, _, source in joints:
-        if source is not None:
-            by_source.setdefault(source, []).append(joint)
     if not errors:
         return Paragraph("No joint has a gain with all sources on.", Mood.BAD, strong=True)
     size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(errors), max(errors))))
     tolerances = {100.0 * tolerance for _, _, tolerance, _ in joints}
     missed = [joint for joint, error, tolerance, _ in joints if error is None or error > tolerance]
     met = [joint for joint, *_ in joints if joint not in missed]
-    mood = Mood.DOUBTFUL if met and missed else Mood.BAD if missed else Mood.GOOD
-    few = len(met) < len(missed)
-    who = "every joint" if met else "no joint"
+    few, who = len(met) < len(missed), "every joint" if met else "no joint"
     if met and missed:
         who = f"only {joints_named(met)}" if few else f"all but {joints_named(missed)}"
     several = met and missed and not (few and len(met) == 1)
     meets, own = ("meet", "their tolerance") if several else ("meets", "its tolerance")
     aim = f"{tolerances.pop():.3g} %" if len(tolerances) == 1 else own
-    words = [f"Expected error {size} % rms: {who} {meets} {aim}"]
+    words, by_source = [f"Expected error {size} % rms: {who} {meets} {aim}"], dict[str, list[int]]()
+    for joint, _, _, source in joints:
+        if source is not None:
+            by_source.setdefault(source, []).append(joint)
     if by_source:
         (first, its), *others = by_source.items()
         dominates = [f"{source} {joints_named(which)}" for source, which in others]
         words.append(", ".join([f"{first} dominates {joints_named(its)}", *dominates]))
+    mood = Mood.DOUBTFUL if met and missed else Mood.BAD if missed else Mood.GOOD
     return Paragraph(f"{'; '.join(words)}.", mood, strong=True)

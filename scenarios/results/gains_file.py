@@ -1,71 +1,67 @@
-"""Writing of gains files: identified gains with their provenance."""
+"""Files of identified gains: the gains file with its origin, ROS 2 parameters, and torques by these gains."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 from pydantic import JsonValue
 
-from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.joint_torque import JointTorque
 from ident.estimation.known_gains import estimated_gains
-from ident.model.arm import Arm
-from ident.observation.observation import ObserveOptions
 from ident.payload.payload import payload_to_table
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Recording
 from ident.support.options import option_types
-from scenarios.experiments.gains_file import (
-    SLIDING,
-    TURNING,
-    GainEntry,
-    GainsFile,
-    ModelEntry,
-    OptionsEntry,
-    RecordingEntry,
-)
+from scenarios.experiments.gains_file import SLIDING, TURNING, GainsFile
 from scenarios.rendering.result import to_json
+from scenarios.results.record import Origin
 from scenarios.support.texts import schema_line, toml_value
 from scenarios.support.versions import versions
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Origin:
-    """Provenance of gains; `options` are those of the method, a dataclass."""
-
-    model: Path
-    arm: Arm
-    motions: Sequence[Motion]
-    options: object
-    observing: ObserveOptions
+NUMBERS = ("std", "residual_std", "payload_std", "model_std")
+DEVIATIONS = 2.0
+"""Half-width of the interval of a torque, in standard deviations."""
 
 
 def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
     """Return the gains file of an estimate."""
-    known = estimated_gains(estimate)
     payloads = {id(each.payload): each.payload for each in origin.motions if each.payload is not None}
     number = {key: k for k, key in enumerate(payloads, 1)}
+    gains: list[dict[str, object]] = []
+    for j, joint in enumerate(estimate.joints):
+        entry = {"joint": j + 1, "name": joint.joint, "unit": TURNING if origin.arm.revolute[j] else SLIDING}
+        if isinstance(joint, IdentifiedGain):
+            gains.append({**entry, "estimate": joint.value, **{name: getattr(joint, name) for name in NUMBERS}})
+        else:
+            gains.append({**entry, "identifiable": False, "reason": joint.reason})
+
+    def stated(options: object) -> dict[str, JsonValue]:
+        values = {name: getattr(options, name) for name in option_types(type(options))}
+        return {name: value for name, value in values.items() if value is not None}
+
     return GainsFile.model_validate(
         {
             "created": datetime.now(UTC).isoformat(timespec="seconds"),
             "robot": origin.arm.name,
             "method": estimate.method,
-            "gains": tuple(
-                _entry(j, joint, turning=bool(origin.arm.revolute[j])) for j, joint in enumerate(estimate.joints)
-            ),
-            "covariance": known.covariance.tolist(),
-            "options": OptionsEntry(
-                method=_options(origin.options), observe=_options(origin.observing), gains=_options(estimate.options)
-            ),
-            "model": ModelEntry(name=origin.model.name, sha256=hashlib.sha256(origin.model.read_bytes()).hexdigest()),
+            "gains": tuple(gains),
+            "covariance": estimated_gains(estimate).covariance.tolist(),
+            "options": {
+                "method": stated(origin.options),
+                "observe": stated(origin.observing),
+                "gains": stated(estimate.options),
+            },
+            "model": {"name": origin.model.name, "sha256": hashlib.sha256(origin.model.read_bytes()).hexdigest()},
             "recordings": tuple(
-                RecordingEntry(
-                    name=Path(each.recording.name).name,
-                    sha256=recording_digest(each.recording),
-                    payload=number.get(id(each.payload)),
-                    largest=tuple(np.abs(each.recording.v).max(axis=0).tolist()),
-                )
+                {
+                    "name": Path(each.recording.name).name,
+                    "sha256": recording_digest(each.recording),
+                    "payload": number.get(id(each.payload)),
+                    "largest": tuple(np.abs(each.recording.v).max(axis=0).tolist()),
+                }
                 for each in origin.motions
             ),
             "payloads": tuple(payload_to_table(each) for each in payloads.values()),
@@ -87,39 +83,53 @@ def gains_text(file: GainsFile, ending: str) -> str:
     table = file.model_dump(mode="json", exclude_none=True)
     if ending.lower() == ".json":
         return to_json(table) + "\n"
-    plain = [f"{key} = {toml_value(value)}" for key, value in table.items() if not _is_table(value)]
-    lines = [schema_line("gains"), *plain]
+    plain, tables = list[str](), list[str]()
     for key, value in table.items():
-        if not _is_table(value):
-            continue
-        for each in value if isinstance(value, list) else [value]:
-            lines += ["", f"[[{key}]]" if isinstance(value, list) else f"[{key}]"]
-            lines += [f"{name} = {toml_value(inner)}" for name, inner in each.items()]
+        several = isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+        if not several and not isinstance(value, Mapping):
+            plain.append(f"{key} = {toml_value(value)}")
+        for each in value if several else [value] if isinstance(value, Mapping) else ():
+            tables += ["", f"[[{key}]]" if several else f"[{key}]"]
+            tables += [f"{name} = {toml_value(inner)}" for name, inner in each.items()]
+    return "\n".join([schema_line("gains"), *plain, *tables]) + "\n"
+
+
+def ros_parameters(file: GainsFile, names: tuple[str, ...]) -> str:
+    """Return a ROS 2 parameter file (YAML) of torque constants; refused joints are named in a comment only."""
+    named = [(json.dumps(name), entry) for name, entry in zip(names, file.gains, strict=True)]
+    others = [f"; {name}: {entry.unit}" for name, entry in named if entry.unit != TURNING]
+    lines = [
+        "# Joint torque (force) per drive unit, joint side: effort = torque_constant * current reference.",
+        f"# {TURNING}{''.join(others)}",
+        "/**:",
+        "  ros__parameters:",
+    ]
+    for key, field in (("torque_constants", "estimate"), ("torque_constant_deviations", "std")):
+        numbers = {name: getattr(entry, field) for name, entry in named}
+        entries = [f"      {name}: {float(value)!r}" for name, value in numbers.items() if value is not None]
+        lines += [f"    {key}:" if entries else f"    {key}: {{}}", *entries]
+    refused = {name: entry.reason or "refused" for name, entry in named if entry.estimate is None}
+    lines += [f"    # {name}: {' '.join(reason.split())}" for name, reason in refused.items()]
     return "\n".join(lines) + "\n"
 
 
-def _entry(j: int, joint: JointResult, *, turning: bool) -> GainEntry:
-    common = {"joint": j + 1, "name": joint.joint, "unit": TURNING if turning else SLIDING}
-    if isinstance(joint, RefusedGain):
-        return GainEntry.model_validate({**common, "identifiable": False, "reason": joint.reason})
-    return GainEntry.model_validate({**common, **_numbers(joint)})
+def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
+    """Write torques as Parquet: `t`, and for each joint with a gain `tau1`, `tau1_low`, `tau1_high`.
 
+    The schema's metadata names unit and interval.
 
-def _numbers(gain: IdentifiedGain) -> dict[str, float]:
-    return {
-        "estimate": gain.value,
-        "std": gain.std,
-        "residual_std": gain.residual_std,
-        "payload_std": gain.payload_std,
-        "model_std": gain.model_std,
-    }
+    Raises:
+        OSError: If it cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
-
-def _options(options: object) -> dict[str, JsonValue]:
-    """Return the fields of an options dataclass that have a value."""
-    values = {name: getattr(options, name) for name in option_types(type(options))}
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _is_table(value: object) -> bool:
-    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+    columns, units = {"t": found.t}, {"t": "s"}
+    for k, joint in enumerate(found.joints.tolist()):
+        tau, reach = found.tau[:, k], DEVIATIONS * found.std[:, k]
+        name, unit = f"tau{joint + 1}", "N m" if file.gains[joint].unit == TURNING else "N"
+        for column, values in ((name, tau), (f"{name}_low", tau - reach), (f"{name}_high", tau + reach)):
+            columns[column], units[column] = values, unit
+    fields = [pa.field(name, pa.float64(), metadata={"unit": units[name]}) for name in columns]
+    schema = pa.schema(fields, metadata={"interval": f"{DEVIATIONS:g} standard deviations of the drive gain"})
+    pq.write_table(pa.table(list(columns.values()), schema=schema), path)

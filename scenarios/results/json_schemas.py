@@ -46,8 +46,8 @@ RESULTS = {
     "torque": "scenarios.gains_in_use.known_gains:Torques",
     "patch": "scenarios.gains_in_use.patch:Patched",
     "predict": "scenarios.prediction.budget:PredictedBudget",
-    "monte-carlo": "scenarios.results.monte_carlo:StudyResult",
-    "sensitivity": "scenarios.results.sensitivity:Budget",
+    "monte-carlo": "scenarios.results.studies:StudyResult",
+    "sensitivity": "scenarios.results.studies:Budget",
     "compare": "scenarios.benchmark.comparison:Comparison",
     "paper": "scenarios.benchmark.paper_result:PaperResult",
 }

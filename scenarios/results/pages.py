@@ -10,48 +10,40 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from ident.diagnosis.motion_quality import joint_motions
 from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario
 from scenarios.rendering.content import Heading, Paragraph, Part, Picture, Report
-from scenarios.rendering.plot import Axis, Mark, Plot, Series, values
-from scenarios.results import provenance
+from scenarios.rendering.plot import Axis, Plot, Series, values
 from scenarios.results.bare import BareResult
-from scenarios.results.check import Check
-from scenarios.results.fit_plots import fit_parts
-from scenarios.results.fit_rows import read_fit
+from scenarios.results.check import Check, CheckLog, motion_parts, short_names
+from scenarios.results.fit import TORQUES, read_fit, torque_plot
 from scenarios.results.gains import Result, ResultGain
-from scenarios.results.motion import CheckLog, motion_table, range_plot, short_names
-from scenarios.results.problem_folder import GivenProblem
-from scenarios.results.record import (
-    RECORD,
-    RESULT,
-    check_words,
-    identify_words,
-    read_record,
-    read_result,
-    recorded_problem,
-)
+from scenarios.results.record import RECORD, RESULT, origin_parts, read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 PAGES = {
-    "run": "scenarios.results.pages",
-    "identification": "scenarios.results.pages",
-    "check": "scenarios.results.pages",
-    "bare": "scenarios.results.pages",
-    "monte-carlo": "scenarios.results.monte_carlo",
-    "sensitivity": "scenarios.results.sensitivity",
-    "comparison": "scenarios.benchmark.comparison",
-    "paper": "scenarios.benchmark.paper_result",
+    **dict.fromkeys(("run", "identification", "check", "bare"), "scenarios.results.pages:page"),
+    "monte-carlo": "scenarios.results.studies:monte_carlo_page",
+    "sensitivity": "scenarios.results.studies:sensitivity_page",
+    "comparison": "scenarios.benchmark.comparison:page",
+    "paper": "scenarios.benchmark.paper_result:page",
 }
-"""Kinds of results and the modules of their pages."""
+"""Kinds of results and the functions of their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"
 LEAVERS = "run, identify or check --save, or monte-carlo, sensitivity, compare or paper --out"
+KINDS = {"run": Result, "identification": Result, "check": Check, "bare": BareResult}
+"""Results by the kind that a record states."""
+PIXELS = 400
+"""Number of time intervals, of each of which the lowest and the highest current are drawn."""
+WIDTH = 480
+"""Pixels of a picture."""
+PATIENCE = 60.0
+"""Timeout of a picture [s]."""
 
 
 def page_of(folder: Path) -> Report:
@@ -61,7 +53,8 @@ def page_of(folder: Path) -> Report:
         ScenarioError: If it holds no result, or one of another version; if it is an unfinished study; if a file is
             missing or changed.
     """
-    return import_module(PAGES[kind_of(folder)]).page(folder)
+    module, _, function = PAGES[kind_of(folder)].partition(":")
+    return getattr(import_module(module), function)(folder)
 
 
 def kind_of(folder: Path) -> str:
@@ -72,19 +65,18 @@ def kind_of(folder: Path) -> str:
     """
     if not folder.is_dir():
         raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
-    for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
+    for name, key in ((RECORD, "kind"), (STUDY, "study")):
         if (folder / name).is_file():
-            return kind or _stated(folder / name, key or "")
-    if (folder / PAPER).is_file():
-        return "paper"
-    if (folder / RESULT).is_file():
-        raise ScenarioError(
-            f"{one_line(folder)}: contains {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
-        )
-    if (folder / "paper.md").is_file():
-        raise ScenarioError(
-            f"{one_line(folder)}: contains paper.md but no {PAPER}: incomplete or from an older version; write it again"
-        )
+            return _stated(folder / name, key)
+    for name, kind in ((COMPARISON, "comparison"), (PAPER, "paper")):
+        if (folder / name).is_file():
+            return kind
+    for name, lacking, again in ((RESULT, RECORD, "save"), ("paper.md", PAPER, "write")):
+        if (folder / name).is_file():
+            raise ScenarioError(
+                f"{one_line(folder)}: contains {name} but no {lacking}: incomplete or from an older version; "
+                f"{again} it again"
+            )
     raise ScenarioError(f"{one_line(folder)}: contains no result; expected a folder written by {LEAVERS}")
 
 
@@ -97,16 +89,9 @@ def _stated(path: Path, key: str) -> str:
     if stated not in PAGES:
         raise ScenarioError(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
     if stated == "comparison":
-        raise ScenarioError(
-            f"{one_line(path.parent)}: is one scenario of a comparison; give the folder that contains it"
-        )
+        said = "is one scenario of a comparison; give the folder that contains it"
+        raise ScenarioError(f"{one_line(path.parent)}: {said}")
     return stated
-
-
-KINDS = {"run": Result, "identification": Result, "check": Check, "bare": BareResult}
-"""Results by the kind that a record states."""
-PIXELS = 400
-"""Number of time intervals, of each of which the lowest and the highest current are drawn."""
 
 
 def page(folder: Path) -> Report:
@@ -117,61 +102,38 @@ def page(folder: Path) -> Report:
     """
     record = read_record(folder)
     result, given = read_result(folder, KINDS[record.kind]), recorded_problem(folder, record)
-    planned, again = provenance.asked(folder, record), identify_words(folder, record)
     if isinstance(result, Check):
-        drawn = currents(given, short_names([log.log for log in result.logs]))
-        origin = provenance.origin(record, planned, given.arm, check_words(folder, record))
-        return result.report(result.headline, *drawn, *origin, mood=result.mood)
+        parts: list[Part] = []
+        for name, motion in zip(short_names([log.log for log in result.logs]), given.motions, strict=True):
+            parts.append(Heading(f"Currents of {name}, as recorded"))
+            parts += [current_plot(motion.recording, joint) for joint in range(given.arm.n)]
+        return result.report(result.headline, *parts, *origin_parts(folder, record, given), mood=result.mood)
     if isinstance(result, BareResult):
-        logs = [
-            CheckLog.of(each.recording.name, joint_motions(each.recording, given.arm, given.observing), given.arm)
-            for each in given.motions
-        ]
-        origin = provenance.origin(record, planned, given.arm, again)
-        return result.report(record.title, *motion_parts(logs), *origin)
-    fit = read_fit(folder)
+        logs = [(each.recording, joint_motions(each.recording, given.arm, given.observing)) for each in given.motions]
+        moved = motion_parts([CheckLog.of(log.name, motions, given.arm) for log, motions in logs])
+        return result.report(record.title, *moved, *origin_parts(folder, record, given))
+    fit, parts = read_fit(folder), how_to_identify(result.gains, given.gains.max_rel_std)
     names = short_names([motion.log for motion in fit.motions])
-    parts = [
-        *how_to_identify(result.gains, given.gains.max_rel_std),
-        *fit_parts(fit, names),
-        *motion_parts(fit.motions),
-    ]
-    payloads = provenance.payloads(record, given)
-    return result.report(record.title, *parts, *provenance.origin(record, payloads, given.arm, again, result.seed))
-
-
-def motion_parts(logs: Sequence[CheckLog]) -> list[Part]:
-    """Return the ranges of the joints, and a table for each log."""
-    names = short_names([log.log for log in logs])
-    recorded = {name: log.joints for name, log in zip(names, logs, strict=True)}
-    tables = [motion_table(name, joints) for name, joints in recorded.items()]
-    return [Heading("Motion and joint ranges"), range_plot(recorded), *tables]
-
-
-def currents(given: GivenProblem, names: Sequence[str]) -> list[Part]:
-    """Return the recorded currents."""
-    parts: list[Part] = []
-    for name, motion in zip(names, given.motions, strict=True):
-        parts += [Heading(f"Currents of {name}, as recorded")]
-        parts += [current_plot(motion.recording, joint) for joint in range(given.arm.n)]
-    return parts
+    parts += [Heading("Torques, measured and reconstructed"), Paragraph(TORQUES)]
+    parts += [torque_plot(each, names, fit.begins) for each in fit.rows]
+    parts += motion_parts(fit.motions)
+    return result.report(record.title, *parts, *origin_parts(folder, record, given, result.seed))
 
 
 def current_plot(log: Recording, joint: int) -> Plot:
     """Return the plot of a joint's recorded current (joint from 0): minimum and maximum of every time interval."""
     t, v = log.t, log.v[:, joint]
     size = max(1, -(-len(t) // PIXELS))
-    starts = np.arange(0, len(t), size)
-    low, high = np.minimum.reduceat(v, starts), np.maximum.reduceat(v, starts)
-    middle = np.repeat(t[starts], 2) if size > 1 else t
-    drawn = np.column_stack((low, high)).ravel() if size > 1 else v
-    how = f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample."
+    if size > 1:
+        starts = np.arange(0, len(t), size)
+        ends = np.minimum.reduceat(v, starts), np.maximum.reduceat(v, starts)
+        t, v = np.repeat(t[starts], 2), np.column_stack(ends).ravel()
     return Plot(
         title=f"Joint {joint + 1}",
-        caption=how,
+        caption=f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample.",
         x=Axis(title="time", unit="s"),
         y=Axis(title="current", unit="drive units"),
-        series=(Series(label="", mark=Mark.LINE, x=values(middle), y=values(drawn)),),
+        series=(Series(x=values(t), y=values(v)),),
         zoom=True,
         height=110,
     )
@@ -182,28 +144,20 @@ def how_to_identify(gains: Sequence[ResultGain], allowed: float) -> list[Part]:
 
     `allowed` is the largest predicted relative standard deviation of a gain that is not refused.
     """
-    refused = [each for each in gains if not each.identifiable]
-    said = [Paragraph(f"Joint {each.joint}: {_advice(each.predicted_rel_std, allowed)}.") for each in refused]
-    return [Heading("How to identify the refused gains"), *said] if said else []
-
-
-def _advice(predicted: float | None, allowed: float) -> str:
-    if predicted is None:
-        return "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
-    factor = predicted / allowed
-    if factor <= 1.0:
-        return "its standard deviation is small enough; it was refused for the reason above"
-    times, rows = (f"{x:.0f}" if x >= 10.0 else f"{x:.3g}" for x in (factor, factor**2))
-    return (
-        f"to identify it, use a payload with {times} times the torque on it (farther from its axis, or heavier; "
-        f"`rx90 payload` designs one), or record {rows} times as many rows of such motions"
-    )
-
-
-WIDTH = 480
-"""Pixels of a picture."""
-PATIENCE = 60.0
-"""Timeout of a picture [s]."""
+    parts: list[Part] = []
+    for each in gains:
+        factor = None if each.predicted_rel_std is None else each.predicted_rel_std / allowed
+        said = "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
+        if factor is not None and factor <= 1.0:
+            said = "its standard deviation is small enough; it was refused for the reason above"
+        elif factor is not None:
+            times, rows = (f"{x:.0f}" if x >= 10.0 else f"{x:.3g}" for x in (factor, factor**2))
+            said = (
+                f"to identify it, use a payload with {times} times the torque on it (farther from its axis, or "
+                f"heavier; `rx90 payload` designs one), or record {rows} times as many rows of such motions"
+            )
+        parts += [] if each.identifiable else [Paragraph(f"Joint {each.joint}: {said}.")]
+    return [Heading("How to identify the refused gains"), *parts] if parts else []
 
 
 def with_picture(report: Report, folder: Path) -> Report:
@@ -228,10 +182,10 @@ def why_another(named: str, scene: str | None) -> str | None:
     if scene is None:
         return "this folder, written by another version of rx90, does not contain its scenario"
     try:
-        now = scene_digest(load_scenario(named))
+        same = scene_digest(load_scenario(named)) == scene
     except (ScenarioError, SimulationError) as error:
         return f"scenario {one_line(named)} can no longer be read: {error}"
-    return None if now == scene else f"scenario {one_line(named)} has changed since it was run"
+    return None if same else f"scenario {one_line(named)} has changed since it was run"
 
 
 def still(named: str) -> Picture | None:
@@ -243,18 +197,13 @@ def still(named: str) -> Picture | None:
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "still.png"
         words = ["view", named, "--render", str(path), "--width", str(WIDTH)]
-        command = [sys.executable, "-m", "scenarios", *words]
         try:
-            done = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
+            done = subprocess.run(
+                [sys.executable, "-m", "scenarios", *words], capture_output=True, timeout=PATIENCE, check=False
+            )
         except (OSError, subprocess.TimeoutExpired):
             return None
         if done.returncode or not path.is_file():
             return None
-        with Image.open(path) as drawn:
-            width, height = drawn.size
-        return Picture(
-            caption=f"Scenario {named}, half-way through its motions, as rx90 view draws it",
-            png=path.read_bytes(),
-            width=width,
-            height=height,
-        )
+        caption = f"Scenario {named}, half-way through its motions, as rx90 view draws it"
+        return Picture(caption, path.read_bytes())

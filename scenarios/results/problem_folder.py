@@ -35,7 +35,6 @@ Options = TypeVar("Options")
 
 PROBLEM = "problem.json"
 MODELS = ("robot.xml", "robot.urdf")
-_KINDS = (("motion", "parquet"), ("payload", "toml"))
 LARGEST = 1_000_000
 """Largest number of bytes of a problem file."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
@@ -111,13 +110,7 @@ def write_problem(
 ) -> None:
     """Write a problem into a new folder; motions with the same payload object share a payload file.
 
-    Args:
-        folder: The folder.
-        robot: The robot, whose model file has the kinematics.
-        couplings: Pairs of joints, from 1.
-        motions: Recordings, whose names become file names, and payloads.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
+    The robot's model file has the kinematics; `couplings` are pairs of joints, from 1.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -136,7 +129,7 @@ def write_problem(
 
 def motion_files(motions: int) -> tuple[str, ...]:
     """Return the names of files that `write_motions` may write."""
-    return tuple(f"{kind}-{k}.{ending}" for k in range(1, motions + 1) for kind, ending in _KINDS)
+    return tuple(name for k in range(1, motions + 1) for name in (f"motion-{k}.parquet", f"payload-{k}.toml"))
 
 
 def write_motions(
@@ -147,20 +140,31 @@ def write_motions(
     Raises:
         OSError: If they cannot be written.
     """
-    if names is None:
-        numbers = {each: k for k, each in enumerate(dict.fromkeys(id(m.payload) for m in motions if m.payload), 1)}
-        names = [
-            MotionTable(
-                recording=f"motion-{k}.parquet",
-                payload=None if motion.payload is None else f"payload-{numbers[id(motion.payload)]}.toml",
-            )
-            for k, motion in enumerate(motions, 1)
-        ]
+    payloads = list(dict.fromkeys(id(motion.payload) for motion in motions if motion.payload))
+    names = names or [
+        MotionTable(
+            recording=f"motion-{k}.parquet",
+            payload=motion.payload and f"payload-{payloads.index(id(motion.payload)) + 1}.toml",
+        )
+        for k, motion in enumerate(motions, 1)
+    ]
     for motion, name in zip(motions, names, strict=True):
         write_recording(motion.recording, folder / name.recording)
         if motion.payload is not None and name.payload is not None:
             write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
     return tuple(names)
+
+
+def write_model(model: Path, flange: str | None, folder: Path) -> str:
+    """Write the kinematics of a robot to a file with one of the names `MODELS`, and return the name.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    minimal = minimal_model(model, flange)
+    name = MODELS[minimal.kind == "urdf"]
+    (folder / name).write_text(minimal.text + "\n", encoding="utf-8")
+    return name
 
 
 def read_problem(folder: Path) -> GivenProblem:
@@ -181,21 +185,26 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
         ScenarioError: If it is not valid.
         IdentificationError: If robot, recording or payload cannot be read.
     """
-    folder = path.parent
-    payloads: dict[str, Payload] = {}
+
+    def options(kind: type[Options], table: Mapping[str, object], key: str) -> Options:
+        try:
+            return options_from_table(kind, table)
+        except IdentificationError as error:
+            raise ScenarioError(f"{one_line(path)}: {key}: {error}") from error
+
+    folder, payloads = path.parent, dict[str | None, Payload | None]({None: None})
     motions: list[Motion] = []
     for motion in stated.motions:
         if motion.payload is not None and motion.payload not in payloads:
             payloads[motion.payload] = read_payload(folder / motion.payload)
-        recording = read(folder / motion.recording)
-        motions.append(Motion(recording, None if motion.payload is None else payloads[motion.payload]))
+        motions.append(Motion(read(folder / motion.recording), payloads[motion.payload]))
     couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
     return GivenProblem(
         folder=folder,
         arm=load_arm(folder / stated.robot.model, couplings),
         motions=tuple(motions),
-        observing=_options(ObserveOptions, stated.observe, path, "observe"),
-        gains=_options(GainOptions, stated.gains, path, "gains"),
+        observing=options(ObserveOptions, stated.observe, "observe"),
+        gains=options(GainOptions, stated.gains, "gains"),
     )
 
 
@@ -219,25 +228,3 @@ def read_stated(path: Path, kind: type[Stated]) -> Stated:
         what = first["msg"][0].lower() + first["msg"][1:]
         got = "" if first["type"] in ("missing", "json_invalid") else f", got {shown(first['input'])}"
         raise ScenarioError(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
-
-
-def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: str) -> Options:
-    try:
-        return options_from_table(kind, table)
-    except IdentificationError as error:
-        raise ScenarioError(f"{one_line(path)}: {key}: {error}") from error
-
-
-def write_model(model: Path, flange: str | None, folder: Path) -> str:
-    """Write the kinematics of a robot to a file with one of the names `MODELS`.
-
-    Returns:
-        The file's name.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
-    minimal = minimal_model(model, flange)
-    name = MODELS[minimal.kind == "urdf"]
-    (folder / name).write_text(minimal.text + "\n", encoding="utf-8")
-    return name

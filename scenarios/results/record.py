@@ -7,25 +7,26 @@ other files. It is written last: a folder without it is incomplete.
 import hashlib
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from pydantic import Field, JsonValue, ValidationError
+from pydantic import BaseModel, Field, JsonValue
 
 from ident.estimation.gain_options import GainOptions
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import Payload, write_payload
+from ident.payload.payload import Payload, payload_to_table, read_payload, write_payload
 from ident.recordings.description import LogDescription
 from ident.recordings.files import read_unchecked
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Motion
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
+from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
 from scenarios.rendering.result import ResultModel, to_json
-from scenarios.results.fit_rows import ROWS, Fit, write_fit
+from scenarios.results.fit import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import (
     MODELS,
     GivenProblem,
@@ -43,12 +44,38 @@ from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
 
 RECORD, RESULT = "record.json", "result.json"
+DAMAGED = "damaged, or written by another version of rx90"
 Kind = Literal["run", "identification", "check", "bare"]
-Kept = TypeVar("Kept", bound=ResultModel)
+Kept = TypeVar("Kept", bound=BaseModel)
 PLANNED = "payload.toml"
 """Name of the file of a planned payload."""
 GIVEN_GAINS = {".toml": "gains.toml", ".json": "gains.json"}
 """Name of the file of given gains, by its ending."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Origin:
+    """What a result was made from.
+
+    Attributes:
+        model: Model file.
+        flange: Last body of the arm, None if all joints of the model belong to it.
+        arm: The arm.
+        motions: Recordings and payloads, in order.
+        observing: Filters and thresholds.
+        gains: Limits for accepting a gain.
+        method: Method of an identification.
+        options: Options of the method, a dataclass.
+    """
+
+    model: Path
+    flange: str | None = None
+    arm: Arm
+    motions: Sequence[Motion]
+    observing: ObserveOptions
+    gains: GainOptions
+    method: str | None = None
+    options: object | None = None
 
 
 class RecordFile(ProblemFile):
@@ -92,19 +119,12 @@ def saved_files(motions: int) -> tuple[str, ...]:
 def save_result(
     folder: Path,
     result: ResultModel,
+    origin: Origin,
     *,
     kind: Kind,
     title: str,
     command: str,
-    model: Path,
-    flange: str | None,
-    arm: Arm,
-    motions: Sequence[Motion],
     names: Sequence[MotionTable] | None = None,
-    observing: ObserveOptions,
-    gains: GainOptions,
-    method: str | None = None,
-    options: object | None = None,
     payload: Payload | None = None,
     about: tuple[float, ...] | None = None,
     believed: Path | None = None,
@@ -115,36 +135,17 @@ def save_result(
 ) -> None:
     """Write recordings, payloads, the arm, the result and its rows, and the record.
 
-    Args:
-        folder: The folder.
-        result: The result.
-        kind: Kind of the result.
-        title: Title of its page.
-        command: The command.
-        model: Model file.
-        flange: Last body of the arm, None if all joints of the model belong to it.
-        arm: The arm.
-        motions: Recordings and payloads, in order.
-        names: Their files; numbered ones if None.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        method: Method of an identification.
-        options: Options of the method, a dataclass.
-        payload: The planned payload of a check or of bare motions.
-        about: Nominal gains of a check [N m / drive unit].
-        believed: File of gains given with bare motions.
-        fit: Rows of the fit.
-        more: Further files of the folder.
-        scenario: Name of the scenario of a run.
-        scene: Digest of its picture.
+    `names` are the files of the recordings, numbered ones if None; `more` are further files of the folder; `title` to
+    `scene` are as in `RecordFile`.
 
     Raises:
         OSError: If the folder cannot be written.
     """
-    tables, minimal = write_motions(motions, folder, names), write_model(model, flange, folder)
+    motions = write_motions(origin.motions, folder, names)
+    model = write_model(origin.model, origin.flange, folder)
     (folder / RESULT).write_text(to_json(result.model_dump(mode="json")) + "\n", encoding="utf-8")
-    files = [name for each in tables for name in (each.recording, each.payload) if name is not None]
-    files += [minimal, RESULT, *more]
+    files = [name for each in motions for name in (each.recording, each.payload) if name is not None]
+    files += [model, RESULT, *more]
     if payload is not None:
         write_payload(payload, folder / PLANNED)
         files.append(PLANNED)
@@ -155,19 +156,25 @@ def save_result(
     if believed is not None and given is not None:
         (folder / given).write_bytes(believed.read_bytes())
         files.append(given)
+    options, changed = origin.options, dict[str, JsonValue]()
+    if options is not None:
+        usual = type(options)()
+        each = [field.name for field in fields(options)]  # pyright: ignore[reportArgumentType]
+        changed = {key: getattr(options, key) for key in each if getattr(options, key) != getattr(usual, key)}
     record = RecordFile(
         format=1,
         kind=kind,
         title=title,
         command=command,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        sources=tuple(each.recording.name for each in motions) if names is None else tuple(n.recording for n in names),
-        robot=RobotTable(model=minimal, couplings=tuple((i + 1, j + 1) for i, j in arm.couplings)),
-        motions=tables,
-        observe=asdict(observing),
-        gains=asdict(gains),
-        method=method,
-        options=_changed(options),
+        sources=tuple(each.recording.name for each in origin.motions if names is None)
+        or tuple(each.recording for each in motions),
+        robot=RobotTable(model=model, couplings=tuple((i + 1, j + 1) for i, j in origin.arm.couplings)),
+        motions=motions,
+        observe=asdict(origin.observing),
+        gains=asdict(origin.gains),
+        method=origin.method,
+        options=changed,
         payload=None if payload is None else PLANNED,
         about=about,
         believed=given,
@@ -177,15 +184,6 @@ def save_result(
         files=digests_of(folder, list(dict.fromkeys(files))),
     )
     (folder / RECORD).write_text(to_json(record.model_dump(mode="json")) + "\n", encoding="utf-8")
-
-
-def _changed(options: object | None) -> dict[str, JsonValue]:
-    """Return the fields of an options dataclass that differ from their defaults."""
-    if options is None:
-        return {}
-    defaults = type(options)()
-    names = [field.name for field in fields(options)]  # pyright: ignore[reportArgumentType]
-    return {name: getattr(options, name) for name in names if getattr(options, name) != getattr(defaults, name)}
 
 
 def read_record(folder: Path) -> RecordFile:
@@ -201,16 +199,28 @@ def read_record(folder: Path) -> RecordFile:
     for name, digest in record.files.items():
         path = folder / name
         try:
-            (there,) = digests_of(folder, [name]).values()
+            same = digests_of(folder, [name])[name] == digest
         except OSError as error:
             raise ScenarioError(f"{one_line(path)}: {error.strerror}; {RECORD} names it: save it again") from error
-        if there != digest:
+        if not same:
             raise ScenarioError(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
     if len(record.sources) != len(record.motions):
-        raise ScenarioError(
-            f"{one_line(folder / RECORD)}: {len(record.sources)} sources of {len(record.motions)} motions"
-        )
+        count = f"{len(record.sources)} sources of {len(record.motions)} motions"
+        raise ScenarioError(f"{one_line(folder / RECORD)}: {count}")
     return record
+
+
+def read_json(path: Path, kind: type[Kept], complaint: str, advice: str = "") -> Kept:
+    """Read a file as a model.
+
+    Raises:
+        ScenarioError: If it is not valid: path, complaint, the first errors, advice.
+    """
+    try:
+        return kind.model_validate_json(path.read_bytes())
+    except (OSError, ValueError) as error:  # of pydantic too
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ScenarioError(f"{one_line(path)}: {complaint}: {first}{advice}") from error
 
 
 def read_result(folder: Path, kind: type[Kept]) -> Kept:
@@ -219,14 +229,7 @@ def read_result(folder: Path, kind: type[Kept]) -> Kept:
     Raises:
         ScenarioError: If it is of another kind or version.
     """
-    path = folder / RESULT
-    try:
-        return kind.model_validate_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValidationError) as error:
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(
-            f"{one_line(path)}: not a result of this version of rx90: {first}; save it again"
-        ) from error
+    return read_json(folder / RESULT, kind, "not a result of this version of rx90", "; save it again")
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
@@ -235,17 +238,13 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
     Raises:
         ScenarioError: If the record is not valid; if robot, recording or payload cannot be read.
     """
-
-    def unchecked(path: Path) -> Recording:
-        return read_unchecked(path, LogDescription()).recording
-
     try:
-        return given_problem(folder / RECORD, record, unchecked)
+        return given_problem(folder / RECORD, record, lambda path: read_unchecked(path, LogDescription()).recording)
     except IdentificationError as error:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
 
 
-def motion_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:
+def identify_words(folder: Path, motions: Sequence[MotionTable]) -> list[str]:
     """Return arguments: recordings in order, those with a payload followed by its file."""
     words: list[str] = []
     for payload, carrying in groupby(motions, key=lambda motion: motion.payload):
@@ -264,38 +263,74 @@ def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own
 
     `observe` and `gains` are by name, omitted ones have defaults; values None of the method's `own` have defaults.
     """
-    words: list[str] = []
-    for stated, defaults in ((observe, asdict(ObserveOptions())), (gains, asdict(GainOptions()))):
-        for name, usual in defaults.items():
-            value = stated.get(name, usual)
+    usual, words = asdict(ObserveOptions()) | asdict(GainOptions()), list[str]()
+    for name, value in {**observe, **gains}.items():
+        if value != usual.get(name, value):
             flag, text = f"--{name.replace('_', '-')}", str(value)
-            words += [] if value == usual else [f"{flag}={text}"] if text.startswith("-") else [flag, text]
-    for name, value in own.items():
-        words += [] if value is None else ["--option", f"{name}={value}"]
-    return words
+            words += [f"{flag}={text}"] if text.startswith("-") else [flag, text]
+    return words + [
+        word for name, value in own.items() if value is not None for word in ("--option", f"{name}={value}")
+    ]
 
 
-def identify_words(folder: Path, record: RecordFile) -> str:
-    """Return the command that repeats the identification from a folder."""
-    words = ["rx90", "identify", "--model", str(folder / record.robot.model), *motion_words(folder, record.motions)]
-    words += [] if record.method is None else ["--method", record.method]
-    words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
-    words += [] if record.kind != "bare" or record.payload is None else ["--if-loaded", str(folder / record.payload)]
-    return shlex.join([*words, *_stated(record)])
+def again(folder: Path, record: RecordFile) -> str:
+    """Return the command that repeats an identification or check from a folder.
+
+    The nominal gains of a check are those of the robot, not in a file.
+    """
+    model, payload = str(folder / record.robot.model), [] if record.payload is None else [str(folder / record.payload)]
+    if record.kind == "check":
+        words = ["rx90", "check", model, *(str(folder / m.recording) for m in record.motions if m.payload is None)]
+        loaded = [str(folder / each.recording) for each in record.motions if each.payload is not None]
+        words += ["--loaded", *loaded] if loaded else []
+        words += ["--payload", *payload] if payload else []
+    else:
+        words = ["rx90", "identify", "--model", model, *identify_words(folder, record.motions)]
+        words += [] if record.method is None else ["--method", record.method]
+        words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
+        words += ["--if-loaded", *payload] if record.kind == "bare" and payload else []
+    words += coupling_words(record.robot.couplings)
+    return shlex.join([*words, *option_words(record.observe, record.gains, record.options)])
 
 
-def check_words(folder: Path, record: RecordFile) -> str:
-    """Return the command that repeats the check; nominal gains are those of the robot, not in a file."""
-    bare, loaded = (
-        [str(folder / m.recording) for m in record.motions if (m.payload is None) == b] for b in (True, False)
-    )
-    words = ["rx90", "check", str(folder / record.robot.model), *bare]
-    if loaded:
-        words += ["--loaded", *loaded]
-    words += [] if record.payload is None else ["--payload", str(folder / record.payload)]
-    return shlex.join([*words, *_stated(record)])
+def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: int | None = None) -> list[Part]:
+    """Return the assumptions of a saved result, and how to repeat it."""
+
+    def listed(options: Mapping[str, object]) -> str:
+        return ", ".join(f"{name} {value}" for name, value in options.items())
+
+    pairs = zip(record.motions, given.motions, strict=True)
+    payloads = {stated.payload: each.payload for stated, each in pairs if stated.payload}
+    if record.payload is not None:
+        payloads[record.payload] = read_payload(folder / record.payload)
+    coupled = [
+        f"motor {second} turns by the sum of joints {first} and {second}" for first, second in record.robot.couplings
+    ]
+    method = {} if record.method is None else {"method": f"{record.method} {listed(record.options)}".strip()}
+    assumed = method | {
+        "arm": f"{given.arm.name}: {given.arm.n} joints, kinematics from the model file; its inertias are not used",
+        "coupled motors": "; ".join(coupled) or "none",
+        **{f"payload {name}": listed(payload_to_table(each)) for name, each in payloads.items() if each is not None},
+        "filters and rows": listed(record.observe),
+        "limits for accepting a gain": listed(record.gains),
+    }
+    about = {"Made": record.created, **({} if seed is None else {"Seed": str(seed)})}
+    about["Recordings"] = ", ".join(record.sources)
+    commands = {"Original command": record.command} if record.command else {}
+    commands["The same from these files"] = again(folder, record)
+    parts: list[Part] = [Heading("What was assumed"), pairs_table("What", "Value", assumed)]
+    return parts + repeated(commands, about, record.versions, record.files)
 
 
-def _stated(record: RecordFile) -> list[str]:
-    options = option_words(record.observe, record.gains, record.options)
-    return [*coupling_words(record.robot.couplings), *options]
+def repeated(
+    commands: Mapping[str, str], about: Mapping[str, str], versions: Mapping[str, object], files: Mapping[str, str] = {}
+) -> list[Part]:
+    """Return the commands, versions and digests of files that are needed to reproduce the numbers."""
+    parts: list[Part] = [Heading("How to repeat it")]
+    for what, command in commands.items():
+        parts += [Paragraph(f"{what}:"), Line(command)]
+    named = {"Versions": ", ".join(f"{name} {version}" for name, version in versions.items())} if versions else {}
+    parts.append(pairs_table("What", "Value", {**about, **named}))
+    if files:
+        parts.append(pairs_table("File", "SHA-256", files, shown=0, rest=f"SHA-256 of {len(files)} files"))
+    return parts

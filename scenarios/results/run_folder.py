@@ -15,19 +15,28 @@ from scenarios.experiments.scenario import CHECK, Setup
 from scenarios.experiments.scenario_files import LOADED
 from scenarios.experiments.schema import BARE, Scenario, grouped
 from scenarios.rendering.result import to_json
-from scenarios.results.fit_rows import ROWS, fit_of
+from scenarios.results.fit import ROWS, fit_of
 from scenarios.results.gains import Result
-from scenarios.results.gains_file import Origin
 from scenarios.results.problem_folder import MODELS, MotionTable
-from scenarios.results.record import RECORD, RESULT, coupling_words, motion_words, option_words, save_result
+from scenarios.results.record import (
+    RECORD,
+    RESULT,
+    Origin,
+    coupling_words,
+    identify_words,
+    option_words,
+    save_result,
+)
 from scenarios.support.texts import schema_line
+
+TRUTH = "truth.json"
 
 
 def run_files(setup: Setup) -> tuple[str, ...]:
     """Return the names of written files: recordings, payloads, arm, true values, result and its rows."""
     recordings = [f"{experiment.name}.parquet" for experiment in setup.experiments]
     check = [] if setup.check is None else [f"{CHECK}.parquet", payload_file(CHECK)]
-    return (*recordings, *map(payload_file, setup.payloads), *check, *MODELS, "truth.json", RESULT, ROWS, RECORD)
+    return (*recordings, *map(payload_file, setup.payloads), *check, *MODELS, TRUTH, RESULT, ROWS, RECORD)
 
 
 def payload_file(mounting: str) -> str:
@@ -35,59 +44,54 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
-    """Write recordings, assumed payloads, arm, true values, result and its rows, and the record.
-
-    `identify_command` gives the same estimate on them, to the last digit.
-
-    Raises:
-        OSError: If the folder cannot be written.
-    """
-    setup, more = run.setup, ["truth.json"]
-    if run.check is not None and run.cost is not None:
-        more += [f"{CHECK}.parquet", payload_file(CHECK)]
-        write_recording(run.check, folder / more[1])
-        write_payload(run.cost.a_priori.weighed.payload, folder / more[2], comment=schema_line("payload"))
-    plant, bodies = setup.experiments[0].plant, {name: asdict(body) for name, body in setup.true_payloads.items()}
-    truth = {
-        "drives": {field.name: getattr(plant.drives, field.name).tolist() for field in fields(plant.drives)},
-        **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
-        "payloads": bodies,
-    }
-    (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
-    assert run.prepared is not None, "a run has what it was identified from"
-    scenario, chosen = setup.scenario, setup.scenario.table.identification
-    save_result(
-        folder,
-        Result.of_run(run),
-        kind="run",
-        title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
-        command=command,
-        model=plant.robot.model,
-        flange=plant.robot.flange,
-        arm=setup.structure.arm,
-        motions=as_identified(setup, run.recordings),
-        names=_motions(setup),
+def origin(run: Run) -> Origin:
+    """Return what the gains of a run were made from."""
+    chosen, robot = run.setup.scenario.table.identification, run.setup.experiments[0].plant.robot
+    return Origin(
+        model=robot.model,
+        flange=robot.flange,
+        arm=run.setup.structure.arm,
+        motions=as_identified(run.setup, run.recordings),
         observing=chosen.observe,
         gains=chosen.gains,
         method=chosen.method,
         options=chosen.method_options,
-        fit=fit_of(run.prepared, run.estimate),
-        more=more,
-        scenario=named,
-        scene=scene,
     )
 
 
-def origin(run: Run) -> Origin:
-    """Return the provenance of the gains of a run."""
-    chosen = run.setup.scenario.table.identification
-    return Origin(
-        model=run.setup.experiments[0].plant.robot.model,
-        arm=run.setup.structure.arm,
-        motions=as_identified(run.setup, run.recordings),
-        options=chosen.method_options,
-        observing=chosen.observe,
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None) -> None:
+    """Write recordings, assumed payloads, arm, true values, result and its rows, and the record.
+
+    `identify_command` gives the same estimate on them, to the last digit. `named` is the scenario as the user names it.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    setup, more = run.setup, [TRUTH]
+    if run.check is not None and run.cost is not None:
+        more += [f"{CHECK}.parquet", payload_file(CHECK)]
+        write_recording(run.check, folder / more[1])
+        write_payload(run.cost.a_priori.weighed.payload, folder / more[2], comment=schema_line("payload"))
+    drives, bodies = setup.experiments[0].plant.drives, {name: asdict(x) for name, x in setup.true_payloads.items()}
+    truth = {
+        "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
+        **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
+        "payloads": bodies,
+    }
+    (folder / TRUTH).write_text(to_json(truth) + "\n", encoding="utf-8")
+    assert run.prepared is not None, "a run has what it was identified from"
+    save_result(
+        folder,
+        Result.of_run(run),
+        origin(run),
+        kind="run",
+        title=f"Scenario {setup.scenario.name}, seed {run.seed}: {setup.scenario.table.description}",
+        command=command,
+        names=_motions(setup),
+        fit=fit_of(run.prepared, run.estimate),
+        more=more,
+        scenario=named,
+        scene=None if named is None else scene_digest(setup.scenario),
     )
 
 
@@ -108,7 +112,7 @@ def short_path(path: Path) -> str:
 def identify_command(setup: Setup, folder: Path) -> str:
     """Return the command that gives the same estimate from the files of `save_run`, to the last digit."""
     chosen = setup.scenario.table.identification
-    words = ["rx90", "identify", "--model", *model_words(setup), *motion_words(folder, _motions(setup))]
+    words = ["rx90", "identify", "--model", *model_words(setup), *identify_words(folder, _motions(setup))]
     options = option_words(asdict(chosen.observe), asdict(chosen.gains), chosen.options)
     return shlex.join([*words, "--method", chosen.method, *options])
 
@@ -124,10 +128,6 @@ def _motions(setup: Setup) -> tuple[MotionTable, ...]:
     )
 
 
-SEEN = ("robot", "experiment", "plant")
-"""Tables of a scenario that affect its picture."""
-
-
 def scene_digest(scenario: Scenario) -> str:
     """Return the SHA-256 of all that a picture of a scenario depends on, 16 hexadecimal digits.
 
@@ -137,7 +137,7 @@ def scene_digest(scenario: Scenario) -> str:
     """
     stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
     whole = {
-        "tables": {name: stated[name] for name in SEEN},
+        "tables": {name: stated[name] for name in ("robot", "experiment", "plant")},
         "motion": motion_digest(motion, scenario.folder),
         "robot": robot_digests(scenario.table.robot, scenario.folder),
     }

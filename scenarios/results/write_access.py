@@ -54,9 +54,7 @@ class Claim:
             raise ScenarioError(f"{self.said}: {RECORD} beside it cannot be written: {_reason(error)}") from error
 
     def _record(self) -> None:
-        """Record the digests of the existing files."""
-        records = _records(self.folder)
-        there = [name for name in self.names if (self.folder / name).is_file()]
+        records, there = _records(self.folder), [name for name in self.names if (self.folder / name).is_file()]
         files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
         text = json.dumps({**records, self.command: files}, indent=2)
         (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
@@ -74,23 +72,6 @@ def make_folder(folder: Path) -> None:
         raise ScenarioError(f"cannot create {one_line(folder)}: {_reason(error)}") from error
 
 
-def try_folder(folder: Path, said: str) -> None:
-    """Test by writing a byte whether a folder, or its nearest existing parent, is writable.
-
-    Raises:
-        ScenarioError: If it is not.
-    """
-    there = folder.absolute()
-    while not os.path.exists(there) and there != there.parent:
-        there = there.parent
-    try:
-        with TemporaryFile(dir=there) as tried:
-            tried.write(b"0")
-            tried.flush()
-    except OSError as error:
-        raise ScenarioError(f"{said}: cannot be written: {one_line(there)}: {_reason(error)}") from error
-
-
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
     """Check whether a command may and can write files.
 
@@ -101,31 +82,30 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
             command did not write, or that was changed since.
         OSError: If a file cannot be written.
     """
-    held = Claim(folder, tuple(names), command)
-    try_folder(folder, held.said)
+    held, above = Claim(folder, tuple(names), command), folder.absolute()
+    while not os.path.exists(above) and above != above.parent:
+        above = above.parent
+    try:
+        with TemporaryFile(dir=above) as tried:
+            tried.write(b"0")
+            tried.flush()
+    except OSError as error:
+        raise ScenarioError(f"{held.said}: cannot be written: {one_line(above)}: {_reason(error)}") from error
     there = [path for path in reads if os.path.exists(path)]
-    ours = {} if force else _records(folder).get(command, {})
-    for name in held.names:
-        path = folder / name
-        if not path.exists():
-            continue
-        _check_file(path)
+    ours = _records(folder).get(command, {})
+    for path in (folder / name for name in held.names if (folder / name).exists()):
+        if not path.is_file():
+            raise ScenarioError(f"{path}: not a regular file")
+        if not os.access(path, os.W_OK):
+            raise PermissionError(13, os.strerror(13), str(path))
         if any(path.samefile(read) for read in there):
-            raise ScenarioError(
-                f"{one_line(path)}: {command} reads this file and would overwrite it; give another path"
-            )
-        if not force and name not in ours:
+            said = f"{command} reads this file and would overwrite it; give another path"
+            raise ScenarioError(f"{one_line(path)}: {said}")
+        if not force and path.name not in ours:
             raise ScenarioError(f"{path}: {command} did not write this file; give another path, or add --force")
-        if not force and ours[name] != _digest(path):
+        if not force and ours[path.name] != _digest(path):
             raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
     return held
-
-
-def _check_file(path: Path) -> None:
-    if not path.is_file():
-        raise ScenarioError(f"{path}: not a regular file")
-    if not os.access(path, os.W_OK):
-        raise PermissionError(13, os.strerror(13), str(path))
 
 
 def _reason(error: OSError) -> str:

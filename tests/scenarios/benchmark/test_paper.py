@@ -97,8 +97,6 @@ def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {
         "paper.md",
-        "figure3.png",
-        "figure3.svg",
         "parameters.parquet",
         "rows.parquet",
         "paper.json",

@@ -16,7 +16,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.rendering.content import Table
-from scenarios.results.fit_rows import read_fit
+from scenarios.results.fit import read_fit
 from scenarios.results.pages import page_of
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

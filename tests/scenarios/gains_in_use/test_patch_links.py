@@ -19,8 +19,7 @@ from ident.parameters.links import nearest_links
 from scenarios.cli import main
 from scenarios.experiments.robots import nominal_links, read_arm
 from scenarios.gains_in_use.model_patch import patched_model
-from scenarios.results.bare import BareResult
-from scenarios.results.links import links_document
+from scenarios.results.bare import BareResult, Links
 from scenarios.support.errors import ScenarioError
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
@@ -81,7 +80,7 @@ def told(cell: Path, model: str, **more: object) -> np.ndarray:
     ]
     found = nearest_links(structure.base, shown, 1e-4 * np.eye(len(shown)), nominal)
     joints = [{"joint": j + 1, "name": name, "friction": []} for j, name in enumerate(JOINTS)]
-    consistent = links_document(found, nominal, structure.arm).model_dump(mode="json") | more
+    consistent = Links.of(found, nominal, structure.arm).model_dump(mode="json") | more
     document = bare_document(1, joints, [], consistent=consistent)
     (cell / "bare.json").write_text(json.dumps(document))
     return np.hstack((found.own + nominal.carried, found.motor[:, None], np.zeros((6, 3)))).ravel()

@@ -21,7 +21,7 @@ from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.experiments.gains_file import read_gains
 from scenarios.experiments.robots import PLACEHOLDER, is_placeholder, model_base, nominal_links
-from scenarios.results.links import links_document
+from scenarios.results.bare import Links
 from sim.errors import PlantError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
@@ -134,7 +134,7 @@ def test_a_copy_with_links_of_bare_motions_must_predict_as_these_predict_each_ot
     def joints(factor: float, *more: str) -> list[dict]:
         values = [replace(each, value=factor * each.value) for each in shown]
         found = nearest_links(structure.base, values, 1e-4 * np.eye(len(shown)), nominal)
-        bare["consistent"] = links_document(found, nominal, structure.arm).model_dump(mode="json")
+        bare["consistent"] = Links.of(found, nominal, structure.arm).model_dump(mode="json")
         (tmp_path / "links.json").write_text(json.dumps(bare))
         main([*words, *more])
         return printed(capsys, "patch")["unseen"]["joints"]

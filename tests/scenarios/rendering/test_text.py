@@ -22,7 +22,7 @@ from scenarios.rendering.content import (
     rounded,
     table,
 )
-from scenarios.rendering.text import blocks, continued
+from scenarios.rendering.text import continued
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(
@@ -39,7 +39,7 @@ REPORT = Report(
         TABLE,
         Paragraph("Words that go on for longer than a narrow page is wide.", Mood.GOOD, strong=True),
         Line("rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"),
-        Picture("What it shows", b"", 4, 3),
+        Picture("What it shows", b""),
     ),
     {"answer": 0.125},
 )
@@ -57,14 +57,19 @@ def test_a_column_has_its_unit_at_the_end_of_its_title_and_one_cell_an_item():
 
 
 def test_a_table_is_set_wide_then_close_then_continued_below():
-    widths = (5, 8, 7, 9)  # 29, with gaps 35 or 32
-    assert blocks(widths, 35) == [(2, (0, 1, 2, 3))]
-    assert blocks(widths, 34) == [(1, (0, 1, 2, 3))]
-    assert blocks(widths, 32) == [(1, (0, 1, 2, 3))]
-    assert blocks(widths, 31) == [(2, (0, 1, 2)), (2, (0, 3))]
-    assert blocks(widths, 24) == [(2, (0, 1, 2)), (2, (0, 3))]
-    assert blocks(widths, 23) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
-    assert blocks(widths, 3) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
+    columns = tuple(Column(title=str(k) * width) for k, width in enumerate((5, 8, 7, 9)))  # 29, with gaps 35 or 32
+    report = Report("T", (Table(columns=columns, rows=(cells(*"abcd"),)),), {})
+    for width, heads in (
+        (35, ["00000  11111111  2222222  333333333"]),
+        (34, ["00000 11111111 2222222 333333333"]),
+        (32, ["00000 11111111 2222222 333333333"]),
+        (31, ["00000  11111111  2222222", "00000  333333333"]),
+        (24, ["00000  11111111  2222222", "00000  333333333"]),
+        (23, ["00000  11111111", "00000  2222222", "00000  333333333"]),
+        (3, ["00000  11111111", "00000  2222222", "00000  333333333"]),
+    ):
+        text = renderer("text")(report, Page(width=width))
+        assert [line for line in text.splitlines() if "0" in line] == heads
 
 
 def test_a_table_that_is_continued_repeats_every_column_that_tells_its_rows_apart():

@@ -7,8 +7,7 @@ import pytest
 
 from ident.estimation.all_joints.terms import SHARES
 from ident.estimation.estimators.nls import FRICTION_TERMS
-from scenarios.results.bare import TERMS
-from scenarios.results.links import Link, LinkInertia, Links, links_document
+from scenarios.results.bare import TERMS, Link, LinkInertia, Links
 
 
 @pytest.mark.parametrize(
@@ -38,7 +37,6 @@ def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
 def test_every_term_of_friction_has_its_meaning():
     known = {"Fv", "Fc", "off", *SHARES, *FRICTION_TERMS}
     assert set(TERMS) == known
-    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())
 
 
 def test_the_parameter_that_gave_way_most_may_have_become_smaller():
@@ -58,5 +56,5 @@ def test_the_parameter_that_gave_way_most_may_have_become_smaller():
         rotation=np.eye(3)[None],
         axis=np.array([[0.0, 0.0, 1.0]]),
     )
-    links = links_document(found, SimpleNamespace(carried=np.zeros((1, 10))), arm)
+    links = Links.of(found, SimpleNamespace(carried=np.zeros((1, 10))), arm)
     assert (links.farthest_parameter, links.farthest_deviations) == ("MY1", 4.5)

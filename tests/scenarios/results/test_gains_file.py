@@ -12,14 +12,16 @@ from estimates import gain_estimate
 
 import rx90_mjcf
 from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import estimated_gains
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
 from scenarios.experiments.gains_file import SLIDING, TURNING, read_gains
-from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
+from scenarios.results.gains_file import gains_file, gains_text, recording_digest
 from scenarios.results.json_schemas import schema
+from scenarios.results.record import Origin
 from scenarios.support.errors import ScenarioError
 
 REASON = 'no load: "0.1" N m \\ ünï'
@@ -58,6 +60,7 @@ def file(arm):
             motions=[Motion(LOG), Motion(HEAVY, weight), Motion(replace(HEAVY, name="again"), weight)],
             options=AllJointsOptions(friction="cbrt", gain_joint=2, gain_value=-3.5),
             observing=ObserveOptions(cutoff_hz=12.0),
+            gains=GainOptions(),
         ),
     )
 

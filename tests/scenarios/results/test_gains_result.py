@@ -1,7 +1,7 @@
 """A result of gains: what is shown of it, its plots against closed forms, its JSON and back."""
 
 from dataclasses import replace
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,13 +12,14 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, S
 from ident.diagnosis.motion_quality import JointMotion
 from ident.estimation.estimate import JointResult, RefusedGain
 from ident.identification import Identification
+from ident.payload.payload import Payload
 from scenarios.rendering.content import Mood, Paragraph
 from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import to_json
+from scenarios.results.check import CheckLog, motion_parts, range_plot
 from scenarios.results.cost import CostJoint, CostQuantity, ResultCost
-from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
+from scenarios.results.diagnoses import doubt_paragraphs, horizon_paragraphs
 from scenarios.results.gains import Result, ResultGain, common_unit, gain_units, meaning, quantity_row
-from scenarios.results.motion import CheckLog, motion_table, range_plot
 from scenarios.results.pages import how_to_identify
 from scenarios.results.record import RESULT, read_result
 
@@ -45,8 +46,6 @@ FOUND = Diagnosed(
     indistinguishable=("zero of q1",),
     indistinguishable_together=("whether q4 is negated",),
 )
-
-
 MASS = CostQuantity(
     quantity="mass", unit="kg", true=None, stated=7.0, a_priori=6.5, a_priori_std=0.1, found=None, found_std=None
 )
@@ -72,7 +71,6 @@ def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes()
     said = texts(result_of(identified(0.8, 0.02), REFUSED, notes=("clock jitters",)))
     assert said[0].startswith("1 of 2 gains identified from 6 rows, relative residual ")
     assert said[0].endswith(" %. See 1 warning below.")
-    assert said[1].startswith("Gains in N m per drive unit.")
     assert said[2:4] == ["WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it.", "Note: clock jitters."]
     assert said[-1] == "Joint 2: too light."
     assert "See" not in texts(result_of(identified(0.8, 0.02), said=Diagnosed(diagnoses=(GOOD,))))[0]
@@ -94,7 +92,7 @@ def test_gains_have_the_unit_of_their_joints(revolute, unit, said):
     units = gain_units(revolute)
     assert common_unit(units) == unit
     assert meaning(units).text.startswith(said)
-    gains = [ResultGain.of(1, gain_estimate(0.8, std=0.1, reason=""), None, each) for each in units]
+    gains = [ResultGain.of(1, gain_estimate(0.8, std=0.1, reason=""), each) for each in units]
     table = result_of(identified(0.8, 0.02), gains=gains).tables()[0]
     assert {column.title: column.unit for column in table.columns}["Gain"] == unit
 
@@ -146,15 +144,10 @@ def test_tolerances_are_listed_if_they_differ_and_every_row_has_its_verdict():
     assert not any(text.startswith("Tolerances") for text in texts(same))
 
 
-def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
-    plot = plot_of(result_of(identified(-0.8, 0.02, 0.03, 0.007), REFUSED), "Contributions")
-    assert plot.x.categories == ("1", "2")
-    assert (plot.y.unit, plot.y.zero) == ("%", True)
-    found = {series.label: (series.x, series.y) for series in plot.series}
-    assert found == {"Residual": (("1",), (5.0,)), "Payload": (("1",), (6.0,)), "Model": (("1",), (1.4,))}
-
-
-def test_a_gain_stands_between_two_deviations_of_all_shares_together():
+def test_plots_show_two_deviations_in_percent_of_the_gain():
+    result = result_of(REFUSED, identified(-0.8, 0.02, 0.03, 0.007))
+    shares = {series.label: (series.x, series.y) for series in plot_of(result, "Contributions").series}
+    assert shares == {"Residual": (("2",), (5.0,)), "Payload": (("2",), (6.0,)), "Model": (("2",), (1.4,))}
     result = result_of(REFUSED, identified(-0.8, 0.012, 0.02))
     plot = plot_of(result, "Interval of each gain")
     assert (plot.x.categories, plot.y.unit) == (("1", "2"), "% from the gain")
@@ -166,9 +159,6 @@ def test_a_gain_stands_between_two_deviations_of_all_shares_together():
     cost = ResultCost.model_construct(joints=joints, payload=[MASS], arm=[], tolerance=None, passed=None)
     (shown,) = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain").series
     assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (60.0,), (52.0,), (68.0,))
-
-
-def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
     gains = [verdict(1, **NONE, tolerance=0.03), verdict(2)]
     tolerance, error = plot_of(result_of(identified(0.8, 0.02), gains=gains), "Error of each gain").series
     # The refused joint does not stretch the axis.
@@ -177,36 +167,42 @@ def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_to
 
 
 def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
-    joints = (
-        identified(0.9, 0.01),
-        RefusedGain(joint="b", reason="", predicted_rel_std=0.35),
-        RefusedGain(joint="c", reason="", predicted_rel_std=None),
-        RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
-        RefusedGain(joint="e", reason="", predicted_rel_std=0.105),
-        RefusedGain(joint="f", reason="", predicted_rel_std=0.1),
-        RefusedGain(joint="g", reason="", predicted_rel_std=1.04),
-    )
-    said = [part.text for part in how_to_identify(result_of(*joints).gains, 0.1)[1:]]
-    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5", "Joint 6", "Joint 7"]
+    predicted = (0.35, None, 0.04, 0.105, 0.1, 1.04)
+    refused = [RefusedGain(joint="b", reason="", predicted_rel_std=each) for each in predicted]
+    parts = how_to_identify(result_of(identified(0.9, 0.01), *refused).gains, 0.1)[1:]
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
-    assert "3.5 times the torque" in said[0]
-    assert "12 times as many rows" in said[0]
-    assert "do not determine" in said[1]
-    assert "its standard deviation is small enough" in said[2]
-    assert "with 1.05 times the torque" in said[3]
-    assert "or record 1.1 times as many rows" in said[3]
-    assert "its standard deviation is small enough" in said[4]  # as large as is allowed
-    assert "with 10 times the torque" in said[5]
+    for joint, (part, words) in enumerate(
+        zip(
+            parts,
+            (
+                ("3.5 times the torque", "12 times as many rows"),
+                ("do not determine",),
+                ("its standard deviation is small enough",),
+                ("with 1.05 times the torque", "or record 1.1 times as many rows"),
+                ("its standard deviation is small enough",),  # as large as is allowed
+                ("with 10 times the torque",),
+            ),
+            strict=True,
+        ),
+        2,
+    ):
+        assert part.text.startswith(f"Joint {joint}: ")
+        assert all(each in part.text for each in words)
 
 
-def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
+def test_a_log_is_named_once_a_rival_stands_in_place_of_the_advice_and_what_was_asked_is_told():
+    def told(diagnosis: Diagnosis) -> str:
+        return doubt_paragraphs(Diagnosed(diagnoses=(diagnosis, GOOD)))[0].text
+
     named = replace(DOUBT, sentence="the zero of q3 is off in b.csv alone")
-    assert words_of(named, several=True) == "WARNING: the zero of q3 is off in b.csv alone. Correct it."
-    tied = replace(DOUBT, rivals=("the base is tilted", "a delay"))
-    assert words_of(tied, several=False) == (
-        "WARNING: the zero of q3 is off by 2 degrees. "
+    assert told(named) == "WARNING: the zero of q3 is off in b.csv alone. Correct it."
+    assert told(replace(DOUBT, rivals=("the base is tilted", "a delay"))) == (
+        "WARNING b.csv: the zero of q3 is off by 2 degrees. "
         "These logs do not distinguish it from: the base is tilted and 1 more."
     )
+    asked = replace(GOOD, name="delay", sentence="no delay is found", asked=True)
+    (said,) = doubt_paragraphs(Diagnosed(diagnoses=(asked, GOOD)))
+    assert (said.text, said.strong) == ("Note: no delay is found.", False)
 
 
 def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them():
@@ -232,25 +228,14 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     assert said.mood is Mood.BAD
 
 
-def test_what_was_asked_is_told_though_it_is_good():
-    asked = replace(GOOD, name="delay", sentence="no delay is found", asked=True)
-    (told,) = doubt_paragraphs(Diagnosed(diagnoses=(asked, GOOD)))
-    assert told.text == "Note: no delay is found."
-    assert not told.strong
-
-
-def test_programs_are_given_every_diagnosis_with_joints_from_1(tmp_path):
+def test_programs_are_given_every_diagnosis_with_joints_from_1_and_it_is_read_back_as_it_was(tmp_path):
     found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
-    document = Result.of_identification(found, 0.1).model_dump(mode="json")
+    result = Result.of_identification(found, 0.1)
+    document = result.model_dump(mode="json")
     assert document["notes"] == ["clock jitters"]
     assert [each["joints"] for each in document["diagnoses"]] == [[3], []]
     assert [each["joint"] for each in document["diagnoses"][0]["effects"]] == [3, 2]
-
-
-def test_what_was_said_is_read_back_as_it_was(tmp_path: Path):
-    found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
-    result = Result.of_identification(found, 0.1)
-    (tmp_path / RESULT).write_text(to_json(result.model_dump(mode="json")))
+    (tmp_path / RESULT).write_text(to_json(document))
     again = read_result(tmp_path, Result)
     assert again == result
     both = (*FOUND.indistinguishable, *FOUND.indistinguishable_together)
@@ -268,18 +253,71 @@ def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
         low=float(arm.lower[1] + 0.25 * span), high=float(arm.lower[1] + 0.75 * span), covered=0.5, speed=1.0,
         speed_rms=0.5, acceleration_rms=2.0, slow=0.1, current_rms=3.0,
     )  # fmt: skip
-    joints = CheckLog.of("log", [motion] * arm.n, arm).joints
-    units = [column.unit for column in motion_table("", joints).columns]
-    assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
+    log = CheckLog.of("log", [motion] * arm.n, arm)
+    _, _, table = motion_parts([log])
+    assert [column.unit for column in table.columns] == [
+        "", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"
+    ]  # fmt: skip
     rail = replace(arm, revolute=np.arange(arm.n) != 1, upper=np.where(np.arange(arm.n) == 1, np.inf, arm.upper))
-    both = CheckLog.of("log", [motion] * 2, rail).joints
-    assert [each.limits is None for each in both] == [False, True]
-    units = [column.unit for column in motion_table("", both).columns]
+    both = CheckLog.of("log", [motion] * 2, rail)
+    assert [each.limits is None for each in both.joints] == [False, True]
+    _, plain, table = motion_parts([both])
+    units = [column.unit for column in table.columns]
     assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
-    first, second = range_plot({"first": joints, "second": joints}).series
-    assert (first.label, second.label) == ("first", "second")
-    assert (second.low[1], second.high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
-    assert first.tone is not second.tone
-    plain = range_plot({"log": both})
     assert plain.y.unit == "rad, m"
     assert plain.series[0].low[1] == pytest.approx(motion.low, rel=6e-5)
+    first, second = range_plot({"first": log.joints, "second": log.joints}).series
+    assert (first.label, second.label) == ("first", "second")
+    assert (second.low[1], second.y[1], second.high[1]) == pytest.approx((25.0, 50.0, 75.0), rel=6e-5)  # five digits
+    assert first.tone is not second.tone
+
+
+NAMES = ("mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+def outcome(mass: float, std: float, *alone: tuple[float, float], gains: tuple[float, ...]) -> SimpleNamespace:
+    """An outcome of two joints, with only the mass identifiable."""
+    found = SimpleNamespace(value=mass, std=std)
+    weighed = SimpleNamespace(
+        payload=Payload(mass=5.0, mass_std=0.01, known="mass"),
+        body=SimpleNamespace(of=lambda name: found if name == "mass" else None),
+        joints=[SimpleNamespace(mass=SimpleNamespace(value=value, std=each)) for value, each in alone],
+    )
+    known = SimpleNamespace(joints=np.arange(len(gains)), value=np.array(gains))
+    return SimpleNamespace(weighed=weighed, gains=known)
+
+
+def test_estimates_with_either_gains_keep_their_own_deviations():
+    joints = (identified(0.8, 0.02), RefusedGain(joint="b", reason="light", predicted_rel_std=None))
+    a_priori = outcome(5.6, 0.12, (5.9, 0.2), (4.1, 0.3), gains=(1.0, 1.1))
+    arm = SimpleNamespace(quantity="inertias of the arm", a_priori=0.3, a_priori_std=0.11, found=0.05, found_std=0.02)
+    verdict = SimpleNamespace(
+        found=outcome(5.02, 0.03, (5.1, 0.07), (4.9, 0.09), gains=(0.8,)), arm=(arm,), tolerance=0.02, passed=True,
+        torque_a_priori={0: 0.21}, torque_found={0: 0.013}, true=dict.fromkeys(NAMES, 4.97),
+    )  # fmt: skip
+    cost = ResultCost.of(a_priori, joints, verdict)
+    mass = cost.payload[0]
+    assert (mass.a_priori, mass.a_priori_std, mass.found, mass.found_std) == (5.6, 0.12, 5.02, 0.03)
+    assert (mass.true, mass.stated) == (4.97, 5.0)
+    first, second = cost.joints
+    np.testing.assert_allclose(first.rel_difference, 1.0 / 0.8 - 1.0, rtol=1e-12)
+    assert (second.gain, second.rel_difference) == (None, None)
+    assert (first.a_priori_torque_error, first.found_torque_error) == (0.21, 0.013)
+    said, weights, errors, alone, _ = cost.parts("N m/unit")
+    # The joint whose mass is off by most beyond two deviations: 4.97 - 4.1 - 0.6 and 5.9 - 4.97 - 0.4.
+    assert said.text == (
+        "PASSED: the payload of 4.97 kg: with the a-priori gains 5.600 kg (+13 %) from all joints, 5.900 kg (+19 %) "
+        "from joint 1 alone; with identified gains 5.020 kg (+1 %), tolerance 2 %."
+    )
+    for table, row in (
+        (weights, ["payload: mass", "5.60", "0.24", "5.020", "0.060", "4.970", "kg"]),
+        (errors, ["inertias of the arm", "30.0", "22.0", "5.0", "4.0"]),
+        (alone, ["1", "1.0000", "0.8000", "+25.0", "5.900", "0.400", "5.100", "0.140", "21.0", "1.3"]),
+    ):
+        assert [cell.text for cell in table.rows[0]] == row
+    same = ResultCost.of(a_priori, joints)
+    assert (same.passed, same.payload[0].true, same.payload[0].found) == (None, None, None)
+    said, weights, alone, _ = same.parts("N m/unit")
+    assert said.text.startswith("The payload of 5 kg: with the a-priori gains 5.600 kg (+12 %)")
+    assert [cell.text for cell in weights.rows[0]] == ["payload: mass", "5.60", "0.24", "5.00", "kg"]
+    assert len(alone.columns) == 6

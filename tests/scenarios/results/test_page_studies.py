@@ -10,8 +10,8 @@ from page_parts import Elements
 from scenarios.cli import main
 from scenarios.rendering.content import Line, Table
 from scenarios.rendering.plot import Plot
-from scenarios.results.monte_carlo import NORMAL
 from scenarios.results.pages import kind_of, page_of
+from scenarios.results.studies import NORMAL
 from scenarios.support.errors import ScenarioError
 
 

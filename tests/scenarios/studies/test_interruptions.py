@@ -104,7 +104,7 @@ def test_a_killed_study_goes_on_and_ends_with_the_rows_of_one_that_was_not(scena
     )
     assert again["trial"].nunique() == TRIALS
     pd.testing.assert_frame_equal(again, whole, check_exact=True)
-    assert {"summary.parquet", "errors.png", "z-scores.png"} <= {path.name for path in folder.iterdir()}
+    assert (folder / "summary.parquet").is_file()
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,7 @@ from study_tables import gathered
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import BudgetJoint, Interval, JointRows, SourceCost, joint_statistics, ranking
 from scenarios.rendering.content import Mood
-from scenarios.results.monte_carlo import StudyResult, coverage_plot, pass_plot, worst_trials, write_files
-from scenarios.results.sensitivity import cost_plot, share_plot
+from scenarios.results.studies import Budget, StudyResult, cost_plot, error_plots, worst_trials
 
 FIVE = 6e-5
 """Relative rounding of a plot's numbers: five digits."""
@@ -52,17 +51,18 @@ def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
         replace(trial_rows(np.r_[z, np.nan]), passed=5, trials=411, failed=2),
         replace(trial_rows(np.empty(0), joint=6), trials=411, failed=2, passed=1),
     ]
-    statistics = joint_statistics(joints, wanted=0.9, false_alarm=0.01)
+    statistics = list(joint_statistics(joints, wanted=0.9, false_alarm=0.01))
+    given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
+    coverage, passed = StudyResult(joints=statistics, **given).plots()
     held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
-    plots = (coverage_plot(statistics), {"4": (held, 391)}), (pass_plot(statistics), {"4": (5, 411), "6": (1, 411)})
-    for plot, counts in plots:
+    for plot, counts in ((coverage, {"4": (held, 391)}), (passed, {"4": (5, 411), "6": (1, 411)})):
         (series,) = plot.series
         assert (plot.x.categories, series.x) == (("4", "6"), tuple(counts))
         for k, (count, trials) in enumerate(counts.values()):
             ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
             assert (series.low[k], series.high[k]) == pytest.approx(tuple(100 * ends), rel=FIVE)
             assert series.y[k] == pytest.approx(100 * count / trials, rel=FIVE)
-    assert [each.at for each in plots[1][0].references] == [90.0]
+    assert [each.at for each in passed.references] == [90.0]
 
 
 def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_first():
@@ -92,14 +92,23 @@ def test_the_verdict_names_the_trials_of_the_worst_joint_and_files_are_written_e
         verdict = next(iter(result.parts()))
         assert (verdict.mood, verdict.strong, result.passed) == (mood, True, mood is Mood.GOOD)
         assert f"{missed} of 40 trials" in verdict.text
-    for identifiable, names in (
-        (True, ["summary.parquet", "errors.png", "z-scores.png"]),
-        (False, ["summary.parquet"]),
-    ):
+    for identifiable in (True, False):
         found = gathered(table.assign(identifiable=identifiable & (table["joint"] == 1)))
-        written = write_files(StudyResult.of(nominal, 0, found), found, tmp_path)
-        assert [path.name for path in written] == names  # one injected gain is no axis
-        assert len(pd.read_parquet(tmp_path / "summary.parquet")) == 2
+        path = StudyResult.of(nominal, 0, found).write(tmp_path)
+        assert len(pd.read_parquet(path)) == 2
+        assert len(error_plots(found.joints)) == identifiable
+
+
+def test_errors_are_a_density_beside_the_one_of_the_estimated_deviations():
+    z = np.random.default_rng(4).normal(size=4000)
+    (plot,) = error_plots([trial_rows(z, tolerance=0.03), trial_rows(np.zeros(5))])
+    errors, estimated = plot.series
+    x, y = np.array(errors.x), np.array(errors.y)
+    assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) == pytest.approx(1.0, rel=1e-3)  # five digits
+    np.testing.assert_allclose(estimated.y, stats.norm.pdf(estimated.x, scale=1.2), rtol=1e-3)
+    assert [each.at for each in plot.references] == [-3.0, 3.0]
+    (far,) = error_plots([trial_rows(z, tolerance=0.3)])
+    assert (far.references, "tolerance, 30 %, is outside" in far.caption) == ((), True)
 
 
 def cost(source: str, share: float, rms: float) -> SourceCost:
@@ -119,8 +128,6 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     assert ranking([budget, two_halves])[:3] == ["d", "b", "e"]  # 0.55, 0.5, 0.42 in sum, 0.5 the largest
     order = ranking([budget, budget])
     assert order == ["b", "d", "e", "a", "c", "f"]
-    found = {series.label: series.y for series in share_plot([budget], order).series}
-    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "All others": (8.0,)}
     plot = cost_plot(budget, order[:3], 0.7)
     (bars,) = plot.series
     assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
@@ -128,3 +135,18 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     assert plot.caption.startswith("The 3 largest of 6 sources")
     assert [each.at for each in plot.references] == [0.7]
     assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_a_budget_is_written_with_every_source_and_shown_with_the_largest(tmp_path):
+    sources = [
+        cost(name, share, 0.01 * share) for name, share in zip("abcdefgh", (0.4, *[0.1] * 4, *[0.05] * 3), strict=False)
+    ]
+    found = Budget(scenario="mine", trials=9, joints=[budget_of(3, sources, silent=["drift"])], tolerance=[0.01])
+    rows = pd.read_parquet(found.write(tmp_path))
+    assert rows["source"].tolist() == list("abcdefgh")
+    np.testing.assert_allclose(rows["rms_high"], 1.2 * rows["rms"], rtol=1e-12)
+    assert rows["first_low"].isna().all()
+    (table,) = found.tables()
+    assert (len(table.rows), table.shown, table.rest) == (8, 6, "and 2 more with 10 % together")
+    assert [cell.text for cell in table.rows[0]] == ["a", "0.400", "0.360..0.480", "+0.000", "40.0", "-", "-"]
+    assert any("gave a gain: drift" in getattr(part, "text", "") for part in found.parts())

@@ -1,0 +1,238 @@
+"""Rows of a fit with time, position and speed, saved with the result; plots of their torques on its page."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ident.diagnosis.motion_quality import joint_motions
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.preparation import Prepared
+from ident.recordings.formats.arrays import arrow_array
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Indices
+from ident.support.naming import one_line
+from scenarios.rendering.plot import Axis, Plot, Reference, Series, Tone, values
+from scenarios.results.check import CheckLog
+from scenarios.support.errors import ScenarioError
+
+ROWS = "fit-rows.parquet"
+"""Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.schema`)."""
+COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
+"""Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
+OF_JOINT = ("joint", "scale", "unit", "turning", "sigma", "still")
+"""The other data of `FitRows`."""
+ABOUT = b"rx90"
+"""Key of the file's metadata with all other data, in JSON."""
+GAP = 1.5
+"""Rows farther apart than this number of periods are not connected."""
+MOST = 1600
+"""Largest number of points of a line, more than the pixels of a screen."""
+TORQUES = (
+    "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model, motions "
+    "in sequence. Below: the residual, on a separate scale."
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitRows:
+    """Rows of one joint, motions in sequence.
+
+    Attributes:
+        joint: The joint, from 0.
+        scale: Factor from current to the plotted quantity: the gain, or 1 if refused.
+        unit: Unit of the plotted quantity.
+        turning: Whether the joint is revolute, otherwise prismatic.
+        t: Time since the start of the first log, without pauses between logs [s], shape (r,).
+        stamp: Time in the log at the middle of each row's filter [s], shape (r,).
+        V: Currents [drive units], shape (r,).
+        residual: Residuals [drive units], shape (r,).
+        q, dq: Position and speed of the joint, shape (r,); empty if not plotted.
+        motion: Number of each row's motion, shape (r,).
+        sigma: Standard deviation of the residual [drive units].
+        still: Time intervals near reversals whose samples are removed, start and end [s].
+    """
+
+    joint: int
+    scale: float
+    unit: str
+    turning: bool = True
+    t: Array
+    stamp: Array
+    V: Array
+    residual: Array
+    q: Array
+    dq: Array
+    motion: Indices
+    sigma: float
+    still: tuple[tuple[float, float], ...] = ()
+
+    def broken(self, values: Array) -> tuple[Array, Array]:
+        """Return times and values for a line plot, with NaN where rows are removed or a motion ends."""
+        step = np.diff(self.t)
+        gaps = np.flatnonzero((step > GAP * np.median(step)) | (np.diff(self.motion) > 0)) + 1
+        return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fit:
+    """Rows of an estimate, for plots.
+
+    Attributes:
+        rows: Rows of each joint that has any.
+        motions: Motion of the joints in each log, or in each part between gaps.
+        begins: Start time of each motion on the time axis, and end of the last one [s].
+    """
+
+    rows: tuple[FitRows, ...]
+    motions: tuple[CheckLog, ...]
+    begins: tuple[float, ...]
+
+
+def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
+    """Return the rows of an estimate."""
+    arm, logs = prepared.problem.structure.arm, [motion.recording for motion in prepared.motions]
+    joints = sorted(estimate.solution.rows.unknowns)
+    return Fit(
+        rows=tuple(fit_rows(prepared.problem, estimate, joint, logs) for joint in joints),
+        motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing), arm) for each in logs),
+        begins=begins(logs),
+    )
+
+
+def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
+    """Return the rows of a joint, from 0; `logs` are the logs of the motions."""
+    rows, gain = estimate.solution.rows, estimate.joints[joint]
+    own, turning = rows.of(joint), bool(problem.structure.arm.revolute[joint])
+    motion, position, still = rows.motion[own], rows.position[own], list[tuple[float, float]]()
+    later = np.array(begins(logs)[:-1]) - [log.t[0] for log in logs]  # time on the axis minus time in the log
+    stamp, q, dq = np.empty((3, len(motion)))
+    for k in np.unique(motion).tolist():
+        seen, at = problem.motions[k].observation, motion == k
+        behind, observed = seen.full_rate, seen.joints[joint]
+        assert behind is not None, "asked of motions that were recorded"
+        half, period = len(behind.decimator.kernel) // 2, behind.period
+        stamp[at] = observed.t[np.searchsorted(observed.position, position[at])]
+        middle = position[at] * behind.decimator.factor + half
+        q[at], dq[at] = behind.q[middle, joint], behind.dq[middle, joint]
+        # start of the filtered samples on the axis: the first row is at the middle of its filter
+        first = observed.t[0] - 0.5 * (len(behind.decimator.kernel) - 1) * period + later[k]
+        first -= observed.position[0] * observed.row_period
+        edges = np.flatnonzero(np.diff(np.concatenate(([True], behind.moving[:, joint], [True])).astype(int)))
+        still += [(float(first + a * period), float(first + b * period)) for a, b in edges.reshape(-1, 2)]
+    known = isinstance(gain, IdentifiedGain)
+    return FitRows(
+        joint=joint,
+        scale=gain.value if known else 1.0,
+        unit=("N m" if turning else "N") if known else "drive units",
+        turning=turning,
+        t=stamp + later[motion],
+        stamp=stamp,
+        V=rows.V[own],
+        residual=rows.residual[own],
+        q=q,
+        dq=dq,
+        motion=motion,
+        sigma=rows.sigma(joint),
+        still=tuple(still),
+    )
+
+
+def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
+    """Return the start of each log if they follow each other, and the end of the last one [s]."""
+    return tuple(np.cumsum([0.0, *(len(log.t) * log.period for log in logs)]).tolist())
+
+
+def write_fit(fit: Fit, folder: Path) -> None:
+    """Write `ROWS`.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns: dict[str, Array | Indices] = {
+        "joint": np.concatenate([np.full(len(each.t), each.joint + 1) for each in fit.rows]),
+        "motion": np.concatenate([each.motion + 1 for each in fit.rows]),
+    }
+    columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
+    about = {
+        "begins": fit.begins,
+        "motions": [each.model_dump(mode="json") for each in fit.motions],
+        "rows": [{name: getattr(each, name) for name in OF_JOINT} for each in fit.rows],
+    }
+    table = pa.table({name: arrow_array(each) for name, each in columns.items()})
+    pq.write_table(table.replace_schema_metadata({ABOUT: json.dumps(about)}), folder / ROWS)
+
+
+def read_fit(folder: Path) -> Fit:
+    """Read `ROWS`.
+
+    Raises:
+        ScenarioError: If it is missing, or of another version.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path, rows = folder / ROWS, list[FitRows]()
+    if not path.is_file():
+        raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: written by an older version of rx90; save it again")
+    try:
+        table = pq.read_table(path)
+        about = json.loads((table.schema.metadata or {})[ABOUT])
+        columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
+        for each in about["rows"]:
+            at = columns["joint"] == each["joint"] + 1
+            arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
+            each["still"] = tuple((start, stop) for start, stop in each["still"])
+            rows.append(FitRows(**each, motion=columns["motion"][at] - 1, **arrays))
+        motions = tuple(map(CheckLog.model_validate, about["motions"]))
+        return Fit(rows=tuple(rows), motions=motions, begins=tuple(about["begins"]))
+    except (OSError, KeyError, TypeError, ValueError, pa.ArrowException) as error:
+        first = one_line(" ".join(str(error).splitlines()[:2]))
+        raise ScenarioError(f"{one_line(path)}: not rows of this version of rx90: {first}; save it again") from error
+
+
+def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
+    """Return the plot of measured and reconstructed torque of a joint, and of the residual.
+
+    `begins` has the start times of the motions and the end of the last one [s].
+    """
+    step, title, refused = -(-len(rows.t) // MOST), f"Joint {rows.joint + 1}", rows.unit == "drive units"
+
+    def line(label: str, numbers: Array, tone: Tone = Tone.FIRST) -> Series:
+        t, y = rows.broken(rows.scale * numbers)
+        keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
+        return Series(label=label, tone=tone, x=values(t[keep]), y=values(y[keep]))
+
+    strip = Plot(
+        title=f"{title}, residual",
+        caption="",
+        x=Axis(title="time", unit="s"),
+        y=Axis(title="residual", unit="units" if refused else rows.unit),
+        series=(line("Residual", rows.residual),),
+        references=(Reference("", 0.0),),
+        zoom=True,
+        height=50,
+    )
+    share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
+    what = "Current (the gain is refused)" if refused else "Gain times current"
+    every = "every row" if step == 1 else f"one row in {step}"
+    starts = zip(motions, begins, strict=False)
+    return Plot(
+        title=title,
+        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(rows.t)}.",
+        x=Axis(title=""),
+        y=Axis(title={"N m": "torque", "N": "force"}.get(rows.unit, "current"), unit=rows.unit),
+        series=(line("Measured", rows.V), line("Reconstructed", rows.V - rows.residual, Tone.SECOND)),
+        bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
+        bands_label="Near a reversal (excluded)",
+        references=tuple(Reference(name, round(at, 3), upright=True) for name, at in starts),
+        zoom=True,
+        height=170,
+        strip=strip,
+    )

@@ -89,8 +89,7 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare log and recording."""
     add = parser.add_argument
     add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
-    said = "recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode"
-    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
     said = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
     add("--flange", metavar="BODY", help=said)
@@ -101,18 +100,12 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
 
 def convert_command(options: argparse.Namespace) -> Status:
     """Read a log, write it as a recording, report the columns that were used."""
-    from ident.recordings.formats.lerobot import ENDING, FILES
-
-    out, dataset = options.out, options.out.suffix.lower() == ENDING
-    if not dataset and out.suffix.lower() not in RECORDINGS:
-        known = ", ".join((*RECORDINGS, ENDING))
-        raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {known}")
-    if dataset and out.exists() and options.log.exists() and out.samefile(options.log):
-        raise ScenarioError(f"{out}: rx90 convert reads this dataset and would overwrite it; give another path")
-    held = right_to_write(options, out, FILES if dataset else (), command="rx90 convert")
+    out = options.out
+    if out.suffix.lower() not in RECORDINGS:
+        raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {', '.join(RECORDINGS)}")
+    held = right_to_write(options, out, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
-    from ident.recordings.formats.lerobot import write_dataset
     from scenarios.experiments.robots import read_arm
     from scenarios.results.written import Converted
 
@@ -121,10 +114,7 @@ def convert_command(options: argparse.Namespace) -> Status:
     if arm is not None:
         check_joints(arm, log.recording)
     with held.writing():
-        if dataset:
-            write_dataset([log.recording], out, joints=log.description.joints, signal=log.signal)
-        else:
-            write_recording(log.recording, out, signal=log.v)
+        write_recording(log.recording, out, signal=log.v)
     return show(Converted.of(log, out).report("Log converted to a recording"), options)
 
 

@@ -1,14 +1,10 @@
-"""Logs in datasets of LeRobot, version 3: one episode of the folder with `meta/info.json`, read or written.
+"""Logs in datasets of LeRobot, version 3: one episode of the folder with `meta/info.json`.
 
 A feature of `info.json` is a column of numbers, or of rows of numbers with a name each: `shoulder_pan.pos` of
 `observation.state`. A position is an entry of `observation.state` that ends in `.pos` or has no ending; a current is
 one that ends in `.current`, `.torque`, `.effort` or `.eff`, or an entry of a feature `observation.current`, `.torque`
 or `.effort`. Columns have the names of the Parquet files, `observation.state[0]`, .., and also those of the entries,
 `observation.state.shoulder_pan.pos`. Videos are ignored.
-
-Recordings are written without loss of digits: `observation.state` has the positions, then v, of all joints as float64,
-and `timestamp` is t as it was recorded, float64 too. In addition to the keys of LeRobot, the feature has `units` of its
-entries and `signal`, the quantity of v. Recordings have no commands, so there is no `action`.
 """
 
 import json
@@ -20,7 +16,7 @@ from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from ident.recordings.description import EPISODE, MEANINGS, TORQUE_FROM_CURRENT, Channels, LogDescription
+from ident.recordings.description import EPISODE, Channels, LogDescription
 from ident.recordings.formats import (
     MOST_COLUMNS,
     MOST_VALUES,
@@ -31,19 +27,13 @@ from ident.recordings.formats import (
     entry,
     listed,
 )
-from ident.recordings.formats.arrays import arrow_array, arrow_numbers
-from ident.recordings.recording import JITTER_TOL, Recording
+from ident.recordings.formats.arrays import arrow_numbers
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
 from ident.support.files import check_file, read_bytes
 from ident.support.naming import one_line, shown
 
-ENDING = ".lerobot"
-"""Ending of names of written datasets; a folder of any name is read."""
-INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
-DATA, EPISODES = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
-FILES = (INFO, STATS, TASKS, EPISODES, DATA)
-"""Files of a written dataset; others may have more files of data and of episodes."""
+INFO = "meta/info.json"
 LARGEST, LARGEST_DATA = 10_000_000, 4_000_000_000
 """Largest sizes of `meta/info.json` and of a Parquet file [bytes]."""
 FPS_TOL = 0.01
@@ -61,29 +51,16 @@ CURRENT_COLUMNS = ("observation.current", "observation.torque", "observation.eff
 """Features with only currents."""
 DEGREES = ("openarm_follower", "bi_openarm_follower")
 """Types of robots that LeRobot always logs in degrees and newton metres (its `DamiaoMotorsBus`)."""
-TASK = "motion for the identification of drive gains"
-PANDAS = {
-    "index_columns": ["task"],
-    "column_indexes": [],
-    "columns": [
-        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": stored, "metadata": None}
-        for name, kind, stored in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
-    ],
-    "pandas_version": "2.0.0",
-}
-"""Metadata that make `task` the index of the table of tasks, as LeRobot requires."""
 Entries: TypeAlias = Mapping[str, tuple[str, str]]
 """Column and unit of each joint; the unit is empty if not stated."""
 
 
 class Feature(NamedTuple):
-    """A feature of numbers; `names` and `units` of the entries of a row are empty if not stated."""
+    """A feature of numbers; `names` of the entries of a row are empty if not stated."""
 
     kind: str
     width: int
     names: tuple[str, ...]
-    units: tuple[str, ...]
-    signal: str | None
 
 
 class DatasetInfo(NamedTuple):
@@ -116,7 +93,7 @@ class DatasetInfo(NamedTuple):
         found: dict[str, dict[str, tuple[str, str]]] = {}
         for feature in (STATE, *CURRENT_COLUMNS):
             stated = self.features.get(feature)
-            for number, name in enumerate(stated.names if stated else ()):
+            for name in stated.names if stated else ():
                 stem, _, ending = name.rpartition(".")
                 known = bool(stem) and ending in (*POSITIONS, *CURRENTS)
                 if feature == STATE and "." in name and not known:
@@ -124,9 +101,8 @@ class DatasetInfo(NamedTuple):
                 current = feature != STATE or (known and ending in CURRENTS)
                 if current != currents:
                     continue
-                unit = stated.units[number] if stated and stated.units else ""
-                if not unit and self.robot in DEGREES:
-                    unit = "deg" if not current else "N m" if known and ending == "torque" else ""
+                of_degrees = "deg" if not current else "N m" if known and ending == "torque" else ""
+                unit = of_degrees if self.robot in DEGREES else ""
                 pattern = f"{feature}.{{joint}}" + (f".{ending}" if known else "")
                 found.setdefault(pattern, {})[stem if known else name] = f"{feature}.{name}", unit
         return found
@@ -166,25 +142,20 @@ def read_info(folder: Path) -> DatasetInfo:
 def _feature(stated: object) -> Feature | None:
     """Return a feature of numbers or rows of numbers, None for any other."""
     table = cast("dict[str, object]", stated if isinstance(stated, dict) else {})
-    kind, shape, signal = map(table.get, ("dtype", "shape", "signal"))
+    kind, shape = table.get("dtype"), table.get("shape")
     if not isinstance(kind, str) or not kind.startswith(("float", "int", "uint")):
         return None
     (width,) = cast("list[object]", shape) if isinstance(shape, list) and len(shape) == 1 else (None,)
     if isinstance(width, bool) or not isinstance(width, int) or not 1 <= width <= MOST_COLUMNS:
         return None
-    names, units = _texts(table.get("names"), width), _texts(table.get("units"), width)
-    return Feature(kind, width, names, units, signal if isinstance(signal, str) else None)
-
-
-def _texts(stated: object, width: int) -> tuple[str, ...]:
-    """Return names of entries: a list, or a single list within a list or an object; otherwise empty."""
+    stated = table.get("names")  # of entries: a list, or a single list within a list or an object
     inner = list(cast("dict[str, object]", stated).values()) if isinstance(stated, dict) else stated
     if isinstance(inner, list) and len(inner) == 1 and isinstance(inner[0], list):
         inner = cast("list[object]", inner[0])
     elif isinstance(stated, dict):
-        return ()
-    texts = [each for each in cast("list[object]", inner) if isinstance(each, str)] if isinstance(inner, list) else []
-    return tuple(texts) if len(texts) == width else ()
+        inner = None
+    names = [each for each in cast("list[object]", inner) if isinstance(each, str)] if isinstance(inner, list) else []
+    return Feature(kind, width, tuple(names) if len(names) == width else ())
 
 
 def dataset_layout(path: Path, description: LogDescription) -> LogDescription:
@@ -224,20 +195,17 @@ def dataset_layout(path: Path, description: LogDescription) -> LogDescription:
                 f"{place}: joint {shown(joint)} has no current; those that have one are {listed(list(currents))}; name "
                 "the others (--joints)"
             )
-    signal = next((each.signal for each in info.features.values() if each and each.signal), None)
-    own_constant = () if signal == TORQUE_FROM_CURRENT == (description.signal or signal) else None
+
+    def channels(entries: Sequence[tuple[str, str]]) -> Channels:
+        units = tuple(unit for _, unit in entries)
+        return Channels(columns=tuple(column for column, _ in entries), unit=units if all(units) else ())
+
     return LogDescription(
-        signal=signal,
         joints=joints,
         t=Channels(columns=(TIME,), unit=("s",)),
-        q=_channels([positions[joint] for joint in joints if q], None),
-        v=_channels([currents[joint] for joint in joints if v], own_constant),
+        q=channels([positions[joint] for joint in joints if q]),
+        v=channels([currents[joint] for joint in joints if v]),
     )
-
-
-def _channels(entries: Sequence[tuple[str, str]], constant: tuple[float, ...] | None) -> Channels:
-    units = tuple(unit for _, unit in entries)
-    return Channels(columns=tuple(column for column, _ in entries), unit=units if all(units) else (), constant=constant)
 
 
 def open_lerobot(path: Path, description: LogDescription) -> Table:
@@ -342,107 +310,4 @@ def _time(place: str, info: DatasetInfo, t: Array, frame: Array) -> Array:
     return t
 
 
-def write_dataset(
-    recordings: Sequence[Recording],
-    folder: str | Path,
-    *,
-    joints: Sequence[str] | None = None,
-    signal: str | None = None,
-) -> None:
-    """Write recordings as the episodes of a dataset.
-
-    Args:
-        recordings: At least one, with the same joints and rate.
-        folder: The folder, created if missing.
-        joints: Names of the joints, base to flange; `joint_1` .. if None.
-        signal: Quantity of v, a name of `MEANINGS`; None for drive units.
-
-    Raises:
-        RecordingError: If recordings differ in joints or rates, or the folder has other data.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    folder, numbers = Path(folder), sorted({each.n for each in recordings})
-    if len(numbers) != 1:
-        raise RecordingError(
-            f"{len(recordings)} recordings of {', '.join(map(str, numbers)) or 'no'} joints; a dataset has episodes of "
-            "the same joints"
-        )
-    names = [f"joint_{j + 1}" for j in range(numbers[0])] if joints is None else joints
-    if len(set(names)) != numbers[0]:
-        raise RecordingError(f"{len(set(names))} different names for {numbers[0]} joints; give each joint its own name")
-    rates = [1.0 / each.period for each in recordings]
-    if max(rates) > (1.0 + FPS_TOL) * min(rates):
-        raise RecordingError(
-            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has one rate, so write a dataset for "
-            "each rate"
-        )
-    rate = float(np.mean(rates))
-    there = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
-    foreign = next((path for path in there if path not in (folder / DATA, folder / EPISODES)), None)
-    if foreign:
-        raise RecordingError(f"{one_line(folder)}: contains another dataset, {one_line(foreign)}; give another folder")
-    for name in FILES:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-    lengths = [len(each.t) for each in recordings]
-    ends, count, total = np.cumsum(lengths).tolist(), len(lengths), sum(lengths)
-    starts = [0, *ends[:-1]]
-    columns = {
-        STATE: np.concatenate([np.column_stack((each.q, each.v)) for each in recordings]),
-        TIME: np.concatenate([each.t for each in recordings]),
-        FRAME: np.concatenate([np.arange(length) for length in lengths]),
-        EPISODE: np.repeat(np.arange(count), lengths),
-        "index": np.arange(total),
-        "task_index": np.zeros(total, dtype=np.int64),
-    }
-    unit = MEANINGS[signal].unit if signal else ""
-    state = {
-        "dtype": "float64",
-        "shape": [2 * len(names)],
-        "names": [f"{name}.{kind}" for kind in ("pos", "torque" if unit == "N m" else "current") for name in names],
-        "units": ["rad"] * len(names) + [unit] * len(names),
-    } | ({"signal": signal} if signal else {})
-    plain = {name: {"dtype": str(x.dtype), "shape": [1], "names": None} for name, x in columns.items() if x.ndim == 1}
-    info = {
-        "codebase_version": "v3.0",
-        "robot_type": None,
-        "total_episodes": count,
-        "total_frames": total,
-        "total_tasks": 1,
-        "chunks_size": 1000,
-        "data_files_size_in_mb": 100,
-        "video_files_size_in_mb": 200,
-        "fps": round(rate) if abs(round(rate) / rate - 1.0) <= JITTER_TOL else rate,
-        "splits": {"train": f"0:{count}"},
-        "data_path": "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet",
-        "video_path": None,
-        "features": {STATE: state} | plain,
-    }
-    rows = pa.FixedSizeListArray.from_arrays(arrow_array(columns[STATE].reshape(-1)), 2 * len(names))
-    data = pa.table({STATE: rows} | {name: arrow_array(columns[name]) for name in plain})
-    with pq.ParquetWriter(folder / DATA, data.schema) as writer:  # one row group per episode, as in LeRobot
-        for start, length in zip(starts, lengths, strict=True):
-            writer.write_table(data.slice(start, length))
-    chunks = ("data/chunk_index", "data/file_index", "meta/episodes/chunk_index", "meta/episodes/file_index")
-    episodes = {
-        EPISODE: list(range(count)),
-        "tasks": [[TASK]] * count,
-        LENGTH: lengths,
-        "dataset_from_index": starts,
-        "dataset_to_index": ends,
-        **{name: [0] * count for name in chunks},
-    }
-    pq.write_table(pa.table(episodes), folder / EPISODES)
-    tasks = pa.table({"task_index": [0], "task": [TASK]}, metadata={"pandas": json.dumps(PANDAS)})
-    pq.write_table(tasks, folder / TASKS)
-    wide = {name: x.reshape(total, -1).astype(np.float64) for name, x in columns.items()}
-    stats = {
-        name: {kind: getattr(x, kind)(axis=0).tolist() for kind in ("min", "max", "mean", "std")} | {"count": [total]}
-        for name, x in wide.items()
-    }
-    for name, content in ((INFO, info), (STATS, stats)):
-        (folder / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
-
-
-LEROBOT = LogFormat((ENDING,), open_lerobot, INFO)
+LEROBOT = LogFormat((".lerobot",), open_lerobot, INFO)

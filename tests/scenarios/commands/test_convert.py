@@ -256,23 +256,6 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
 
 
-def test_a_dataset_of_lerobot_is_written_and_read_back(cell, tmp_path, capsys):
-    out = tmp_path / "mine.lerobot"
-    words = ["convert", str(cell / "bag"), "--signal", "current", "--model", str(cell / "arm.xml"), "--out", str(out)]
-    assert main(words) == 0
-    assert f"{out}: 400 samples of 6 joints" in capsys.readouterr().out
-    assert main(["convert", str(out), "--out", str(tmp_path / "log.parquet"), "--episode", "0", "--json"]) == 0
-    told = printed(capsys, "convert")
-    assert (told["layout"], told["signal"]) == ("lerobot", "current")
-    assert told["columns"]["q"] == [f"observation.state.{joint}.pos" for joint in JOINTS]
-    found, written = read_recording(tmp_path / "log.parquet"), read_recording(out)
-    for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
-        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-15)  # stamps of the bag are whole nanoseconds
-    for one, other in ((found.t, written.t), (found.q, written.q), (found.v, written.v)):
-        np.testing.assert_array_equal(one, other)
-    assert main(words) == 0
-
-
 def test_units_of_a_dataset_are_said_in_few_words(tmp_path):
     names = [f"{joint}.{kind}" for kind in ("pos", "current") for joint in lerobot_datasets.JOINTS]
     rows = [np.column_stack(lerobot_datasets.motion(episode)[1:]) for episode in range(3)]
@@ -285,14 +268,3 @@ def test_units_of_a_dataset_are_said_in_few_words(tmp_path):
     np.testing.assert_array_equal(found.t, t)
     np.testing.assert_array_equal(found.q, q[:, [1, 0]] * (np.pi / 180.0))
     np.testing.assert_array_equal(found.v, v[:, [1, 0]] * 1e-3)
-
-
-def test_a_dataset_of_others_is_not_written_over(cell, tmp_path, capsys):
-    out = tmp_path / "set.lerobot"
-    assert main(["convert", str(cell / "own.csv"), "--out", str(out)]) == 0
-    (out / ".rx90.json").unlink()
-    assert main(["convert", str(cell / "own.csv"), "--out", str(out)]) == 2
-    assert "rx90 convert did not write this file" in capsys.readouterr().err
-    assert main(["convert", str(out), "--out", str(out), "--force"]) == 2
-    assert "reads this dataset and would overwrite it" in capsys.readouterr().err
-    assert main(["convert", str(cell / "own.csv"), "--out", str(out), "--force"]) == 0

@@ -1,13 +1,10 @@
-"""Effects that act in every control period, written into the models of a batch.
+"""Stepping of one or many closed loops, with effects that act in every control period.
+
+This is the only module that uses `mujoco.batch`, which is new in MuJoCo 4. It steps simulations on a thread pool with
+bitwise the same results as a loop over `mj_step`.
 
 MuJoCo's dry and viscous friction are constants of the model. If they vary in time, they are computed from state and
 currents at the start of the control period, written into the model of that simulation, and held over the period.
-
-Stepping of one or many closed loops: the only module that uses `mujoco.batch`.
-
-The batch is new in MuJoCo 4. It steps simulations on a thread pool with bitwise the same results as a loop over
-`mj_step`.
-`q` is a view of the state, updated by every `advance`; `current` may be written before each `advance`.
 """
 
 from collections.abc import Sequence
@@ -22,6 +19,9 @@ from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep, each_drive
 from sim.effects.transmissions import coupling_tendons
 from sim.plant import Plant
+
+DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+"""Warnings of MuJoCo when it resets a bad state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -50,14 +50,10 @@ class Varied:
 def varied(
     plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None
 ) -> Varied | None:
-    """Return the effects that act on a plant in every control period, None if there are none.
+    """Return the effects that act on a compiled plant in every control period, None if there are none.
 
-    Args:
-        plant: The truth.
-        model: The compiled plant.
-        step: Physics step [s].
-        earlier: Number of earlier motions, as when compiled.
-        warmth: Temperature rise of the drives at the start [K], shape (n,); None for cold ones.
+    Arguments are as for the compilation; `warmth` is the temperature rise of the drives at the start [K], shape (n,),
+    None for cold ones.
     """
     if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
         return None
@@ -93,13 +89,7 @@ class Varying:
     """
 
     def __init__(self, members: Sequence[Varied], models: Sequence[mujoco.MjModel], *, period: float) -> None:
-        """Stack the constant arrays.
-
-        Args:
-            members: One per simulation.
-            models: Their models, one per simulation.
-            period: Control period [s].
-        """
+        """Stack the constant arrays of simulations with these models and this control period [s]."""
         errors, builds = [m.errors for m in members], [m.build for m in members]
         active = [effect for effect in EFFECTS.values() if any(effect.varies(each) for each in errors)]
         self._terms = [effect.term(errors, builds) for effect in active]
@@ -113,18 +103,10 @@ class Varying:
         self._before: ControlStep | None = None
 
     def torque(self, *, t: float, q: Array, dq: Array, v: Array, ddq: Array, rubbing: Array) -> Array:
-        """Write the friction of a control period, and return the additional torque.
+        """Write the friction of a control period, and return the additional torque [N m], shape (B, n).
 
-        Args:
-            t: Time since the start of the motion [s].
-            q: Positions of the driven joints at the start of the period [rad], shape (B, n).
-            dq: Their speeds [rad/s], shape (B, n).
-            v: Currents [drive units], shape (B, n).
-            ddq: Accelerations in the last physics step [rad/s^2], shape (B, n).
-            rubbing: Torque of dry friction in the last physics step [N m], shape (B, n).
-
-        Returns:
-            Torques [N m], shape (B, n).
+        Time, positions, speeds and currents are those at the start of the period, as in `ControlStep`; accelerations
+        and torques of dry friction (rubbing) are those of the last physics step, shape (B, n).
         """
         step = ControlStep(
             t=t,
@@ -167,10 +149,6 @@ def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[
         (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),
         (model.dof_damping[driven], model.tendon_damping[coupled]),
     )
-
-
-DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-"""Warnings of MuJoCo when it resets a bad state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,6 +1,6 @@
-"""The plant: all true parameters of the simulated robot, which identification must not use.
+"""The plant: all true parameters of the simulated robot, which identification must not use, and its MuJoCo model.
 
-The compiled MuJoCo model of a plant: all true parameters are in fields of the MuJoCo model.
+All true parameters are in fields of the compiled model:
 
     drive      tau = g (v - v0) - Fcoff     actuator_gainprm = g, actuator_biasprm = -g v0 - Fcoff, ctrlrange = v_max
     rotor      Ia ddq                       dof_armature
@@ -28,6 +28,10 @@ from sim.robot import DriveTruth, Robot
 
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
 """Largest mass [kg], distance of its centre [m] and moment of inertia [kg m^2] of a payload."""
+FRICTION_SOLREF = (2.0, 1.0)
+"""Time constant in steps, the smallest that MuJoCo accepts, and damping ratio."""
+FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
+"""Impedance near 1: friction cancels 99 % of the acceleration of a joint at rest; MuJoCo's default is 90 %."""
 
 Layout = tuple[Path, str | None, tuple[bool, ...]]
 
@@ -94,12 +98,6 @@ def layout(plant: Plant) -> Layout:
     return robot.model, robot.flange, tuple(effect.resizes(plant.errors) for effect in EFFECTS.values())
 
 
-FRICTION_SOLREF = (2.0, 1.0)
-"""Time constant in steps, the smallest that MuJoCo accepts, and damping ratio."""
-FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""Impedance near 1: friction cancels 99 % of the acceleration of a joint at rest; MuJoCo's default is 90 %."""
-
-
 @silenced()
 def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """Compile a plant with its payload or with a bare flange, including all shapes, for rendering.
@@ -135,7 +133,11 @@ def _compiled(
         if len(spec.joints) != n:
             raise PlantError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
         mount_payload(spec, plant.payload if loaded else None)
-        _give_drives(spec)
+        for actuator in spec.actuators:  # those of the model file are ignored
+            spec.delete(actuator)
+        for j, joint in enumerate(spec.joints):
+            drive = spec.add_actuator(name=f"drive{j + 1}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
         for effect in EFFECTS.values():
             effect.before_compile(plant.errors, spec, build)
         spec.option.timestep = step
@@ -205,15 +207,6 @@ def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
     for effect in EFFECTS.values():
         effect.settle(plant.errors, model, state)
     return state
-
-
-def _give_drives(spec: mujoco.MjSpec) -> None:
-    """Add one torque drive per joint; actuators of the model file are ignored."""
-    for actuator in spec.actuators:
-        spec.delete(actuator)
-    for j, joint in enumerate(spec.joints):
-        drive = spec.add_actuator(name=f"drive{j + 1}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
 def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:

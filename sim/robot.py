@@ -1,9 +1,7 @@
-"""A robot: the model of its arm, and data that the model file does not contain.
+"""A robot: the model of its arm, and data that the model file does not contain, from a TOML file.
 
 The definitions hold for any robot. Elements that an arm does not have (a spring, a coupled motor, a frame named d3) are
-absent, and a model error that needs one is refused by name.
-
-Robot files: a robot as TOML, every number with its origin and source.
+absent, and a model error that needs one is refused by name. A file states every number with its origin and source.
 """
 
 from collections.abc import Mapping
@@ -12,11 +10,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, PositiveFloat, ValidationError, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
-from ident.support.arrays import Array
+from ident.support.arrays import Array, readonly
 from ident.support.files import read_toml
 from sim.errors import PlantError
+from sim.tables import Table, validated_table
 
 LARGEST = 1e9
 """Largest absolute value of any parameter of a drive, in SI units or drive units."""
@@ -52,14 +51,15 @@ class DriveTruth:
         n = len(self.gain)
         for name in (drive.name for drive in fields(self)):
             values = np.asarray(getattr(self, name), dtype=np.float64)
-            if values.shape != (n,) or not np.isfinite(values).all():
-                raise PlantError(f"drives: {name} {values.tolist()}: expected {n} finite numbers")
-            if (np.abs(values) > LARGEST).any():
-                raise PlantError(f"drives: {name} {values.tolist()}: expected {LARGEST:g} at most")
-            if name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
-                raise PlantError(f"drives: {name} {values.tolist()} has a negative value")
-        if not np.asarray(self.gain).all():
-            raise PlantError(f"drives: gain {np.asarray(self.gain).tolist()} has a zero")
+            signed = name in ("gain", "amplifier_offset", "coulomb_asymmetry")
+            for wrong, said in (
+                (values.shape != (n,) or not np.isfinite(values).all(), f": expected {n} finite numbers"),
+                ((np.abs(values) > LARGEST).any(), f": expected {LARGEST:g} at most"),
+                (not signed and (values < 0.0).any(), " has a negative value"),
+                (name == "gain" and not values.all(), " has a zero"),
+            ):
+                if wrong:
+                    raise PlantError(f"drives: {name} {values.tolist()}{said}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,29 +139,22 @@ class Robot:
 
     def __post_init__(self) -> None:
         """Check that the parts match."""
+        n, faults = self.n, list[str]()
         for name in ("max_velocity", "max_acceleration", "home"):
-            if len(getattr(self, name)) != self.n:
-                raise PlantError(
-                    f"robot {self.name}: {name}: {len(getattr(self, name))} values, but drives.gain has {self.n}; "
-                    "expected one per joint"
-                )
-        for coupling in self.couplings:
-            pair = (coupling.motor, coupling.turns_with)
-            if not all(0 <= joint < self.n for joint in pair) or pair[0] == pair[1]:
-                raise PlantError(
-                    f"robot {self.name}: coupling of motor {pair[0] + 1} with joint {pair[1] + 1}: expected two of its "
-                    f"{self.n} joints"
-                )
-        motors = [coupling.motor for coupling in self.couplings]
-        if len(set(motors)) < len(motors):
-            raise PlantError(
-                f"robot {self.name}: coupling: a motor is named twice; each can be coupled to one other joint only"
+            if len(values := getattr(self, name)) != n:
+                faults.append(f"{name}: {len(values)} values, but drives.gain has {n}; expected one per joint")
+        for motor, other in ((each.motor, each.turns_with) for each in self.couplings):
+            if not {motor, other} <= set(range(n)) or motor == other:
+                faults.append(f"coupling of motor {motor + 1} with joint {other + 1}: expected two of its {n} joints")
+        if len({each.motor for each in self.couplings}) < len(self.couplings):
+            faults.append("coupling: a motor is named twice; each can be coupled to one other joint only")
+        if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < n - 1:
+            faults.append(
+                f"gravity_spring acts on joint {self.gravity_spring.joint + 1}: expected one of its first {n - 1} "
+                "joints"
             )
-        if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < self.n - 1:
-            raise PlantError(
-                f"robot {self.name}: gravity_spring acts on joint {self.gravity_spring.joint + 1}: "
-                f"expected one of its first {self.n - 1} joints"
-            )
+        if faults:
+            raise PlantError(f"robot {self.name}: {faults[0]}")
 
 
 Origin = Literal["published", "measured", "assumed"]
@@ -169,13 +162,7 @@ Source = Annotated[str, Field(min_length=1)]
 Joint = Annotated[int, Field(ge=1)]
 
 
-class _Table(BaseModel):
-    """A TOML table: unknown keys are errors, values are strictly typed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True, defer_build=True)
-
-
-class FrictionTable(_Table):
+class FrictionTable(Table):
     """A number of 0 or more, with origin and source.
 
     Attributes:
@@ -195,7 +182,7 @@ class LengthTable(FrictionTable):
     value: PositiveFloat
 
 
-class JointsTable(_Table):
+class JointsTable(Table):
     """Numbers, one per joint; one origin for all, or one per joint.
 
     Attributes:
@@ -214,12 +201,6 @@ class JointsTable(_Table):
             raise ValueError(f"{len(self.origin)} origins for {len(self.value)} values; expected one, or one per value")
         return self
 
-    def array(self) -> Array:
-        """The values, read-only."""
-        values = np.array(self.value, dtype=np.float64)
-        values.flags.writeable = False
-        return values
-
 
 class SpeedsTable(JointsTable):
     """Numbers above 0, one per joint."""
@@ -227,7 +208,7 @@ class SpeedsTable(JointsTable):
     value: list[PositiveFloat]  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
 
 
-class DrivesTable(_Table):
+class DrivesTable(Table):
     """Nominal drives: `sim.robot.DriveTruth`, and rated speeds and accelerations.
 
     Attributes:
@@ -254,7 +235,7 @@ class DrivesTable(_Table):
     max_acceleration: SpeedsTable
 
 
-class CouplingTable(_Table):
+class CouplingTable(Table):
     """`sim.robot.Coupling`; joints count from 1.
 
     Attributes:
@@ -270,7 +251,7 @@ class CouplingTable(_Table):
     coulomb_friction: FrictionTable
 
 
-class SpringTable(_Table):
+class SpringTable(Table):
     """`sim.robot.GravitySpring`; its free length is prestress over stiffness.
 
     Attributes:
@@ -288,7 +269,7 @@ class SpringTable(_Table):
     distance: LengthTable
 
 
-class RobotTable(_Table):
+class RobotTable(Table):
     """A robot file.
 
     Attributes:
@@ -308,8 +289,8 @@ class RobotTable(_Table):
     flange: Source | None = None
     home: JointsTable
     drives: DrivesTable
-    coupling: list[CouplingTable] = []
-    frames: dict[str, str] = {}
+    coupling: list[CouplingTable] = Field([])
+    frames: dict[str, str] = Field({})
     gravity_spring: SpringTable | None = None
     rated_load: LengthTable | None = None
 
@@ -324,60 +305,42 @@ def read_robot(path: Path) -> Robot:
         PlantError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
-        table = RobotTable.model_validate(read_toml(path, error=ValueError))
-    except ValidationError as error:
-        raise PlantError(f"robot file {path}: {_first_fault(error)}") from error
+        content = read_toml(path, error=ValueError)
     except ValueError as error:  # it names the path
         raise PlantError(f"robot file {error}") from error
+    table = validated_table(RobotTable, content, f"robot file {path}", PlantError)
+    spring, model = table.gravity_spring, path.parent / table.model
+    stated = {name: readonly(each.value) for name, each in table.drives}
     try:
-        robot = _robot(table, path.parent)
+        robot = Robot(
+            name=table.name,
+            model=model,
+            flange=table.flange,
+            drives=DriveTruth(**{field.name: stated.pop(field.name) for field in fields(DriveTruth)}),
+            **stated,
+            home=readonly(table.home.value),
+            frames=table.frames,
+            couplings=tuple(
+                Coupling(
+                    motor=each.motor - 1,
+                    turns_with=each.turns_with - 1,
+                    viscous_friction=each.viscous_friction.value,
+                    coulomb_friction=each.coulomb_friction.value,
+                )
+                for each in table.coupling
+            ),
+            gravity_spring=None
+            if spring is None
+            else GravitySpring(
+                joint=spring.joint - 1,
+                free_length=spring.prestress.value / spring.stiffness.value,
+                radius=spring.radius.value,
+                distance=spring.distance.value,
+            ),
+            rated_load=None if table.rated_load is None else table.rated_load.value,
+        )
     except PlantError as error:
         raise PlantError(f"robot file {path}: {error}") from error
-    if not robot.model.is_file():
-        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
+    if not model.is_file():
+        raise PlantError(f"robot file {path}: model = {table.model!r}: there is no file {model}")
     return robot
-
-
-def _robot(table: RobotTable, folder: Path) -> Robot:
-    drives, spring = table.drives, table.gravity_spring
-    return Robot(
-        name=table.name,
-        model=folder / table.model,
-        flange=table.flange,
-        drives=DriveTruth(**{field.name: getattr(drives, field.name).array() for field in fields(DriveTruth)}),
-        max_velocity=drives.max_velocity.array(),
-        max_acceleration=drives.max_acceleration.array(),
-        home=table.home.array(),
-        frames=table.frames,
-        couplings=tuple(
-            Coupling(
-                motor=each.motor - 1,
-                turns_with=each.turns_with - 1,
-                viscous_friction=each.viscous_friction.value,
-                coulomb_friction=each.coulomb_friction.value,
-            )
-            for each in table.coupling
-        ),
-        gravity_spring=None
-        if spring is None
-        else GravitySpring(
-            joint=spring.joint - 1,
-            free_length=spring.prestress.value / spring.stiffness.value,
-            radius=spring.radius.value,
-            distance=spring.distance.value,
-        ),
-        rated_load=None if table.rated_load is None else table.rated_load.value,
-    )
-
-
-def _first_fault(error: ValidationError) -> str:
-    """Return the most specific validation error, in the terms of the file."""
-    fault = max(error.errors(), key=lambda each: len(each["loc"]))
-    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(("literal", "list[")))
-    if fault["type"] == "extra_forbidden":
-        return f"unknown key {place}"
-    if fault["type"] == "missing":
-        others = [each["loc"] for each in error.errors() if each["type"] == "extra_forbidden"]
-        beside = [str(loc[-1]) for loc in others if loc[:-1] == fault["loc"][:-1]]  # it may be one of them, mistyped
-        return f"{place} is missing" + (f", and {', '.join(beside)} is unknown" if beside else "")
-    return f"{place}: {fault['msg'][0].lower()}{fault['msg'][1:]}, got {fault['input']!r}"

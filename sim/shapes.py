@@ -1,11 +1,9 @@
-"""Shapes that a model file does not have: the flange's face, the payload, and capsules for an arm without shapes.
+"""Shapes that a model file does not have, and distances of the moving parts of an arm.
 
-A capsule from the joint of link j to the next joint represents the link. Its radius is `RADIUS_SHARE` times its length,
-and at least `LEAST_RADIUS` times the reach of the arm. A link of zero length, as in a wrist with intersecting axes, has
-no capsule. The last link ends at the flange, if the model states one. The floor is the plane z = 0 if the first joint
-is above it.
-
-Distances of the moving parts of an arm from the floor and from the other parts of the arm.
+Added are the flange's face, the payload, and capsules for an arm without shapes. A capsule from the joint of link j to
+the next joint represents the link. Its radius is `RADIUS_SHARE` times its length, and at least `LEAST_RADIUS` times the
+reach of the arm. A link of zero length, as in a wrist with intersecting axes, has no capsule. The last link ends at the
+flange, if the model states one. The floor is the plane z = 0 if the first joint is above it.
 """
 
 from collections.abc import Sequence
@@ -27,6 +25,10 @@ RADIUS_SHARE = 0.12
 """Radius of a capsule, as a share of the link's length."""
 LEAST_RADIUS = 0.03
 """Least radius, as a share of the reach: the sum of all lengths."""
+CLEARANCE = 0.03
+"""Required distance from the floor and within the arm [m]."""
+POSES = 100
+"""Number of random positions; two shapes that are nearer than that at all of them are not compared."""
 FLOOR = "capsule_floor"
 PLANE, CAPSULE = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_CAPSULE
 CYLINDER, BOX = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX
@@ -158,12 +160,6 @@ def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
         floor = spec.worldbody.add_body(name=FLOOR)
         floor.add_geom(type=PLANE, size=[3.0, 3.0, 0.1])
     return names
-
-
-CLEARANCE = 0.03
-"""Required distance from the floor and within the arm [m]."""
-POSES = 100
-"""Number of random positions; two shapes that are nearer than that at all of them are not compared."""
 
 
 class Clearance:

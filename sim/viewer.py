@@ -1,13 +1,11 @@
-"""Appearance of a rendered arm: connected links of alternating colours, a payload on a bracket, a floor and a sky.
+"""Display of the motions of an experiment: one arm per motion, side by side, in one MuJoCo scene.
+
+Nothing is simulated: every arm is at its reference position, which the controller follows to a fraction of a degree. A
+payload is drawn as the solid cylinder with its mass and moments, on a bracket.
 
 Collision shapes are grey and leave gaps between links. A link extends from the axis of its joint to the axis of the
 next one. Capsules fill the gaps between its shapes and these axes, and a cylinder about the axis represents a joint.
-Arms whose shapes have colours or meshes are not changed.
-
-Display of the motions of an experiment: one arm per motion, side by side, in one MuJoCo scene.
-
-Nothing is simulated: every arm is at its reference position, which the controller follows to a fraction of a degree. A
-payload is drawn as the solid cylinder with its mass and moments.
+Links have alternating colours. Arms whose shapes have colours or meshes are not changed.
 """
 
 import time
@@ -35,6 +33,16 @@ UNCOLOURED = [0.5, 0.5, 0.5, 1.0]
 SKY = mujoco.mjtTexture.mjTEXTURE_SKYBOX
 SAMPLES = np.linspace(-1.0, 1.0, 41)[:, None]
 """Positions of points along a capsule, relative to its half length."""
+ELEVATION = -15.0
+"""Direction in which the camera looks, above the horizon [deg]."""
+ROOM = 1.15
+"""Size of a picture relative to its content; also the spacing between neighbouring arms."""
+SLENDER = 4.0 / 3.0, 7.0 / 3.0
+"""Aspect ratios (width over height) of pictures that are cropped to the arms."""
+TIMES = 40
+"""Number of times of the motions for the layout of a scene, unless times are given."""
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+"""Corners of a box, relative to its half edges, shape (8, 3)."""
 
 
 def drawn_arm(robot: Robot, payload: PayloadBody | None) -> mujoco.MjSpec:
@@ -174,18 +182,6 @@ def _add(
 ) -> None:
     if np.linalg.norm(other - one) > 1e-6:  # MuJoCo refuses a capsule without a length
         body.add_geom(type=shape, fromto=[*one, *other], size=[radius, 0.0, 0.0], rgba=rgba, mass=0.0)
-
-
-ELEVATION = -15.0
-"""Direction in which the camera looks, above the horizon [deg]."""
-ROOM = 1.15
-"""Size of a picture relative to its content; also the spacing between neighbouring arms."""
-SLENDER = 4.0 / 3.0, 7.0 / 3.0
-"""Aspect ratios (width over height) of pictures that are cropped to the arms."""
-TIMES = 40
-"""Number of times of the motions for the layout of a scene, unless times are given."""
-CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
-"""Corners of a box, relative to its half edges, shape (8, 3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

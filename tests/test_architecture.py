@@ -10,7 +10,7 @@ ALLOWED = {
     "rx90_mjcf": {"rx90_mjcf"},
     "ident": {"ident"},
     "sim": {"sim", "rx90_mjcf", "ident.recordings.recording"}
-    | {f"ident.support.{name}" for name in ("arrays", "options", "files")}
+    | {f"ident.support.{name}" for name in ("arrays", "options", "files", "naming")}
     | {f"ident.numerics.{name}" for name in ("filters", "splines")},
     "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
 }

@@ -18,7 +18,7 @@ from scenarios.command_line.output import (
     under_way,
 )
 from scenarios.command_line.process import Status, complain, ending, printable
-from scenarios.experiments.workers import PROCESSES
+from scenarios.experiments.workers import add_worker_options, open_workers
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) 
     if options.jobs == "1" or options.evaluations < FEW:
         yield lambda points: [design.cost(series.motion(x)) for x in points]
         return
-    with PROCESSES.open(options.jobs) as workers:
+    with open_workers(options) as workers:
         pool = workers.open()
         try:
             yield judge_in(pool, workers.count(), design, series)
@@ -137,7 +137,7 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     add("--harmonics", type=HARMONICS, help="harmonics of the series (default 20)")
     add("--duration", type=DURATION, help="period [s] (default 20)")
     add("--evaluations", type=EVALUATIONS, help="number of motions to try (default 40000)")
-    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
+    add_worker_options(parser, ["jobs"])
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
@@ -350,7 +350,7 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     said = "motions to try (default %(default)d)"
     add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=said)
-    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
+    add_worker_options(parser, ["jobs"])
     add_force_argument(parser)
     add_form_arguments(parser)
 

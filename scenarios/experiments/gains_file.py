@@ -10,15 +10,16 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import Field, JsonValue
 
 from ident.diagnosis.gain_symptoms import negative
 from ident.estimation.known_gains import KnownGains
 from ident.model.arm import Arm
 from ident.support.errors import GainsError
 from ident.support.files import LARGEST, read_bytes, read_toml
-from ident.support.naming import nearest, one_line, shown
+from ident.support.naming import one_line, shown
 from scenarios.support.errors import ScenarioError
+from sim.tables import Table, validated_table
 
 TURNING, SLIDING = "N m / drive unit", "N / drive unit"
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -27,11 +28,7 @@ SAME = 1e-6
 """Largest relative difference between a standard deviation and its variance, as due to rounding in the file."""
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class GainEntry(_Table):
+class GainEntry(Table):
     """One joint: `estimate` and `std`, or `identifiable = false` and the reason."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
@@ -52,14 +49,14 @@ class GainEntry(_Table):
     reason: str | None = Field(None, description="Why the joint is refused")
 
 
-class ModelEntry(_Table):
+class ModelEntry(Table):
     """The robot's model file."""
 
     name: str = Field(description="Name of the file")
     sha256: Digest = Field(description="SHA-256 of the file")
 
 
-class RecordingEntry(_Table):
+class RecordingEntry(Table):
     """A recording from which the gains were identified."""
 
     name: str = Field(description="Name of the file")
@@ -74,7 +71,7 @@ class RecordingEntry(_Table):
     )
 
 
-class OptionsEntry(_Table):
+class OptionsEntry(Table):
     """Options of the identification."""
 
     method: dict[str, JsonValue] = Field(default={}, description="Options of the method")
@@ -82,7 +79,7 @@ class OptionsEntry(_Table):
     gains: dict[str, JsonValue] = Field(default={}, description="Limits for accepting a gain")
 
 
-class GainsFile(_Table):
+class GainsFile(Table):
     """Drive gains of one robot."""
 
     format: Literal[1] = Field(1, description="Version of the file format")
@@ -146,10 +143,9 @@ def read_gains(path: Path) -> GainsFile:
     """
     where = one_line(path)
     table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
-    try:
-        file = GainsFile.model_validate_json(json.dumps(table, default=str), strict=True)
-    except ValidationError as error:
-        raise ScenarioError(f"{where}: {_complaint(error)}") from error
+    if not isinstance(table, Mapping) or "gains" not in table:
+        raise ScenarioError(f"{where}: no gains; expected a gains file, as `rx90 identify --gains-out` writes it")
+    file = validated_table(GainsFile, table, where, ScenarioError)
     _check(file, where)
     return file
 
@@ -179,26 +175,6 @@ def _read_json(path: Path) -> object:
         raise ScenarioError(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
     except (RecursionError, ValueError) as fault:
         raise ScenarioError(f"{one_line(path)}: JSON that cannot be read: {one_line(fault)}") from fault
-
-
-def _complaint(error: ValidationError) -> str:
-    """Return the first error of pydantic in one line; keys beginning with a digit are list positions, from 1."""
-    first = error.errors()[0]
-    if first["type"] == "missing" and first["loc"] == ("gains",):
-        return "no gains; expected a gains file, as `rx90 identify --gains-out` writes it"
-    place = ".".join(str(part + 1) if isinstance(part, int) else part for part in first["loc"])
-    if first["type"] == "extra_forbidden":
-        key, *above = (str(part) for part in reversed(first["loc"]) if not isinstance(part, int))
-        known = TABLES[above[0] if above else ""].model_fields
-        return f"unknown key {place}{nearest(key, known)}; known: {', '.join(known)}"
-    what = first["msg"][0].lower() + first["msg"][1:]
-    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
-    return f"{place + ': ' if place else ''}{one_line(what)}{got}"
-
-
-TABLES: Mapping[str, type[BaseModel]] = {
-    "": GainsFile, "gains": GainEntry, "options": OptionsEntry, "model": ModelEntry, "recordings": RecordingEntry,
-}  # fmt: skip
 
 
 def _check(file: GainsFile, where: str) -> None:

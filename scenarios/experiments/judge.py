@@ -7,6 +7,7 @@ with the payload, is predicted on the first loaded motion, from which the gains 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +26,6 @@ from ident.support.arrays import Array
 from scenarios.experiments.robots import nominal_links
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import ToleranceTable
-from sim.plant import PayloadBody
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,8 +132,7 @@ def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: Tolerance
 MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RelError:
+class RelError(NamedTuple):
     """Errors of the arm's parameters, with each set of gains.
 
     Attributes:
@@ -181,21 +180,6 @@ class CostVerdict:
         return mass is not None and abs(mass.value / self.true["mass"] - 1.0) <= self.tolerance
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CostTruth:
-    """True values for judging the use of gains.
-
-    Attributes:
-        weight: The payload.
-        base: Base parameters of the arm, without friction, shape (b,).
-        gain: Gains of the drives [N m / drive unit], shape (n,).
-    """
-
-    weight: PayloadBody
-    base: Array
-    gain: Array
-
-
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
     """Estimate payload and arm with the controller's gains and with the identified gains, and judge both.
 
@@ -211,62 +195,47 @@ def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostV
     weighing, options = with_unknown_weight(problem, [motion]), table.identification.method_options
     exact = Payload(mass=weight.mass, com=weight.com, inertia=weight.inertia)
     gains = stated_gains(setup.structure.arm, table.belief.controller_gain), estimated_gains(found.estimate)
-    believed, identified = (
+    a_priori, identified = (
         gains_outcome(weighing, exact, each, options) if len(each.joints) else None for each in gains
     )
-    assert believed is not None, "the controller has a gain for every joint"
+    assert a_priori is not None, "the controller has a gain for every joint"
     links = nominal_links(plant.robot.model, plant.robot.flange).whole
     true_base = base.regrouping @ base.standard(links, {"Ia": plant.drives.rotor_inertia})
-    truth = CostTruth(weight=weight, base=true_base, gain=setup.true_gain)
     other = next(each for each in problem.motions if each.payload is not None)
-    return judge_cost(believed, identified, truth, other, tolerance=table.cost.mass_error)
-
-
-def judge_cost(
-    a_priori: GainsOutcome, found: GainsOutcome | None, truth: CostTruth, other: ObservedMotion, *, tolerance: float
-) -> CostVerdict:
-    """Compare results of the use of gains with the true values.
-
-    Torques are predicted on `other`, a motion with another payload, with its assumed parameters.
-    """
-    base = other.observation.structure.base
-
-    def arm_error(outcome: GainsOutcome | None, moments: bool) -> tuple[float, float] | tuple[None, None]:
-        """Return the relative error (norm) of first moments or of other inertial parameters, and the expected one."""
-        if outcome is None:
-            return None, None
-        parameters = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
-        true = truth.base[[base.names.index(each.name) for each in parameters]]
-        error, std = np.array([each.value for each in parameters]) - true, [each.std for each in parameters]
-        size = np.linalg.norm(true)
-        return float(np.linalg.norm(error) / size), float(np.linalg.norm(std) / size)
-
-    def torque_errors(outcome: GainsOutcome | None) -> dict[int, float]:
-        """Return the error of the torque predicted on the other motion, by joints that have a gain."""
-        if outcome is None:
-            return {}
-        assert other.payload is not None, "of a loaded motion"
-        system = pooled_system([other])
-        predicted = predicted_torque(system, outcome.arm.in_si()[0], other.payload)
-        true = truth.gain[system.joint] * system.V
-        errors = rel_errors(predicted - true, true, system.joint)
-        return {j: errors[j] for j in outcome.gains.joints.tolist()}
-
-    arm: list[RelError] = []
-    for quantity, moments in ((MOMENTS, True), (INERTIAS, False)):
-        before, before_std = arm_error(a_priori, moments)
-        after, after_std = arm_error(found, moments)
-        assert before is not None, "the a-priori gains give the arm"
-        assert before_std is not None, "the a-priori gains give the arm"
-        arm.append(
-            RelError(quantity=quantity, a_priori=before, a_priori_std=before_std, found=after, found_std=after_std)
-        )
     return CostVerdict(
         a_priori=a_priori,
-        found=found,
-        true=dict(zip(UNITS, (truth.weight.mass, *truth.weight.com, *truth.weight.inertia), strict=True)),
-        arm=tuple(arm),
-        torque_a_priori=torque_errors(a_priori),
-        torque_found=torque_errors(found),
-        tolerance=tolerance,
+        found=identified,
+        true=dict(zip(UNITS, (weight.mass, *weight.com, *weight.inertia), strict=True)),
+        arm=arm_errors(a_priori, identified, dict(zip(base.names, true_base.tolist(), strict=True))),
+        torque_a_priori=_torque_errors(a_priori, setup.true_gain, other),
+        torque_found={} if identified is None else _torque_errors(identified, setup.true_gain, other),
+        tolerance=table.cost.mass_error,
     )
+
+
+def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping[str, float]) -> tuple[RelError, ...]:
+    """Return the errors of the arm's first moments and of its other inertial parameters.
+
+    `true` has the base parameters of the arm, without friction, by name.
+    """
+
+    def error(outcome: GainsOutcome, moments: bool) -> tuple[float, float]:
+        own = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
+        size = np.linalg.norm([true[each.name] for each in own])
+        off = np.linalg.norm([(each.value - true[each.name], each.std) for each in own], axis=0)
+        return float(off[0] / size), float(off[1] / size)
+
+    return tuple(
+        RelError(quantity, *error(a_priori, moments), *((None, None) if found is None else error(found, moments)))
+        for quantity, moments in ((MOMENTS, True), (INERTIAS, False))
+    )
+
+
+def _torque_errors(outcome: GainsOutcome, true_gain: Array, other: ObservedMotion) -> dict[int, float]:
+    """Return the error of the torque predicted on another motion, with a payload, by joints that have a gain."""
+    assert other.payload is not None, "of a loaded motion"
+    system = pooled_system([other])
+    predicted = predicted_torque(system, outcome.arm.in_si()[0], other.payload)
+    true = true_gain[system.joint] * system.V
+    errors = rel_errors(predicted - true, true, system.joint)
+    return {j: errors[j] for j in outcome.gains.joints.tolist()}

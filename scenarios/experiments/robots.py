@@ -1,24 +1,20 @@
-"""Model files of robots: verified with both parsers, and their links.
+"""Robots by name or file: model files verified with both parsers, their links, and the simulated robots.
 
 Parsers support different parts of a format and silently ignore the rest. A misread link gives wrong gains with small
 standard deviations. A model is therefore used only if Pinocchio and MuJoCo agree on all joint axes, on gravity, and,
 for a simulated robot, on the place of a payload. MuJoCo reads an MJCF file itself, and of a URDF the reduced form of
 `ident.model.arm`: links and joints without meshes. If MuJoCo cannot read a URDF, only Pinocchio's result is used.
-
-Access to simulated robots by a built-in name or a `robot.toml`.
-
-Robots of the command line: a model file, `robot.toml`, or a built-in robot's name.
 """
 
 import hashlib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 
-import rx90_mjcf
 from ident.model.arm import Arm, load_arm, minimal_model
 from ident.model.parameters import INERTIAL, STANDARD
 from ident.model.regressor import joint_pose, regressor
@@ -29,24 +25,32 @@ from ident.support.arrays import Array
 from ident.support.errors import RobotModelError
 from ident.support.files import LARGEST, captured_stderr, check_file
 from ident.support.naming import nearest, one_line, shown
-from scenarios.experiments.scenario_files import CATALOG, ROBOT
+from scenarios.experiments.scenario_files import BUILT_IN, CATALOG, ROBOT
 from scenarios.support.errors import ScenarioError, WrongValue
-from sim.controller import inverse_dynamics
 from sim.errors import PlantError
 from sim.model_spec import compiler_reason, hold_all_but_arm, lean_spec, silenced
-from sim.plant import PayloadBody, bare_arm
-from sim.robot import Robot, read_robot
+
+if TYPE_CHECKING:
+    from sim.robot import Robot  # imported where a simulated robot is read: identification needs none
 
 STATES = 4
 """Number of random positions of all joints for a comparison; a single one could miss a difference by coincidence."""
 TOLERANCE = 1e-6
 """Largest difference of an axis, of gravity or of a torque, relative to its size, and of an anchor, relative to the
 arm's reach."""
+ROUNDING = 1e-12
+"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
+millionth."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
 )  # fmt: skip
 """Elements of a model that do not affect joint axes; mesh files are often missing."""
+SIMULATED = (
+    "body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat", "jnt_type", "jnt_pos", "jnt_axis",
+    "jnt_range",
+)  # fmt: skip
+"""Fields of a compiled model file that affect a simulation, besides gravity."""
 ADVICE = "save it with MuJoCo (mj_saveLastXML) and use that file"
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """Placeholder of every link in a model that `ident.model.arm` reduced to its kinematics."""
@@ -138,55 +142,14 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
 
 @silenced()
 def nominal_links(path: Path, flange: str | None) -> ModelLinks:
-    """Read the links of a model file with MuJoCo; joints outside the chain to the flange are locked.
+    """Read the links of a model file with MuJoCo, each in the axes of its body and with the origin on its joint.
+
+    Joints outside the chain to the flange are locked.
 
     Raises:
         PlantError: If MuJoCo cannot read it, for example because a link has no mass.
     """
-    return _links(_compiled(path, flange))
-
-
-def model_links(path: Path, flange: str | None) -> Array | None:
-    """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
-    try:
-        return nominal_links(path, flange).whole
-    except PlantError:  # identification needs no masses
-        return None
-
-
-@silenced()
-def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
-    """Return the base parameters of a model file, including armature, damping and friction loss of its joints.
-
-    Returns:
-        Their values, shape (b,).
-
-    Raises:
-        PlantError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
-    """
     model = _compiled(path, flange)
-    links = _links(model)
-    if is_placeholder(links):
-        raise PlantError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
-    damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
-    own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
-    return base.regrouping @ base.standard(links.whole, own)
-
-
-def is_placeholder(links: ModelLinks) -> bool:
-    """Return whether the links are placeholders, as in the kinematics file of `rx90 run --save`."""
-    return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
-
-
-def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
-    try:
-        return lean_spec(path, flange).compile()
-    except ValueError as error:
-        raise PlantError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
-
-
-def _links(model: mujoco.MjModel) -> ModelLinks:
-    """Return the links, each with standard parameters in the axes of its body and with the origin on its joint."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     own, carried = np.zeros((2, model.njnt, 10))
@@ -204,60 +167,82 @@ def _links(model: mujoco.MjModel) -> ModelLinks:
     return ModelLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())
 
 
-ROBOTS = {ROBOT: rx90_mjcf.ROBOT, **{path.parent.name: path for path in sorted(CATALOG.glob("robots/*/robot.toml"))}}
-"""Robot files of the built-in robots."""
-ROUNDING = 1e-12
-"""Rounding error of subtracted torques, as a share of their size; for an arm of a ton it exceeds a payload's
-millionth."""
-PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
-"""A payload without any symmetry."""
-DRAWN = (
-    "body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat", "jnt_type", "jnt_pos", "jnt_axis",
-)  # fmt: skip
-"""Fields of a compiled model file that affect a simulation, besides ranges and gravity."""
+def _compiled(path: Path, flange: str | None) -> mujoco.MjModel:
+    try:
+        return lean_spec(path, flange).compile()
+    except ValueError as error:
+        raise PlantError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
 
 
-def robot(name: str = ROBOT, folder: Path | None = None) -> Robot:
+def model_links(path: Path, flange: str | None) -> Array | None:
+    """Return the standard parameters of links with the bodies fixed to them, shape (n, 10); None if unreadable."""
+    try:
+        return nominal_links(path, flange).whole
+    except PlantError:  # identification needs no masses
+        return None
+
+
+@silenced()
+def model_base(path: Path, flange: str | None, base: BaseParameters) -> Array:
+    """Return the base parameters of a model file, including armature, damping and friction loss of its joints, (b,).
+
+    Raises:
+        PlantError: If MuJoCo cannot read it, for example because a link has no mass; if its links are placeholders.
+    """
+    model, links = _compiled(path, flange), nominal_links(path, flange)
+    if is_placeholder(links):
+        raise PlantError(f"{path}: {KINEMATICS_ONLY}; give one that has them")
+    damping = model.dof_damping.reshape(model.nv, -1)[:, 0]
+    own = {"Ia": model.dof_armature, "Fv": damping, "Fc": model.dof_frictionloss}
+    return base.regrouping @ base.standard(links.whole, own)
+
+
+def is_placeholder(links: ModelLinks) -> bool:
+    """Return whether the links are placeholders, as in the kinematics file of `rx90 run --save`."""
+    return bool(np.allclose(links.own, PLACEHOLDER, rtol=0.0, atol=1e-9))
+
+
+def robot(name: str = ROBOT, folder: Path | None = None) -> "Robot":
     """Return a built-in robot or the robot of a file; cached unless the file changes.
 
     Args:
-        name: A name in `ROBOTS`, or the path of a `robot.toml`.
+        name: A built-in name, or the path of a `robot.toml`.
         folder: Base of a relative path; the working folder if None.
 
     Raises:
         WrongValue: If it is neither.
-        PlantError: If its file cannot be read.
+        ScenarioError, PlantError: If its file cannot be read.
     """
     path = robot_file(name, folder)
     return _read(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=16)
-def _read(path: Path, stamp: int) -> Robot:
+def _read(path: Path, stamp: int) -> "Robot":
+    from sim.robot import read_robot
+
     return read_robot(path)
 
 
 def robot_file(name: str, folder: Path | None = None) -> Path:
-    """Path of a robot's file.
+    """Path of a robot's file; raises as `robot` unless it exists."""
+    built_in = BUILT_IN["robot"]
+    if name in built_in:
+        import rx90_mjcf
 
-    Raises:
-        WrongValue: If it is neither built-in nor an existing file.
-        ScenarioError: If the file cannot be read.
-    """
-    if name in ROBOTS:
-        return ROBOTS[name]
+        return rx90_mjcf.ROBOT if name == ROBOT else CATALOG / "robots" / name / "robot.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml":
-        advice = f"; did you mean {name}/robot.toml?" if (path / "robot.toml").is_file() else nearest(name, ROBOTS)
+        advice = f"; did you mean {name}/robot.toml?" if (path / "robot.toml").is_file() else nearest(name, built_in)
         raise WrongValue(
-            f"unknown robot {shown(name)}{advice}; built-in: {', '.join(ROBOTS)}; for your own robot, give the "
+            f"unknown robot {shown(name)}{advice}; built-in: {', '.join(built_in)}; for your own robot, give the "
             "path of its robot.toml (`rx90 new-robot` writes it)"
         )
     check_file(path, most_bytes=LARGEST, error=ScenarioError)
     return path.resolve()
 
 
-def structure(arm: Robot, couplings: tuple[tuple[int, int], ...]) -> Structure:
+def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure:
     """Return the identification model of a robot, checked with MuJoCo; cached unless a file changes.
 
     Args:
@@ -271,25 +256,29 @@ def structure(arm: Robot, couplings: tuple[tuple[int, int], ...]) -> Structure:
 
 
 @lru_cache(maxsize=16)
-def _structure(arm: Robot, stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
+def _structure(arm: "Robot", stamp: int, couplings: tuple[tuple[int, int], ...]) -> Structure:
     found = read_arm(arm.model, couplings, flange=arm.flange)
     check_same_payload(found, arm)
     return structure_of(found)
 
 
-def check_same_payload(arm: Arm, robot: Robot) -> None:
-    """Compare the torques of a payload at random states, by the identification model and by MuJoCo.
+def check_same_payload(arm: Arm, robot: "Robot") -> None:
+    """Compare the torques of a payload without symmetry at random states, by the identification model and by MuJoCo.
 
     Its frame, that of the last link, must be the same for both.
 
     Raises:
         RobotModelError: If they differ.
     """
+    from sim.controller import inverse_dynamics
+    from sim.plant import PayloadBody, bare_arm
+
+    body = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
     q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
-    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
+    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, each) for each in (body, None))
     loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
     W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
-    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
+    torque = W @ standard_parameters(body.mass, body.com, body.inertia)
     if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
         raise RobotModelError(
             f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
@@ -303,13 +292,15 @@ def robot_digests(name: str, folder: Path) -> dict[str, str]:
     Raises:
         PlantError: If they cannot be read.
     """
+    from sim.plant import bare_arm
+
     arm = robot(name, folder)
     model = bare_arm(arm.model, arm.drives.rotor_inertia, arm.flange)
-    drawn = hashlib.sha256(np.asarray(model.opt.gravity).tobytes())
-    for field in (*DRAWN, "jnt_range"):
-        drawn.update(getattr(model, field).tobytes())
+    read = hashlib.sha256(np.asarray(model.opt.gravity).tobytes())
+    for field in SIMULATED:
+        read.update(getattr(model, field).tobytes())
     own = hashlib.sha256(robot_file(name, folder).read_bytes())
-    return {"robot": own.hexdigest()[:16], "model": drawn.hexdigest()[:16]}
+    return {"robot": own.hexdigest()[:16], "model": read.hexdigest()[:16]}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -333,7 +324,7 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
     """Return the robot of a command-line argument.
 
     Args:
-        word: MJCF or URDF file, `robot.toml`, or a name in `robots.ROBOTS`.
+        word: MJCF or URDF file, `robot.toml`, or a built-in name.
         couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
         flange: Last body of the arm in a model file; None if all joints belong to the arm.
 
@@ -347,7 +338,6 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
         raise WrongValue("expected a model file, robot.toml, or the name of a built-in robot, not an empty word")
     if Path(word).suffix.lower() not in ("", ".toml"):
         return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
-
     named = robot(word)
     if flange is not None:
         raise ScenarioError(f"--flange: for model files only; {shown(word)} states its own last body, so remove it")

@@ -34,7 +34,6 @@ from scenarios.experiments.schema import (
     check_lengths,
     motion_names,
     mountings,
-    refusal,
     validated,
 )
 from scenarios.support.errors import ScenarioError, WrongValue
@@ -42,6 +41,7 @@ from sim.controller import ControllerBelief
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
 from sim.robot import DriveTruth, Robot
+from sim.tables import fault_of
 
 Value = float | str | list[float]
 """A value of a scenario: a number, a name, or one number per joint or axis."""
@@ -242,7 +242,7 @@ def _changed(node: object, changes: object, place: str, name: str) -> object:
         if is_dataclass(node):
             return _adapter(type(node)).validate_json(json.dumps(values), strict=True)
     except ValidationError as error:
-        raise refusal(error, name, place) from error
+        raise WrongValue(f"{name}: {fault_of(error, place)}") from error
     return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
 
 

@@ -165,29 +165,25 @@ def _merged(base: Table, over: Table) -> Table:
 
 def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> Table:
     """Merge tables key by key; other values replace."""
-    merged = dict(base)
-    for key, value in over.items():
-        old = merged.get(key)
-        if isinstance(old, Mapping) and isinstance(value, Mapping):
-            merged[key] = overlaid(old, value)
-        else:
-            merged[key] = value
-    return merged
+    both = {
+        key for key in base.keys() & over.keys() if isinstance(base[key], Mapping) and isinstance(over[key], Mapping)
+    }
+    return {**base, **over, **{key: overlaid(_below(base, key), _below(over, key)) for key in both}}
 
 
 def _deviations(table: Mapping[str, object]) -> dict[str, str]:
     """Return the first nonzero standard deviation that is specified for each payload."""
+
+    def nonzero(value: object) -> bool:
+        if isinstance(value, Mapping | list):
+            return any(map(nonzero, value.values() if isinstance(value, Mapping) else value))
+        return value is not None and value != 0
+
     stated = {
-        name: [key for key in DEVIATIONS if isinstance(payload, Mapping) and _nonzero(payload.get(key))]
+        name: [key for key in DEVIATIONS if isinstance(payload, Mapping) and nonzero(payload.get(key))]
         for name, payload in _payloads(_below(table, "belief")).items()
     }
     return {name: keys[0] for name, keys in stated.items() if keys}
-
-
-def _nonzero(value: object) -> bool:
-    if isinstance(value, Mapping | list):
-        return any(map(_nonzero, value.values() if isinstance(value, Mapping) else value))
-    return value is not None and value != 0
 
 
 def _payloads(belief: Mapping[str, object]) -> Table:

@@ -5,14 +5,13 @@ the flange alone. Other names are keys of `[plant.payloads]` and `[belief.payloa
 `payload` of both. Motions of one name are one mounting.
 """
 
-import json
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
@@ -26,6 +25,7 @@ from scenarios.support.errors import ScenarioError, WrongValue
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.sensors import STREAMS, SensorOptions
+from sim.tables import Table, validated_table
 
 BARE = "bare"
 PAIR = (BARE, LOADED)
@@ -79,13 +79,7 @@ def _known_stream(name: str) -> str:
     return name
 
 
-class _Table(BaseModel):
-    """A TOML table: unknown keys are errors, values are frozen and strictly typed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
-
-
-class InertiaTable(_Table):
+class InertiaTable(Table):
     """Inertia about the centre of mass, axes of the last link [kg m^2]."""
 
     ixx: float = Field(description="Moment about x [kg m^2]")
@@ -96,7 +90,7 @@ class InertiaTable(_Table):
     iyz: float = Field(0.0, description="Product of y and z [kg m^2]")
 
 
-class BodyTable(_Table):
+class BodyTable(Table):
     """The true payload, in the frame of the last link."""
 
     mass: Positive = Field(description="Its mass [kg]")
@@ -104,7 +98,7 @@ class BodyTable(_Table):
     inertia: InertiaTable = Field(description="About the centre of mass [kg m^2]")
 
 
-class PlantTable(_Table):
+class PlantTable(Table):
     """The true plant. Arrays have one entry per joint; an omitted array has the values of the nominal drives."""
 
     payload: str | BodyTable | None = Field(
@@ -125,7 +119,7 @@ class PlantTable(_Table):
     errors: ModelErrors = Field(ModelErrors(), description="Effects of the robot that the identification model lacks")
 
 
-class ExperimentTable(_Table):
+class ExperimentTable(Table):
     """The experiment: the motion is repeated for each entry of `protocol`, which states the payload.
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
@@ -143,7 +137,7 @@ class ExperimentTable(_Table):
     sensors: SensorOptions = Field(SensorOptions(), description="Encoders, current sensors and clocks")
 
 
-class BeliefTable(_Table):
+class BeliefTable(Table):
     """Values that controller and identification assume.
 
     Attributes:
@@ -160,12 +154,12 @@ class BeliefTable(_Table):
     controller_gain: Vector
     couplings: tuple[tuple[int, int], ...] = ()
     payload: str | dict[str, object] | None = None
-    payloads: dict[str, str | dict[str, object]] = {}
+    payloads: dict[str, str | dict[str, object]] = Field({})
     known: Known | dict[str, Known] | None = None
     exact: bool | dict[str, bool] = False
 
 
-class IdentificationTable(_Table):
+class IdentificationTable(Table):
     """Method of identification and its options."""
 
     method: str = Field(default=DEFAULT, description="Name of the estimator")
@@ -179,7 +173,7 @@ class IdentificationTable(_Table):
         return options_from_table(ESTIMATORS[self.method].options, self.options)
 
 
-class ToleranceTable(_Table):
+class ToleranceTable(Table):
     """Criteria for passing."""
 
     gain: tuple[Positive, ...] = Field(description="Largest relative error of each gain that passes")
@@ -189,7 +183,7 @@ class ToleranceTable(_Table):
     )
 
 
-class CostTable(_Table):
+class CostTable(Table):
     """The effect of `belief.controller_gain`: results with these and with the identified gains, and true values."""
 
     payload: str | BodyTable = Field(
@@ -203,7 +197,7 @@ class CostTable(_Table):
     )
 
 
-class DrawTable(_Table):
+class DrawTable(Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
     Attributes:
@@ -218,7 +212,7 @@ class DrawTable(_Table):
 
     target: str | tuple[str, ...]
     distribution: str | None = None
-    parameters: dict[str, float | Vector] = {}
+    parameters: dict[str, float | Vector] = Field({})
     apply: Literal["replace", "add", "multiply"] = "replace"
     shared: bool = False
     choice: tuple[str | float, ...] | None = None
@@ -239,7 +233,7 @@ class SourceTable(DrawTable):
     off: float | None = Field(None, description="Value with this source off (default: the scenario's)")
 
 
-class ScenarioTable(_Table):
+class ScenarioTable(Table):
     """A scenario file after `extends` is resolved."""
 
     description: str = Field(description="One line for `rx90 list`")
@@ -288,46 +282,11 @@ def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
     Raises:
         ScenarioError: If there is an unknown key, a wrong value or a contradiction; the message names it.
     """
-    _refuse_unknown(table, ScenarioTable, path, "")
-    try:
-        # Strict, so that "1" and true are not numbers; as JSON, where an array may become a tuple.
-        parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
-    except ValidationError as error:
-        raise refusal(error, path, "") from error
+    parsed = validated_table(ScenarioTable, table, path, WrongValue)
     check_lengths(parsed, path)
-    _check_payloads(parsed, path)
-    for group, draws in (("random", parsed.random), ("sources", parsed.sources)):
-        _check_draws(group, draws, path)
+    for fault in (*_payload_faults(parsed), *_draw_faults(parsed)):
+        raise WrongValue(f"{path}: {fault}")
     return parsed
-
-
-def refusal(error: ValidationError, path: str, place: str) -> WrongValue:
-    """Return the error of pydantic in one line."""
-    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # for a union, the most specific branch
-    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
-    what = first["msg"][0].lower() + first["msg"][1:]
-    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
-    return WrongValue(f"{path}: {'.'.join([place, *below] if place else below)}: {what}{got}")
-
-
-def _refuse_unknown(table: object, hint: Any, path: str, where: str) -> None:
-    """Check keys against the type of a table; the message suggests the nearest key, which pydantic does not."""
-    if not isinstance(table, Mapping):
-        return
-    if get_origin(hint) is dict:  # names of the user's choice
-        known = dict.fromkeys(table, get_args(hint)[1])
-    elif is_dataclass(hint):
-        known = dict.fromkeys((each.name for each in fields(hint)), None)
-    elif isinstance(hint, type) and issubclass(hint, BaseModel):
-        known = {name: each.annotation for name, each in hint.model_fields.items()}
-    else:
-        for each in get_args(hint):  # str | X is a name or a table
-            _refuse_unknown(table, each, path, where)
-        return
-    for key, value in table.items():
-        if key not in known:
-            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
-        _refuse_unknown(value, known[key], path, f"{where}{key}.")
 
 
 def check_lengths(table: ScenarioTable, path: str) -> None:
@@ -335,98 +294,81 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
 
     Raises:
         ScenarioError: If an array has another length (the first one).
-        WrongValue: If a value is not one of the known ones.
+        WrongValue: If the method does not exist.
+        WrongValue: If a gain, a coupling or an option is not possible.
     """
-    n = len(table.tolerance.gain)
+    n, belief, chosen = len(table.tolerance.gain), table.belief, table.identification
     arrays = {
         "tolerance.identifiable": table.tolerance.identifiable,
-        "belief.controller_gain": table.belief.controller_gain,
+        "belief.controller_gain": belief.controller_gain,
         **{f"plant.{name}": value for name, value in table.plant if isinstance(value, tuple)},
     }
     for where, values in arrays.items():
         if len(values) != n:
             raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one per joint")
-    if not all(table.belief.controller_gain):
+    if not all(belief.controller_gain):
         raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
-    for first, second in table.belief.couplings:
+    for first, second in belief.couplings:
         if first == second or not {first, second} <= set(range(1, n + 1)):
             raise WrongValue(
                 f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, "
                 "such as [[5, 6]]"
             )
-    method = table.identification.method
-    if method not in ESTIMATORS:
-        raise WrongValue(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+    if chosen.method not in ESTIMATORS:
+        known = nearest(chosen.method, ESTIMATORS)
+        raise WrongValue(f"{path}: identification.method: unknown {chosen.method!r}{known}")
     try:
-        _ = table.identification.method_options
+        _ = chosen.method_options
     except OptionError as error:
         raise WrongValue(f"{path}: identification.options: {error}") from error
 
 
-def _check_payloads(table: ScenarioTable, path: str) -> None:
-    """Check that every payload of the protocol is described once in plant and belief."""
-    protocol, sides = table.experiment.protocol, dict[str, dict[str, Any]]()
-    for side, stated in (("plant", table.plant), ("belief", table.belief)):
-        if stated.payload is not None and LOADED in stated.payloads:
-            raise WrongValue(
-                f"{path}: {side}: payload and payloads.{LOADED} denote the same payload; state one of them"
-            )
-        sides[side] = by_mounting(stated.payload, stated.payloads)
-    plant, belief = sides["plant"], sides["belief"]
+def _payload_faults(table: ScenarioTable) -> Iterator[str]:
+    """Yield what is wrong with payloads: every one of the protocol is described once in plant and belief."""
+    protocol, plant, belief = table.experiment.protocol, table.plant, table.belief
+    sides = {name: by_mounting(each.payload, each.payloads) for name, each in (("plant", plant), ("belief", belief))}
     if not 0 < len(protocol) <= MOST_MOTIONS:
-        raise WrongValue(
-            f"{path}: experiment.protocol: {len(protocol)} motions; expected 1 to {MOST_MOTIONS}, "
-            'such as ["bare", "loaded"]'
-        )
-    for side, names in sides.items():
-        for name in names:
+        expected = f'expected 1 to {MOST_MOTIONS}, such as ["bare", "loaded"]'
+        yield f"experiment.protocol: {len(protocol)} motions; {expected}"
+    for side, each in (("plant", plant), ("belief", belief)):
+        if each.payload is not None and LOADED in each.payloads:
+            yield f"{side}: payload and payloads.{LOADED} denote the same payload; state one of them"
+        for name in sides[side]:
             if not NAME.fullmatch(name) or name in (BARE, UNLOADED):
-                raise WrongValue(
-                    f"{path}: {side}.payloads: {shown(name)} is no name for a payload; expected small letters, digits "
-                    f"and _, not {BARE} or {UNLOADED}"
-                )
-    if not plant:
-        raise WrongValue(f"{path}: plant: no payload; state payload, or payloads by name")
-    for one, other in (("belief", "plant"), ("plant", "belief")):
-        for name in sides[one]:
-            if name not in sides[other]:
-                raise WrongValue(
-                    f"{path}: {one} has a payload {name!r}, {other} has not{nearest(name, sides[other])}; "
-                    f"known: {', '.join(sides[other]) or 'none'}"
-                )
-    for name in protocol:
-        if name != BARE and name not in plant:
-            raise WrongValue(
-                f"{path}: experiment.protocol: no payload {shown(name)}{nearest(name, (BARE, *plant))}; "
-                f"known: {', '.join((BARE, *plant))}"
-            )
+                expected = f"expected small letters, digits and _, not {BARE} or {UNLOADED}"
+                yield f"{side}.payloads: {shown(name)} is no name for a payload; {expected}"
+    if not sides["plant"]:
+        yield "plant: no payload; state payload, or payloads by name"
+    for where, names, known in (
+        ("belief: plant has no payload", sides["belief"], sides["plant"]),
+        ("plant: belief has no payload", sides["plant"], sides["belief"]),
+        ("experiment.protocol: no payload", protocol, (BARE, *sides["plant"])),
+        ("belief.known: no payload", belief.known if isinstance(belief.known, Mapping) else (), sides["belief"]),
+        ("belief.exact: no payload", belief.exact if isinstance(belief.exact, Mapping) else (), sides["belief"]),
+    ):
+        for name in names:
+            if name not in known:
+                yield f"{where} {shown(name)}{nearest(name, known)}; known: {', '.join(known) or 'none'}"
     if table.cost is not None and len({name == BARE for name in protocol}) < 2:
-        raise WrongValue(
-            f"{path}: cost: needs a bare and a loaded motion in experiment.protocol, got {', '.join(protocol)}"
-        )
-    for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
-        for name in named if isinstance(named, Mapping) else ():
-            if name not in belief:
-                raise WrongValue(
-                    f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
-                )
+        yield f"cost: needs a bare and a loaded motion in experiment.protocol, got {', '.join(protocol)}"
 
 
-def _check_draws(group: str, draws: Mapping[str, DrawTable], path: str) -> None:
-    """Check that no two draws change the same value, and that each has exactly one form."""
-    owner: dict[str, str] = {}
-    for name, draw in draws.items():
-        where = f"{path}: {group}.{name}"
-        stream = draw.stream if isinstance(draw, SourceTable) else None
-        if sum(way is not None for way in (draw.distribution, draw.choice, stream)) != 1:
-            raise WrongValue(f"{where}: give either a distribution, or a choice, or for a source its stream")
-        if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
-            raise WrongValue(f"{where}: size applies to noise only; a drawn source gets its size from its distribution")
-        if not draw.targets:
-            raise WrongValue(f"{where}: target is empty; name the value to draw")
-        for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
-            if stream is None and not place.startswith(DRAWABLE):
-                raise WrongValue(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
-            if place in owner:
-                raise WrongValue(f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once")
-            owner[place] = name
+def _draw_faults(table: ScenarioTable) -> Iterator[str]:
+    """Yield what is wrong with draws: each has exactly one form, and no two of a group change the same value."""
+    for group, draws in (("random", table.random), ("sources", table.sources)):
+        owner: dict[str, str] = {}
+        for name, draw in draws.items():
+            where, source = f"{group}.{name}", draw if isinstance(draw, SourceTable) else None
+            stream = None if source is None else source.stream
+            if sum(way is not None for way in (draw.distribution, draw.choice, stream)) != 1:
+                yield f"{where}: give either a distribution, or a choice, or for a source its stream"
+            if source is not None and source.size is not None and stream is None:
+                yield f"{where}: size applies to noise only; a drawn source gets its size from its distribution"
+            if not draw.targets:
+                yield f"{where}: target is empty; name the value to draw"
+            for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
+                if stream is None and not place.startswith(DRAWABLE):
+                    yield f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}"
+                if place in owner:
+                    yield f"{where}: {place} is already used by {group}.{owner[place]}; draw each value once"
+                owner[place] = name

@@ -1,4 +1,4 @@
-"""Statistics of many trials, joint by joint: errors, coverage of intervals, pass rates.
+"""Statistics of a study's rows, joint by joint: errors, coverage and pass rates, and the error budget of its sources.
 
 Parts of a study are read one at a time, so it needs memory for three numbers per trial and joint with a gain.
 
@@ -6,15 +6,15 @@ Pass rule: for each joint, the number of misses among N trials is compared with 
 required rate. A joint fails if that many misses, or more, have a probability below `false_alarm` / n. A method with the
 required rate on every joint therefore fails in less than `false_alarm` of all studies (Bonferroni).
 
-The error budget of a sensitivity study: the error from each source alone, and its share of the total variance.
+Budget of a sensitivity study: the error from each source alone, and its share of the total variance.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 from scipy import stats
@@ -25,6 +25,9 @@ from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL
 from scenarios.experiments.study_folder import StudyFolder
 from scenarios.support.errors import StudyError
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 CONFIDENCE = 0.95
 """Level of the intervals of shares of trials."""
 FALSE_ALARM = 0.01
@@ -33,6 +36,11 @@ SHOWN = 5000
 """Least number of injected gains kept per joint (if available); figures show no more points."""
 COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
 """Columns of a study that statistics and figures need."""
+NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
+"""Columns of a sensitivity study that the budget uses."""
+TAILS = (2.5, 97.5)
+"""Percentiles of the bootstrap at the ends of an interval."""
+RESAMPLES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,6 +99,19 @@ def rows_in(folder: StudyFolder) -> StudyRows:
     return study_rows(folder.tables(COLUMNS), trials=sum(len(part.trials) for part in folder.parts()))
 
 
+@dataclass(slots=True, eq=False)
+class _Gathered:
+    """Accumulated data of one joint; `numbers` (3, trials) are written from the left, as growing needs a copy."""
+
+    tolerance: float
+    numbers: Array
+    trials: int = 0
+    gains: int = 0
+    passed: int = 0
+    true: list[Array] = field(default_factory=list[Array])
+    failures: Counter[str] = field(default_factory=Counter[str])
+
+
 def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
     """Gather the rows of a study.
 
@@ -133,23 +154,6 @@ def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
         )
     failures = dict(gathered[joints[0].joint].failures.most_common()) if joints else {}
     return StudyRows(joints=tuple(joints), failures=failures)
-
-
-@dataclass(slots=True, eq=False)
-class _Gathered:
-    """Accumulated data of one joint.
-
-    The array of shape (3, trials) is allocated at the start: unwritten memory costs nothing, while growing an array
-    needs a copy.
-    """
-
-    tolerance: float
-    numbers: Array
-    trials: int = 0
-    gains: int = 0
-    passed: int = 0
-    true: list[Array] = field(default_factory=list[Array])
-    failures: Counter[str] = field(default_factory=Counter[str])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,10 +243,8 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
     """
     found: list[JointStatistics] = []
     for rows in joints:
-        passed, allowed = (
-            coverage_of(rows.passed, rows.trials),
-            allowed_misses(rows.trials, wanted, false_alarm / len(joints)),
-        )
+        passed = coverage_of(rows.passed, rows.trials)
+        allowed = allowed_misses(rows.trials, wanted, false_alarm / len(joints))
         error, some = rows.rel_error, rows.gains > 0
         spread = float(np.std(error, ddof=1)) if rows.gains > 1 else None
         found.append(
@@ -278,13 +280,6 @@ def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
 def detectable_rate(trials: int, allowed: int, power: float) -> float:
     """Return the pass rate below which a joint fails with a probability of at least `power`."""
     return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0
-
-
-NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
-"""Columns of a sensitivity study that the budget uses."""
-TAILS = (2.5, 97.5)
-"""Percentiles of the bootstrap at the ends of an interval."""
-RESAMPLES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -365,46 +360,24 @@ def study_budget(scenario: Scenario, folder: StudyFolder, seed: int) -> tuple[Bu
     return found
 
 
-def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
+def budgets(rows: "pd.DataFrame", sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
     """Return the budget of each joint. `rows` has one row per trial and joint, with the columns `NEEDED`."""
     return tuple(_joint_budget(rows.query("joint == @joint"), joint, sources, seed) for joint in joints)
 
 
-def ranking(found: Sequence[BudgetJoint]) -> list[str]:
-    """Return sources sorted by their share, summed over the joints, the largest first."""
-    total: dict[str, float] = {}
-    for cost in (cost for budget in found for cost in budget.costs):
-        total[cost.source] = total.get(cost.source, 0.0) + cost.share
-    return sorted(total, key=lambda source: -total[source])
-
-
-def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
-    """Return first- and total-order indices of one output.
-
-    Args:
-        A: The output on matrix A, shape (n,), n a power of 2.
-        B: On matrix B, shape (n,).
-        AB: On A with the columns of source k from B, shape (d, n).
-        seed: Seed of the bootstrap.
-    """
-
-    def indices(k: Indices) -> Array:  # (2, d)
-        of = stats.sobol_indices(func={"f_A": A[k][None], "f_B": B[k][None], "f_AB": AB[:, k][:, None]}, n=len(A))
-        return np.array([of.first_order.ravel(), of.total_order.ravel()])
-
-    found, low, high = indices(np.arange(len(A))), *_percentiles([indices(k) for k in _resampled(len(A), seed)])
-    first, total = (
-        [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
-        for order in zip(found, low, high, strict=True)
-    )
-    return first, total
-
-
-def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
+def _joint_budget(rows: "pd.DataFrame", joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
     by_source = rows.query(f"design == {ALONE!r}").groupby("source")
     alone = {name: group["rel_error"].dropna().to_numpy() for name, group in by_source}
     squares = {name: float(np.mean(alone[name] ** 2)) for name in sources if len(alone.get(name, ())) > 0}
-    first, total, samples = _indices(rows.query(f"design == {SOBOL!r}"), sources, seed)
+    # The estimator of Sobol indices needs a power of 2 of complete rows: the largest one available.
+    design = rows.query(f"design == {SOBOL!r}")
+    design = design.assign(sample=design["sample"].astype(int)).pivot_table(
+        index="sample", columns="source", values="rel_error", dropna=False
+    )
+    whole = design.reindex(columns=["A", "B", *sources]).dropna().to_numpy()
+    n = 2 ** int(np.log2(len(whole))) if len(whole) else 0
+    indices = sobol_indices(whole[:n, 0], whole[:n, 1], whole[:n, 2:].T, seed) if n >= 4 else ([], [])
+    first, total = (dict(zip(sources, order, strict=False)) for order in indices)
     costs = [
         SourceCost(
             joint=joint,
@@ -428,45 +401,54 @@ def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: 
         costs=sorted(costs, key=lambda cost: -cost.rms.value),
         floor=floor,
         together=float(np.sqrt(np.mean(together**2))) if len(together) else None,
-        samples=samples,
+        samples=n,
         lost=int(np.count_nonzero(rows["rel_error"].isna())),
         summed=float(np.sqrt(variance + bias**2)),
         silent=[name for name in sources if name not in squares],
     )
 
 
-def _indices(
-    rows: pd.DataFrame, sources: Sequence[str], seed: int
-) -> tuple[dict[str, Interval], dict[str, Interval], int]:
-    """Return Sobol indices by source from the complete rows of the design, and the number of these.
+def ranking(found: Sequence[BudgetJoint]) -> list[str]:
+    """Return sources sorted by their share, summed over the joints, the largest first."""
+    total = Counter[str]()
+    for cost in (cost for budget in found for cost in budget.costs):
+        total[cost.source] += cost.share  # pyright: ignore[reportArgumentType]  (a counter adds any numbers)
+    return [source for source, _ in total.most_common()]
 
-    The estimator needs a power of 2: with missing rows, the largest one available.
+
+def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
+    """Return first- and total-order indices of one output.
+
+    Args:
+        A: The output on matrix A, shape (n,), n a power of 2.
+        B: On matrix B, shape (n,).
+        AB: On A with the columns of source k from B, shape (d, n).
+        seed: Seed of the bootstrap.
     """
-    table = rows.assign(sample=rows["sample"].astype(int)).pivot_table(
-        index="sample", columns="source", values="rel_error", dropna=False
+
+    def indices(k: Indices) -> Array:  # (2, d)
+        of = stats.sobol_indices(func={"f_A": A[k][None], "f_B": B[k][None], "f_AB": AB[:, k][:, None]}, n=len(A))
+        return np.array([of.first_order.ravel(), of.total_order.ravel()])
+
+    found, ends = (
+        indices(np.arange(len(A))),
+        np.percentile([indices(k) for k in _resampled(len(A), seed)], TAILS, axis=0),
     )
-    whole = table.reindex(columns=["A", "B", *sources]).dropna().to_numpy()
-    n = 2 ** int(np.log2(len(whole))) if len(whole) else 0
-    if n < 4:
-        return {}, {}, n
-    first, total = sobol_indices(whole[:n, 0], whole[:n, 1], whole[:n, 2:].T, seed)
-    return dict(zip(sources, first, strict=True)), dict(zip(sources, total, strict=True)), n
+    first, total = (
+        [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
+        for order in zip(found, *ends, strict=True)
+    )
+    return first, total
 
 
 def _rms(error: Array, seed: int) -> Interval:
     value = float(np.sqrt(np.mean(error**2)))
     if len(error) < 2 or np.ptp(error) == 0.0:
         return Interval(value=value, low=value, high=value)
-    low, high = _percentiles(np.sqrt(np.mean(error[_resampled(len(error), seed)] ** 2, axis=1)))
+    low, high = np.percentile(np.sqrt(np.mean(error[_resampled(len(error), seed)] ** 2, axis=1)), TAILS)
     return Interval(value=value, low=float(low), high=float(high))
 
 
 def _resampled(n: int, seed: int) -> Indices:
     """Return the indices of each bootstrap resample, shape (RESAMPLES, n)."""
     return np.random.default_rng(seed).integers(n, size=(RESAMPLES, n))
-
-
-def _percentiles(values: Array | list[Array]) -> tuple[Array, Array]:
-    """Return the ends of a 95 % interval over the first axis."""
-    low, high = np.percentile(values, TAILS, axis=0)
-    return low, high

@@ -19,7 +19,6 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
-from pydantic import ValidationError
 
 from ident.support.naming import one_line
 from scenarios.experiments.schema import Scenario, ScenarioTable
@@ -88,12 +87,11 @@ class StudyFolder:
             there = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
         except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
             raise StudyError(f"{path}: not part of a study; move it away") from error
-        part, is_part = Part(range(first, last + 1), f".{ending}"), f".{ending}" in (WHOLE, LOST)
-        if not is_part or path.name != part.name or there != part.trials:
-            raise StudyError(f"{path}: contains trials {there.start} to {there.stop - 1}; move it away")
+        part, trials = Part(range(first, last + 1), f".{ending}"), f"trials {there.start} to {there.stop - 1}"
+        if part.ending not in (WHOLE, LOST) or path.name != part.name or there != part.trials:
+            raise StudyError(f"{path}: contains {trials}; move it away")
         if found.num_rows != len(part.trials) * self.rows_per_trial:
-            trials = f"{there.start} to {there.stop - 1}"
-            raise StudyError(f"{path}: its {found.num_rows} rows are not those of trials {trials}; move it away")
+            raise StudyError(f"{path}: its {found.num_rows} rows are not those of {trials}; move it away")
         return part
 
     def missing(self, count: int) -> list[range]:
@@ -126,7 +124,7 @@ class StudyFolder:
             part = Part(range(members[0], members[-1] + 1), LOST if is_lost else WHOLE)
             _write(self.trials / part.name, content.getvalue().to_pybytes(), self.path / UNFINISHED)
 
-    def tables(self, columns: Sequence[str]) -> Iterator[pa.Table]:
+    def tables(self, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
         """Yield the rows of one part after the other, to save memory.
 
         Raises:
@@ -136,21 +134,13 @@ class StudyFolder:
             path = self.trials / part.name
             try:
                 with pq.ParquetFile(path) as file:
-                    yield file.read(columns=list(columns), use_threads=False)
+                    yield file.read(columns=columns and list(columns), use_threads=False)
             except (OSError, pa.ArrowException) as error:
                 raise StudyError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
     def table(self, columns: Sequence[str] | None = None) -> "pd.DataFrame":
-        """Return all existing rows, sorted by trial, method (if several) and joint.
-
-        Raises:
-            StudyError: If a part cannot be read.
-        """
-        paths = [self.trials / part.name for part in self.parts()]
-        try:
-            rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
-        except (OSError, pa.ArrowException) as error:
-            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
+        """Return all existing rows, sorted by trial, method (if several) and joint; raises as `tables`."""
+        rows = pa.concat_tables(self.tables(columns)).to_pandas()
         keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
         return rows.sort_values(keys, ignore_index=True)
 
@@ -206,8 +196,8 @@ def study_folder(
     try:
         (path / UNFINISHED).unlink(missing_ok=True)
         wanted = json.loads(json.dumps({**identity, "files": files(), "versions": versions()}))
-        known = _record(path / STUDY)
-        if known is not None:
+        if (path / STUDY).exists():
+            known = _record(path / STUDY)
             difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
             if difference is not None:
                 raise StudyError(f"{path}: belongs to another study: {difference}; use another --out")
@@ -219,14 +209,12 @@ def study_folder(
         lock.release()
 
 
-def _record(path: Path) -> dict[str, object] | None:
+def _record(path: Path) -> dict[str, object]:
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        if isinstance(record, dict) and isinstance(record.get("trials"), int):
+        if isinstance(record["trials"], int):
             return record
-    except FileNotFoundError:
-        return None
-    except ValueError:
+    except (ValueError, KeyError, TypeError):
         pass
     raise StudyError(f"{path}: not the record of a study; use another --out")
 
@@ -250,8 +238,6 @@ def _first_difference(there: object, here: object, place: str) -> str | None:
 class StoredStudy:
     """A finished study; `named` is the name of its scenario, `seed` that of the first trial."""
 
-    folder: Path
-    kind: str
     scenario: Scenario
     named: str
     seed: int
@@ -271,26 +257,25 @@ def read_study(folder: Path) -> StoredStudy:
     path = folder / STUDY
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        kind, stated = record["study"], record["scenario"]
+        stated = record["scenario"]
         table = ScenarioTable.model_validate_json(json.dumps({"description": "", **stated["table"]}))
         scenario = Scenario(str(stated["name"]), folder, table)
-        trials, seed, command = int(record["trials"]), int(record["seed"]), str(record["command"])
-        words, versions = shlex.split(command), dict(record["versions"])
-    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        words = shlex.split(record["command"])
+        found = StoredStudy(
+            scenario=scenario,
+            named=words[2] if len(words) > 2 else scenario.name,
+            seed=int(record["seed"]),
+            trials=int(record["trials"]),
+            command=str(record["command"]),
+            versions=dict(record["versions"]),
+            rows=StudyFolder(folder, len(table.tolerance.gain)),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
-    rows = StudyFolder(folder, len(table.tolerance.gain))
-    missing = sum(map(len, rows.missing(trials)))
+    missing = sum(map(len, found.rows.missing(found.trials)))
     if missing:
-        raise ScenarioError(f"{one_line(folder)}: {missing} of {trials} trials are missing; continue with: {command}")
-    return StoredStudy(
-        folder=folder,
-        kind=str(kind),
-        scenario=scenario,
-        named=words[2] if len(words) > 2 else scenario.name,
-        seed=seed,
-        trials=trials,
-        command=command,
-        versions=versions,
-        rows=rows,
-    )
+        raise ScenarioError(
+            f"{one_line(folder)}: {missing} of {found.trials} trials are missing; continue with: {found.command}"
+        )
+    return found

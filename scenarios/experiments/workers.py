@@ -297,25 +297,6 @@ async def _greet(address: str) -> None:
     await comm.close()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorkerKind:
-    """A kind of workers and the command-line option that selects it.
-
-    Attributes:
-        option: Name of the option, without dashes; its value is a text.
-        metavar: Name of the value in the help.
-        help: Help text of the option.
-        checked: Returns the text if it is valid, as a type of `argparse`.
-        open: Context manager of the workers for a value, None if the option is not given.
-    """
-
-    option: str
-    metavar: str
-    help: str
-    checked: Callable[[str], str]
-    open: Callable[[str | None], AbstractContextManager[Workers]]
-
-
 def usable_cores() -> int:
     """Return the number of cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -339,46 +320,30 @@ def _address(text: str) -> str:
     return text
 
 
-PROCESSES = WorkerKind(
-    option="jobs",
-    metavar="J",
-    help="processes on this machine (default: one per core)",
-    checked=_jobs,
-    open=lambda value: local_processes(usable_cores() if value is None else int(value)),
-)
-DASK = WorkerKind(
-    option="dask",
-    metavar="ADDRESS",
-    help="scheduler of a Dask cluster, tcp://HOST:PORT or its file",
-    checked=_address,
-    open=lambda value: dask_workers(value or ""),
-)
-WORKERS = {"processes": PROCESSES, "dask": DASK}
-"""All kinds; the first is the default."""
+OPTIONS = {
+    "jobs": ("J", _jobs, "processes on this machine (default: one per core)"),
+    "dask": ("ADDRESS", _address, "scheduler of a Dask cluster, tcp://HOST:PORT or its file"),
+}
+"""Options of the kinds of workers: name of the value, its check, and help."""
 
 
-def add_worker_options(parser: argparse.ArgumentParser) -> None:
+def add_worker_options(parser: argparse.ArgumentParser, kinds: Iterable[str] = OPTIONS) -> None:
     """Add one option per kind of workers; at most one may be used."""
     group = parser.add_mutually_exclusive_group()
-    for kind in WORKERS.values():
-        group.add_argument(
-            f"--{kind.option}", dest=kind.option, type=kind.checked, metavar=kind.metavar, help=kind.help
-        )
+    for kind in kinds:
+        metavar, checked, said = OPTIONS[kind]
+        group.add_argument(f"--{kind}", type=checked, metavar=metavar, help=said)
 
 
 def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]:
     """Return the workers of parsed options."""
-    kind, value = _chosen(options)
-    return kind.open(value)
+    address: str | None = getattr(options, "dask", None)
+    if address is not None:
+        return dask_workers(address)
+    return local_processes(usable_cores() if options.jobs is None else int(options.jobs))
 
 
 def worker_words(options: argparse.Namespace) -> list[str]:
     """Return the command-line arguments that select the same workers."""
-    kind, value = _chosen(options)
-    return [] if value is None else [f"--{kind.option}", value]
-
-
-def _chosen(options: argparse.Namespace) -> tuple[WorkerKind, str | None]:
-    given = {name: getattr(options, kind.option) for name, kind in WORKERS.items()}
-    name = next((name for name, value in given.items() if value is not None), "processes")
-    return WORKERS[name], given[name]
+    given = ((kind, getattr(options, kind)) for kind in OPTIONS)
+    return [word for kind, value in given if value is not None for word in (f"--{kind}", value)]

@@ -10,18 +10,17 @@ from collections.abc import Generator
 from dataclasses import is_dataclass
 from importlib import import_module
 from inspect import cleandoc
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from scenarios.experiments.motions import LARGEST, LONGEST
 from scenarios.experiments.schema import InertiaTable, Known, Positive, Triple
 from scenarios.support.texts import ENDING, FOLDER, attribute_docs
 
 FILES = {
     "scenario": "scenarios.experiments.schema:ScenarioTable",
     "payload": "scenarios.results.json_schemas:PayloadFile",
-    "motion": "scenarios.results.json_schemas:MotionFile",
+    "motion": "scenarios.experiments.motions:MotionFile",
     "robot": "sim.robot:RobotTable",
     "gains": "scenarios.experiments.gains_file:GainsFile",
 }
@@ -52,7 +51,6 @@ RESULTS = {
     "paper": "scenarios.benchmark.paper_result:PaperResult",
 }
 """Models of JSON files and results by the name of their schema, which is generated when asked for."""
-Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
 class PayloadFile(BaseModel):
@@ -68,16 +66,6 @@ class PayloadFile(BaseModel):
     )
     inertia_std: InertiaTable | None = Field(None, description="Standard deviations of the inertia [kg m^2]")
     known: Known = Field("all", description="What identification may use of the payload")
-
-
-class MotionFile(BaseModel):
-    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row per joint."""
-
-    model_config = ConfigDict(extra="forbid")
-    duration: float = Field(gt=0.0, le=LONGEST, description="Duration of one period [s]")
-    center: list[Coefficient] = Field(description="Mean position [rad]")
-    sine: list[list[Coefficient]] = Field(description="Coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
-    cosine: list[list[Coefficient]] = Field(description="Coefficients of cos(2 pi k t / duration) [rad]")
 
 
 COMPLETE = ("DrawTable", "SourceTable")

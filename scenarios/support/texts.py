@@ -1,8 +1,6 @@
-"""Text of TOML files for users: values on one line, and the line that names a JSON Schema.
+"""Texts: TOML values on one line, the line that names a JSON Schema, and descriptions of attributes from docstrings.
 
 Taplo, and editors that use it, complete and check keys by `#:schema PLACE`.
-
-Descriptions of attributes from docstrings of classes.
 """
 
 import json

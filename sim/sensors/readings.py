@@ -1,10 +1,9 @@
-"""Encoders: noise, then quantisation. Controller and log use the readings.
+"""Readings of encoders and logged currents.
 
-The logged current: noise, errors of gain and offset, delay.
-
-Noise is white and coloured, in proportion to each joint's rms current; coloured noise represents residuals of real
-robots. Gain and offset errors differ between motions, `(1 + e) v + o`: e and o are drawn for each motion and joint.
-Causes are amplifiers that are zeroed at power-on, and warming shunts.
+Encoders: noise, then quantisation. Controller and log use the readings. Noise of the current is white and coloured, in
+proportion to each joint's rms current; coloured noise represents residuals of real robots. Gain and offset errors
+differ between motions, `(1 + e) v + o`: e and o are drawn for each motion and joint. Causes are amplifiers that are
+zeroed at power-on, and warming shunts.
 """
 
 from collections.abc import Iterator, Sequence

@@ -17,7 +17,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.robots import ROBOTS, named_robot
+from scenarios.experiments.robots import named_robot, robot_file
 from scenarios.rendering.content import Paragraph
 from scenarios.results.check import Check
 from scenarios.results.json_schemas import schema
@@ -167,7 +167,7 @@ def test_bad_input_ends_with_2_and_one_line(cell, capsys, monkeypatch, words, sa
 
 
 def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
-    model, file, name = (named_robot(word) for word in (str(rx90_mjcf.MJCF), str(ROBOTS["rx90"]), "rx90"))
+    model, file, name = (named_robot(word) for word in (str(rx90_mjcf.MJCF), str(robot_file("rx90")), "rx90"))
     assert model.gain is None
     assert file.gain is not None
     np.testing.assert_array_equal(name.gain, file.gain)

@@ -10,7 +10,7 @@ from quick import quick_scenario
 
 import scenarios
 from scenarios.cli import main
-from scenarios.experiments.judge import INERTIAS, MOMENTS, CostTruth, judge_cost
+from scenarios.experiments.judge import INERTIAS, MOMENTS, arm_errors
 from scenarios.experiments.run import Run, identified, run, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of
 from scenarios.rendering.content import Table
@@ -75,31 +75,23 @@ def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
 
 
 def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
-    found, structure = judged.cost.found, judged.setup.structure
-    true, other = found.arm.in_si()[0], judged.prepared.problem.motions[1]
-    moments = np.array([name[0] == "M" for name in structure.base.names])
-    inertial = np.isin(structure.base.names, [each.name for each in found.arm.inertial])
-    for doubled, expected in ((moments, (0.5, 0.0)), (~moments & inertial, (0.0, 0.5))):
-        truth = CostTruth(
-            weight=judged.setup.check.plant.payload,
-            base=np.where(doubled, 2.0, 1.0) * true,
-            gain=judged.setup.true_gain,
-        )
-        arm = judge_cost(judged.cost.a_priori, found, truth, other, tolerance=0.02).arm
-        assert tuple(each.found for each in arm) == expected
+    found, names = judged.cost.found, judged.setup.structure.base.names
+    own = dict(zip(names, found.arm.in_si()[0].tolist(), strict=True))
+    for doubled, expected in ((True, (0.5, 0.0)), (False, (0.0, 0.5))):
+        true = {name: value * (2.0 if (name[0] == "M") is doubled else 1.0) for name, value in own.items()}
+        arm = arm_errors(judged.cost.a_priori, found, true)
+        assert tuple(each.found for each in arm) == pytest.approx(expected, abs=1e-12)  # rounding of the norm
         for outcome, errors in (
             (found, [(each.found, each.found_std) for each in arm]),
             (judged.cost.a_priori, [(each.a_priori, each.a_priori_std) for each in arm]),
         ):
-            place = {name: k for k, name in enumerate(structure.base.names)}
-            for letter, (error, std) in zip((True, False), errors, strict=True):
-                own = [each for each in outcome.arm.inertial if (each.name[0] == "M") is letter]
-                wanted = np.array([truth.base[place[each.name]] for each in own])
-                off = np.array([(each.value - w, each.std) for each, w in zip(own, wanted, strict=True)])
-                # The same norms, by columns.
-                np.testing.assert_allclose(
-                    (error, std), np.linalg.norm(off, axis=0) / np.linalg.norm(wanted), rtol=1e-12, atol=1e-15
-                )
+            for moments, error in zip((True, False), errors, strict=True):
+                listed = [each for each in outcome.arm.inertial if (each.name[0] == "M") is moments]
+                wanted = np.array([true[each.name] for each in listed])
+                off = np.array([each.value for each in listed]) - wanted, np.array([each.std for each in listed])
+                # The same norms, one by one.
+                norms = [np.sqrt(each @ each) / np.sqrt(wanted @ wanted) for each in off]
+                np.testing.assert_allclose(error, norms, rtol=1e-12, atol=1e-15)
 
 
 def quick(folder: Path, more: str):

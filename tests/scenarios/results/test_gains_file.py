@@ -133,7 +133,7 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
     [
         (b"{", "not JSON: Expecting property name"),
         (b"\xff\xfe{}", "not JSON: byte 0 is not UTF-8"),
-        (b"[1, 2]", "input should be an object"),
+        (b"[1, 2]", "no gains; expected a gains file"),
         (b'{"gains": [{"joint": 1, "estimate": NaN, "std": 0.1}]}', "gains.1.estimate"),
         ("[[gains]", "not TOML"),
         ("", "is empty"),

@@ -15,9 +15,9 @@ from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
-from scenarios.experiments.motions import MOTIONS, write_motion
-from scenarios.experiments.robots import ROBOTS
-from scenarios.experiments.scenario_files import CATALOG
+from scenarios.experiments.motions import write_motion
+from scenarios.experiments.robots import robot_file
+from scenarios.experiments.scenario_files import BUILT_IN, CATALOG
 from scenarios.results.json_schemas import FILES, RESULTS, schema
 from scenarios.support.texts import ENDING, FOLDER
 
@@ -28,8 +28,8 @@ UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in the unit that `measu
 DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm|standard errors")
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
-TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
-TOML += [(path, "robot") for path in ROBOTS.values()]
+TOML += [(path, "motion") for path in sorted(CATALOG.glob("motions/*.toml"))]
+TOML += [(path, "robot") for path in map(robot_file, BUILT_IN["robot"])]
 
 
 def checked(value: object, name: str) -> None:

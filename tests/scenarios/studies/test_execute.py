@@ -7,6 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from places import ROOT
 from study_tasks import (
     die_once,
     double_or_die,
@@ -15,7 +16,6 @@ from study_tasks import (
 )  # fmt: skip
 
 from scenarios.experiments.workers import (
-    WORKERS,
     GivenUp,
     Workers,
     add_worker_options,
@@ -70,17 +70,19 @@ def test_workers_have_the_environment_of_the_process_that_started_them():
             assert workers.open().submit(os.getenv, name).result() == os.getenv(name)
 
 
-def test_workers_end_when_the_process_that_started_them_is_killed():
+def test_workers_end_when_the_script_that_started_them_is_killed(tmp_path):
     code = (
         "import os, signal\n"
         "from scenarios.experiments.workers import local_processes\n"
-        "if __name__ == '__main__':\n"
-        "    with local_processes(1) as workers:\n"
-        "        print(workers.open().submit(os.getpid).result(), flush=True)\n"
-        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "with local_processes(1) as workers:\n"  # without a guard, as users write it
+        "    print(workers.open().submit(os.getpid).result(), flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    (tmp_path / "script.py").write_text(code)
+    words, environment = [sys.executable, "script.py"], os.environ | {"PYTHONPATH": str(ROOT)}
+    killed = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert "Error" not in killed.stderr  # of a worker that began the script again
     deadline = time.monotonic() + 10.0
     while alive(int(killed.stdout)) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -95,23 +97,12 @@ def alive(process: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("name", WORKERS)
-def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_words_ask_for_it_again(name):
-    kind = WORKERS[name]
+def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_words_ask_for_it_again(capsys):
     parser = argparse.ArgumentParser()
     add_worker_options(parser)
-    text = "3"  # a number of processes, or a name of anything
-    options = parser.parse_args([f"--{kind.option}", text])
-    assert worker_words(options) == [f"--{kind.option}", text]
-    assert parser.parse_args(worker_words(options)) == options
-    assert worker_words(parser.parse_args([])) == []
-    assert kind.help in " ".join(parser.format_help().split())
-    assert f"--{kind.option} {kind.metavar}" in parser.format_help()
-
-
-def test_two_kinds_of_workers_at_once_are_refused(capsys):
-    parser = argparse.ArgumentParser()
-    add_worker_options(parser)
+    for words in ([], ["--jobs", "3"], ["--dask", "tcp://here:1"]):
+        assert worker_words(parser.parse_args(words)) == words
+        assert all(word in parser.format_help() for word in words[:1])
     with pytest.raises(SystemExit):
         parser.parse_args(["--jobs", "2", "--dask", "tcp://here:1"])
     assert "not allowed with" in capsys.readouterr().err

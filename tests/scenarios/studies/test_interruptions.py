@@ -10,24 +10,22 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from here import HERE
 from places import ROOT
 from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 from signals import as_in_the_foreground
 
-from scenarios.cli import main
 from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.study import carry_out, monte_carlo
-from scenarios.experiments.workers import Workers
 
 DEADLINE = 120.0
-TRIALS, PARTS = 8, 8
-"""On two workers, four chunks a worker."""
+TRIALS = 24
+"""On two workers, four chunks of three trials a worker."""
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +33,7 @@ def scenario(tmp_path_factory) -> Path:
     return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, lasts=BRIEF)
 
 
-def rx90(*words: object) -> list[str]:
-    return [sys.executable, "-m", "scenarios", *map(str, words)]
-
-
-def started(
-    words: list[str], prepared: Callable[[], None] = as_in_the_foreground, folder: Path = ROOT
-) -> subprocess.Popen:
+def started(words: list[str], folder: Path) -> subprocess.Popen:
     """A command in a session of its own, as a terminal starts it in a folder."""
     return subprocess.Popen(
         words,
@@ -51,7 +43,7 @@ def started(
         start_new_session=True,
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-        preexec_fn=prepared,
+        preexec_fn=as_in_the_foreground,
     )
 
 
@@ -77,53 +69,35 @@ def misleading(tmp_path) -> Path:
     return folder
 
 
-def test_a_killed_study_goes_on_and_ends_with_the_rows_of_one_that_was_not(scenario, misleading, tmp_path):
-    more = ("-n", TRIALS, "--seed", 5)
-    for attempt in range(5):  # a kill that comes after the last part is no test
-        folder = tmp_path / f"killed-{attempt}"
-        killed = started(rx90("monte-carlo", scenario, "--out", folder, *more, "--jobs", 2), folder=misleading)
-        wait_until(lambda: parts(folder), killed)  # noqa: B023 (called at once)
-        os.killpg(killed.pid, signal.SIGKILL)
-        assert killed.wait() == -signal.SIGKILL
-        killed.stderr.close()
-        kept = parts(folder)
-        if len(kept) < PARTS:
-            break
-    assert 0 < len(kept) < PARTS
-    assert not any("lost" in name for name in kept)  # of workers that were misled
-    assert main(["monte-carlo", str(scenario), "--out", str(folder), *map(str, more), "--jobs", "1"]) in (0, 1)
-    study, here = (
-        monte_carlo(load_scenario(str(scenario)), TRIALS, 5),
-        Workers(lambda: ThreadPoolExecutor(1), lambda: 1),
-    )
-    carry_out(study, tmp_path / "whole", here, command="", console=Console(quiet=True))
-    assert parts(folder).items() >= kept.items()  # what was finished is not done again
+def test_a_study_that_is_killed_and_stopped_ends_with_the_rows_of_one_that_was_not(scenario, misleading, tmp_path):
+    """Killed; stopped as a terminal sends Ctrl-C, to every process; stopped as `kill` sends its signal; finished."""
+    folder, kept = tmp_path / "s", dict[str, int]()
+    command = f"rx90 monte-carlo {scenario} -n {TRIALS} --out {folder} --seed 5 --jobs 2"
+    words = [sys.executable, "-m", "scenarios", *command.split()[1:]]
+    for send, number, status in (
+        (os.killpg, signal.SIGKILL, -signal.SIGKILL),
+        (os.killpg, signal.SIGINT, 130),
+        (os.kill, signal.SIGTERM, 143),
+    ):
+        running = started(words, folder=misleading)
+        wait_until(lambda: parts(folder).keys() - kept.keys(), running)  # noqa: B023 (called at once)
+        send(running.pid, number)
+        _, errors = running.communicate(timeout=DEADLINE)
+        assert running.returncode == status
+        said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
+        stopped = [f"rx90: stopped; finished trials are kept; continue with: {command}"]
+        assert said == ([] if number == signal.SIGKILL else stopped)
+        before, kept = kept, parts(folder)
+        assert kept.items() >= before.items()  # what was finished is not done again
+        assert not any("lost" in name for name in kept)  # of workers that were misled
+    study = monte_carlo(load_scenario(str(scenario)), TRIALS, 5)
     again, whole = (
-        pd.read_parquet(place / "trials").sort_values(["trial", "joint"], ignore_index=True)
+        carry_out(study, place, HERE, command="", console=Console(quiet=True)).table()
         for place in (folder, tmp_path / "whole")
     )
+    assert parts(folder).items() > kept.items()  # a signal after the last part is no test
     assert again["trial"].nunique() == TRIALS
     pd.testing.assert_frame_equal(again, whole, check_exact=True)
-    assert (folder / "summary.parquet").is_file()
-
-
-@pytest.mark.parametrize(
-    ("send", "number", "status"), [(os.killpg, signal.SIGINT, 130), (os.kill, signal.SIGTERM, 143)]
-)
-def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(scenario, tmp_path, send, number, status):
-    """As a terminal sends Ctrl-C, to every process, and as `kill` sends its signal."""
-    running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2))
-    wait_until(lambda: list((tmp_path / "s").glob("trials/*.parquet")), running)
-    kept = parts(tmp_path / "s")
-    send(running.pid, number)
-    _, errors = running.communicate(timeout=DEADLINE)
-    assert running.returncode == status
-    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
-    assert said == [
-        f"rx90: stopped; finished trials are kept; continue with: rx90 monte-carlo {scenario} -n 40 "
-        f"--out {tmp_path / 's'} --seed 0 --jobs 2"
-    ]
-    assert parts(tmp_path / "s").items() >= kept.items()
 
 
 STUCK = """

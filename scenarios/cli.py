@@ -9,9 +9,9 @@ import textwrap
 import traceback
 from collections.abc import Collection, Iterator, Sequence
 
-import scenarios.command_line.arguments as arguments
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest, needed_extra
+from scenarios.command_line import arguments
 from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.process import (
     MEANINGS,

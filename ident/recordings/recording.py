@@ -15,6 +15,8 @@ LARGEST_GAP = 10.0
 """Sampling interval relative to the median above which samples are missing instead of late."""
 LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
 """Largest plausible position [rad or m] and current [any drive unit]; their squares are finite."""
+FEW = 10
+"""Number of samples below which a channel that is constant says nothing."""
 JITTER_TOL = 1e-3
 """Relative deviation of a sampling interval from the mean above which a clock has jitter."""
 ABSOLUTE = 1e8
@@ -184,6 +186,8 @@ def _check(recording: Recording) -> None:
     for label, values in (("q", q), ("v", v)):
         flat = np.flatnonzero((values == values[0]).all(axis=0))
         if len(flat):
+            if len(t) < FEW:
+                raise RecordingError(f"{name}: {len(t)} samples are too few")
             raise RecordingError(
                 f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
                 f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}",

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.command_line.arguments as arguments
+from scenarios.command_line import arguments
 from scenarios.command_line.process import Status, write
 from scenarios.rendering import RENDERERS, Page, renderer
 from scenarios.rendering.content import Report
@@ -38,12 +38,7 @@ def add_form_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def show(report: Report, options: argparse.Namespace, *, passed: bool = True) -> Status:
-    """Write a report to standard output, and return the status.
-
-    Raises:
-        OSError: If it cannot be written.
-        BrokenPipeError: If its reader has ended.
-    """
+    """Write a report to standard output, and return the status."""
     write(renderer(form(options))(report, page()))
     return Status.PASSED if passed else Status.MISSED
 
@@ -97,13 +92,7 @@ def add_save_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def right_to_write(options: argparse.Namespace, path: Path, names: Iterable[str] = (), *, command: str) -> Claim:
-    """Check whether a command may and can write a file, or files of these names in a folder.
-
-    Raises:
-        ScenarioError: If the folder is not writable; if a file is one that the command reads; if a file exists that the
-            command did not write, without --force.
-        OSError: If a file cannot be written.
-    """
+    """Check whether a command may and can write a file, or files of these names in a folder; raises as `claim`."""
     folder, names = (path, tuple(names)) if names else (path.parent, (path.name,))
     if any(name.endswith(".parquet") for name in names):
         import pyarrow  # noqa: F401 # pyright: ignore[reportUnusedImport] # its absence is reported before the work

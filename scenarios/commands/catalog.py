@@ -5,16 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    form,
-    page,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, printable, with_opengl, write
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.support.errors import ScenarioError
@@ -26,22 +17,22 @@ PAGE = "report.html"
 
 def list_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the output format alone."""
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def list_command(options: argparse.Namespace) -> Status:
     """List every built-in scenario with its description."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
-    if form(options) != "text":
+    if output.form(options) != "text":
         from scenarios.results.written import ListedScenarios
 
-        return show(ListedScenarios.of(described).report("Built-in scenarios"), options)
+        return output.show(ListedScenarios.of(described).report("Built-in scenarios"), options)
     import textwrap
 
     indent = max(map(len, described)) + 2
     for name, description in described.items():
         line = f"{name:<{indent}}{description}"
-        write(textwrap.fill(line, page().width or len(line), subsequent_indent=" " * indent) + "\n")
+        write(textwrap.fill(line, output.page().width or len(line), subsequent_indent=" " * indent) + "\n")
     return Status.PASSED
 
 
@@ -55,8 +46,8 @@ def view_arguments(parser: argparse.ArgumentParser) -> None:
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, metavar="N", help="pixels (default: as many as the arms need)")
     add("--fps", type=FPS, default=8.0, metavar="X", help="frames per second of a GIF or MP4 (default 8)")
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def view_command(options: argparse.Namespace) -> Status:
@@ -90,7 +81,7 @@ def view_command(options: argparse.Namespace) -> Status:
     if path is None:
         watch(scene(motions))
         return Status.PASSED
-    held = right_to_write(options, path, command="rx90 view")
+    held = output.right_to_write(options, path, command="rx90 view")
     times = frames(duration, options.fps)
     if path.suffix.lower() == ".png":
         times = (0.5 * duration if options.at is None else options.at,)
@@ -98,13 +89,13 @@ def view_command(options: argparse.Namespace) -> Status:
     height = shown.height(width) if options.height is None else options.height
     caption = f"{setup.scenario.name}, from left: {', '.join(experiment.name for experiment in motions)}"
     drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
-    with held.writing(), under_way(options, "drawing") as stages:
+    with held.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
         labelled = (captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
         WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
     title = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}"
     size = {"pictures": len(times), "width": width, "height": height}
-    return show(Written.model_validate({"out": str(path), **size}).report(printable(title)), options)
+    return output.show(Written.model_validate({"out": str(path), **size}).report(printable(title)), options)
 
 
 def report_arguments(parser: argparse.ArgumentParser) -> None:
@@ -114,7 +105,7 @@ def report_arguments(parser: argparse.ArgumentParser) -> None:
     add("folder", metavar="DIR", type=arguments.folder, help=said)
     add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
     add("--no-picture", action="store_true", help="omit the picture of the arm, which takes seconds to render")
-    add_force_argument(parser)
+    output.add_force_argument(parser)
 
 
 def report_command(options: argparse.Namespace) -> Status:
@@ -123,8 +114,8 @@ def report_command(options: argparse.Namespace) -> Status:
     from scenarios.results.pages import page_of, with_picture
 
     path: Path = options.out or options.folder / PAGE
-    held = right_to_write(options, path, command="rx90 report")
-    with under_way(options, "drawing"):
+    held = output.right_to_write(options, path, command="rx90 report")
+    with output.under_way(options, "drawing"):
         report = page_of(options.folder)
         text = renderer("html")(report if options.no_picture else with_picture(report, options.folder), Page())
     content = text.encode(errors="backslashreplace")
@@ -140,7 +131,7 @@ def schema_arguments(parser: argparse.ArgumentParser) -> None:
 
     said = "schema of a file or of a command's --json output (default: list all)"
     parser.add_argument("name", nargs="?", metavar="NAME", choices=list(FILES | RESULTS), help=said)
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def schema_command(options: argparse.Namespace) -> Status:
@@ -159,4 +150,4 @@ def schema_command(options: argparse.Namespace) -> Status:
     document = {name: {"about": text, **files.get(name, {})} for name, text in about.items()}
     said = Paragraph(f"rx90 schema NAME prints one; those of TOML files are also in {FOLDER}.")
     parts = pairs_table("Schema", "Describes", about), said
-    return show(Report("JSON Schemas of files and results", parts, document), options)
+    return output.show(Report("JSON Schemas of files and results", parts, document), options)

@@ -9,14 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.command_line.arguments as arguments
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending, printable
 from scenarios.experiments.workers import add_worker_options, open_workers
 from scenarios.support.errors import ScenarioError
@@ -96,7 +89,7 @@ def searched(
                 x = series.point(before[0])
                 first, step = Found(x=x, cost=judge([x])[0], tried=before[1]), SMALL_STEP
             outcome, left = Outcome(first=first), max(options.evaluations - first.tried, 1)
-            with under_way(options, "motions", options.evaluations, first.tried) as progress:
+            with output.under_way(options, "motions", options.evaluations, first.tried) as progress:
                 for found in search(first, step, options.seed + first.tried, left, judge):
                     better = not outcome.kept or found.cost < outcome.kept[-1].cost
                     outcome = replace(outcome, found=found, kept=(*outcome.kept, *[found] * better))
@@ -141,13 +134,13 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def excite_command(options: argparse.Namespace) -> Status:
     """Search, write the motion, report the predicted accuracy; write the best motion so far of a stopped search."""
-    held = right_to_write(options, options.out, command="rx90 excite")
+    held = output.right_to_write(options, options.out, command="rx90 excite")
     holds = options.protocol == "holds"
     for name in ("harmonics", "improve") if holds else ():
         if getattr(options, name):
@@ -192,11 +185,9 @@ def excite_command(options: argparse.Namespace) -> Status:
             complain(f"{torque}: holds and slow sweeps do not identify its gain")
     else:
         series = Series(limits=design.limits, harmonics=options.harmonics, duration=options.duration)
-    own = None
-    if isinstance(series, Series):
-        if options.improve and before is None:
-            before = _own_motion(setup.scenario, series), 0
-        own = _feasible_motion(setup.scenario, design)
+    own = None if holds else _own_motion(setup.scenario, design, options)
+    if options.improve and before is None and own is not None:
+        before = own, 0
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
@@ -212,7 +203,8 @@ def excite_command(options: argparse.Namespace) -> Status:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
-    if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
+    asked = own is not None and (options.improve or interrupt is None)
+    if own is not None and asked and design.keeps_limits(own) and design.cost(own) < design.cost(motion):
         said = (
             "the scenario's own motion is better: the largest standard deviation of its gains is "
             f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(motion):.3g} %"
@@ -243,33 +235,29 @@ def excite_command(options: argparse.Namespace) -> Status:
     predicted = (
         f"predicted standard deviation of the gains, from {AGAINST[options.against]} [%]: {percents(deviations)}"
     )
-    return show(result.report(f"{options.out}: {predicted}"), options)
+    return output.show(result.report(f"{options.out}: {predicted}"), options)
 
 
-def _feasible_motion(scenario: "Scenario", design: "Design") -> "FourierTrajectory | None":
-    """Return the motion of a scenario; None if there is none that this robot can carry out."""
+def _own_motion(scenario: "Scenario", design: "Design", options: argparse.Namespace) -> "FourierTrajectory | None":
+    """Return the motion of a scenario, None if there is none for this robot; to be improved, it must be searchable."""
     from scenarios.experiments.motions import read_motion
 
+    name, robot_joints = scenario.table.experiment.motion, design.plant.robot.n
     try:
-        motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+        motion = read_motion(name, scenario.folder)
     except ScenarioError:
+        if options.improve:
+            raise
         return None
-    return motion if motion.n == design.plant.robot.n and design.keeps_limits(motion) else None
-
-
-def _own_motion(scenario: "Scenario", series: "Series") -> "FourierTrajectory":
-    """Return the motion of a scenario as the start of a search; an error if the parametrisation does not include it."""
-    from scenarios.experiments.motions import read_motion
-
-    motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     n, harmonics = motion.sine.shape
-    if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
+    other = n != robot_joints or harmonics > options.harmonics or motion.duration != options.duration
+    if options.improve and other:
         raise ScenarioError(
-            f"{scenario.name}: motion {scenario.table.experiment.motion!r} has {harmonics} harmonics of {n} joints in "
-            f"{motion.duration:g} s; to improve it, search with --duration {motion.duration:g} and --harmonics "
-            f"{harmonics} or more, on an arm of {n} joints"
+            f"{scenario.name}: motion {name!r} has {harmonics} harmonics of {n} joints in {motion.duration:g} s; to "
+            f"improve it, search with --duration {motion.duration:g} and --harmonics {harmonics} or more, on an arm of "
+            f"{n} joints"
         )
-    return motion
+    return motion if n == robot_joints else None
 
 
 def found_by(options: argparse.Namespace) -> str:
@@ -310,27 +298,27 @@ def payload_arguments(parser: argparse.ArgumentParser) -> None:
     said = "density of the material [kg/m^3] (default 7850, steel)"
     add("--density", type=DENSITY, default=STEEL, metavar="D", help=said)
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def payload_command(options: argparse.Namespace) -> Status:
     """Search for the best payload of each shape, report, write its file; status 1 if a joint is not identifiable."""
-    held = None if options.out is None else right_to_write(options, options.out, command="rx90 payload")
+    held = None if options.out is None else output.right_to_write(options, options.out, command="rx90 payload")
     from ident.payload.payload import payload_from_table, write_payload
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.support.texts import schema_line
 
     setup = setup_of(load_scenario(options.scenario))
-    with under_way(options, "weights", STEPS) as progress:
+    with output.under_way(options, "weights", STEPS) as progress:
         design = design_payload(setup, density=options.density, seed=options.seed, tell=progress.reach)
     if held is not None:
         comment = f"{schema_line('payload')}\n# {NOMINAL.format(shape=design.candidates[0].shape)}"
         with held.writing():
             write_payload(payload_from_table(design.after.payload), held.folder / held.names[0], comment=comment)
     report = design.report(f"Payload for scenario {design.scenario}")
-    return show(report, options, passed=all(each.shown for each in design.after.joints))
+    return output.show(report, options, passed=all(each.shown for each in design.after.joints))
 
 
 def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
@@ -351,8 +339,8 @@ def new_robot_arguments(parser: argparse.ArgumentParser) -> None:
     said = "motions to try (default %(default)d)"
     add("--evaluations", type=FEW_EVALUATIONS, default=USUAL_EVALUATIONS, help=said)
     add_worker_options(parser, ["jobs"])
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def _file_or_mass(text: str) -> Path | float:
@@ -368,7 +356,7 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     from scenarios.design.new_robot import new_robot
     from scenarios.design.robot_folder import FILES, check_no_other_robot, found_motion, write_new_robot
 
-    held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
+    held = output.right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:
         check_no_other_robot(options.out, options.model)
     new = new_robot(
@@ -394,4 +382,4 @@ def new_robot_command(options: argparse.Namespace) -> Status:
     motion, result = found_motion(new, held.folder, search, advice=advice)
     with held.writing():
         write_new_robot(new, motion, result.predicted_rel_std, held.folder)
-    return show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)
+    return output.show(result.report(f"Robot {result.robot}: {len(result.joints)} joints"), options)

@@ -3,32 +3,7 @@
 import argparse
 from typing import TYPE_CHECKING
 
-import scenarios.command_line.arguments as arguments
-from scenarios.command_line.identification import (
-    add_gains_argument,
-    add_log_arguments,
-    add_model_arguments,
-    add_motion_arguments,
-    add_options,
-    add_unseen_arguments,
-    chosen,
-    known_gains,
-    log_description,
-    mountings,
-    policy_of,
-    read_motions,
-    robot_of,
-    unseen_motion,
-)
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    add_save_argument,
-    form,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, inputs, output
 from scenarios.command_line.process import Status, complain
 from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
@@ -43,7 +18,7 @@ def add_gains_out(parser: argparse.ArgumentParser) -> None:
     """Declare the file of identified gains."""
     said = "write the gains with covariance and origin, .toml or .json"
     parser.add_argument("--gains-out", type=arguments.gains_file, metavar="FILE", help=said)
-    add_force_argument(parser)
+    output.add_force_argument(parser)
 
 
 def _write_gains(file: "GainsFile", held: Claim) -> None:
@@ -61,7 +36,7 @@ def run_arguments(parser: argparse.ArgumentParser) -> None:
     said = "folder for recordings, payloads, true values and result"
     parser.add_argument("--save", "--out", type=arguments.folder, metavar="DIR", help=said)
     add_gains_out(parser)
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def run_command(options: argparse.Namespace) -> Status:
@@ -75,10 +50,10 @@ def run_command(options: argparse.Namespace) -> Status:
 
     setup, saving, gains, more = setup_of(load_scenario(options.scenario)), None, None, ()
     if options.save is not None:
-        saving = right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
+        saving = output.right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
     if options.gains_out is not None:
-        gains = right_to_write(options, options.gains_out, command="rx90 run")
-    with under_way(options, "preparing") as stages:
+        gains = output.right_to_write(options, options.gains_out, command="rx90 run")
+    with output.under_way(options, "preparing") as stages:
         result = run(setup, options.seed, stages=stages)
     if gains is not None:
         _write_gains(gains_file(result.estimate, origin(result)), gains)
@@ -88,7 +63,7 @@ def run_command(options: argparse.Namespace) -> Status:
         saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
         more = (saved, Line(identify_command(result.setup, saving.folder)))
     title = f"Scenario {setup.scenario.name}, seed {options.seed}: {setup.scenario.table.description}"
-    return show(Result.of_run(result).report(title, *more), options, passed=result.passed)
+    return output.show(Result.of_run(result).report(title, *more), options, passed=result.passed)
 
 
 def paper_arguments(parser: argparse.ArgumentParser) -> None:
@@ -96,8 +71,8 @@ def paper_arguments(parser: argparse.ArgumentParser) -> None:
     said = "write paper.md and raw numbers there"
     parser.add_argument("--out", type=arguments.folder, metavar="DIR", help=said)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def paper_command(options: argparse.Namespace) -> Status:
@@ -108,8 +83,8 @@ def paper_command(options: argparse.Namespace) -> Status:
 
     held = None
     if options.out is not None:
-        held = right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
-    with under_way(options, "preparing") as stages:
+        held = output.right_to_write(options, options.out, (TEXT, *FILES), command="rx90 paper --out")
+    with output.under_way(options, "preparing") as stages:
         run = run_paper(options.seed, stages=stages)
     found = run.result
     report = found.report(found.title(run.seed))
@@ -117,7 +92,7 @@ def paper_command(options: argparse.Namespace) -> Status:
         with held.writing():
             write_report(report, held.folder / TEXT)
             write_paper(run, held.folder, command=options.command_line)
-    return show(report, options, passed=found.passed)
+    return output.show(report, options, passed=found.passed)
 
 
 def identify_arguments(parser: argparse.ArgumentParser) -> None:
@@ -127,24 +102,24 @@ def identify_arguments(parser: argparse.ArgumentParser) -> None:
     from ident.observation.observation import ObserveOptions
 
     add = parser.add_argument
-    add_model_arguments(parser)
-    add_motion_arguments(parser)
-    add_log_arguments(parser)
+    inputs.add_model_arguments(parser)
+    inputs.add_motion_arguments(parser)
+    inputs.add_log_arguments(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
-    add_gains_argument(parser, needed=False, said="for bare recordings only: known or a-priori gains")
+    inputs.add_gains_argument(parser, needed=False, said="for bare recordings only: known or a-priori gains")
     said = "for bare recordings with --gains only: a planned payload; predicts each gain's uncertainty"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     said = "gains to compare with, a file or numbers such as 12,12,10: the payload is also estimated with them"
     add("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
     said = "Predicted with the identified gains; with --compare-with, status 1 unless these predict it better."
-    add_unseen_arguments(parser, said)
-    add_save_argument(parser)
+    inputs.add_unseen_arguments(parser, said)
+    output.add_save_argument(parser)
     add_gains_out(parser)
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
-        add_options(parser, kind)
+        inputs.add_options(parser, kind)
 
 
 def identify_command(options: argparse.Namespace) -> Status:
@@ -168,22 +143,26 @@ def identify_command(options: argparse.Namespace) -> Status:
     from scenarios.results.gains_file import gains_file
     from scenarios.results.record import Origin, save_result, saved_files
 
-    mounted, held, saving = mountings(options.given), None, None
+    mounted, held, saving = inputs.mountings(options.given), None, None
     bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
     if options.gains_out is not None:
-        held = right_to_write(options, options.gains_out, command="rx90 identify")
+        held = output.right_to_write(options, options.gains_out, command="rx90 identify")
     if options.save is not None:
         names = saved_files(sum(len(each.recordings) for each in mounted))
-        saving = right_to_write(options, options.save, names, command="rx90 identify --save")
-    with under_way(options, "reading"):
-        robot = robot_of(options, options.model)
+        saving = output.right_to_write(options, options.save, names, command="rx90 identify --save")
+    with output.under_way(options, "reading"):
+        robot = inputs.robot_of(options, options.model)
         structure, arm = robot.structure, robot.structure.arm
-        said = log_description(options, arm.joint_names)
-        motions, log = read_motions(mounted, said), unseen_motion(options, said)
+        said = inputs.log_description(options, arm.joint_names)
+        motions, log = inputs.read_motions(mounted, said), inputs.unseen_motion(options, said)
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
-    observing, limits, policy = chosen(ObserveOptions, options), chosen(GainOptions, options), policy_of(options)
+    observing, limits, policy = (
+        inputs.chosen(ObserveOptions, options),
+        inputs.chosen(GainOptions, options),
+        inputs.policy_of(options),
+    )
     given = options.gains if bare else options.compare_with
-    known = None if given is None else known_gains(given, arm)
+    known = None if given is None else inputs.known_gains(given, arm)
     planned = None if options.if_loaded is None else read_payload(options.if_loaded)
     fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
 
@@ -199,7 +178,7 @@ def identify_command(options: argparse.Namespace) -> Status:
             options=own,
         )
 
-    with under_way(options, "identifying"):
+    with output.under_way(options, "identifying"):
         if bare:
             result, observing = bare_result(
                 motions,
@@ -238,7 +217,7 @@ def identify_command(options: argparse.Namespace) -> Status:
             if held is not None:
                 _write_gains(gains_file(found.estimate, origin(observing)), held)
             for words in (*(each.sentence for each in found.found.reported), *found.notes):
-                if form(options) == "json":
+                if output.form(options) == "json":
                     complain(words)
     if saving is not None:
         with saving.writing():
@@ -253,7 +232,7 @@ def identify_command(options: argparse.Namespace) -> Status:
                 believed=options.gains,
                 fit=fit,
             )
-    return show(result.report(title), options, passed=passed)
+    return output.show(result.report(title), options, passed=passed)
 
 
 def is_bare(options: argparse.Namespace, *, loaded: bool) -> bool:

@@ -2,25 +2,7 @@
 
 import argparse
 
-import scenarios.command_line.arguments as arguments
-from scenarios.command_line.identification import (
-    add_log_arguments,
-    add_options,
-    add_reading_arguments,
-    chosen,
-    log_description,
-    policy_of,
-    recordings_of,
-    robot_of,
-)
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    add_save_argument,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, inputs, output
 from scenarios.command_line.process import Status
 from scenarios.support.errors import ScenarioError
 
@@ -39,13 +21,13 @@ def record_arguments(parser: argparse.ArgumentParser) -> None:
     said = f"folder for instructions ({PAGE}), the motion as CSV, ROS 2 YAML and URScript, and missing payload files"
     add("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
     add("--rate", type=RATE, default=USUAL_RATE, metavar="HZ", help="samples per second (default %(default)g)")
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def record_command(options: argparse.Namespace) -> Status:
     """Write instructions, the motion and missing payload files; existing ones may have measured values and are kept."""
-    held = right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
+    held = output.right_to_write(options, options.out, (PAGE, *MOTIONS), command="rx90 record")
     from ident.diagnosis.diagnose import horizon
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
@@ -82,7 +64,7 @@ def record_command(options: argparse.Namespace) -> Status:
             same = False
         if not same:
             recorded.kept.append(str(path))
-    return show(recorded.report(page.title), options)
+    return output.show(recorded.report(page.title), options)
 
 
 def convert_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,9 +75,9 @@ def convert_arguments(parser: argparse.ArgumentParser) -> None:
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
     said = "last body of the arm, if the file has more; joints beyond it are not part of the arm"
     add("--flange", metavar="BODY", help=said)
-    add_log_arguments(parser)
-    add_form_arguments(parser)
-    add_force_argument(parser)
+    inputs.add_log_arguments(parser)
+    output.add_form_arguments(parser)
+    output.add_force_argument(parser)
 
 
 def convert_command(options: argparse.Namespace) -> Status:
@@ -103,19 +85,19 @@ def convert_command(options: argparse.Namespace) -> Status:
     out = options.out
     if out.suffix.lower() not in RECORDINGS:
         raise ScenarioError(f"{out}: unknown ending {out.suffix!r} of a recording; known: {', '.join(RECORDINGS)}")
-    held = right_to_write(options, out, command="rx90 convert")
+    held = output.right_to_write(options, out, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
     from scenarios.experiments.robots import read_arm
     from scenarios.results.written import Converted
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
-    log = read_log(options.log, log_description(options, None if arm is None else arm.joint_names))
+    log = read_log(options.log, inputs.log_description(options, None if arm is None else arm.joint_names))
     if arm is not None:
         check_joints(arm, log.recording)
     with held.writing():
         write_recording(log.recording, out, signal=log.v)
-    return show(Converted.of(log, out).report("Log converted to a recording"), options)
+    return output.show(Converted.of(log, out).report("Log converted to a recording"), options)
 
 
 def check_arguments(parser: argparse.ArgumentParser) -> None:
@@ -130,12 +112,12 @@ def check_arguments(parser: argparse.ArgumentParser) -> None:
     said = "payload of --loaded, TOML; without --loaded a planned one: forecasts each gain's standard deviation"
     add("--payload", metavar="P", type=arguments.file, help=said)
     add("--all", action="store_true", help="list all checks, and each joint's motion")
-    add_reading_arguments(parser)
-    add_log_arguments(parser)
-    add_save_argument(parser)
-    add_force_argument(parser)
-    add_form_arguments(parser)
-    add_options(parser, ObserveOptions)
+    inputs.add_reading_arguments(parser)
+    inputs.add_log_arguments(parser)
+    output.add_save_argument(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
+    inputs.add_options(parser, ObserveOptions)
 
 
 def check_command(options: argparse.Namespace) -> Status:
@@ -157,18 +139,18 @@ def check_command(options: argparse.Namespace) -> Status:
     if options.loaded and options.payload is None:
         raise ScenarioError("--loaded: no payload is given; describe what was mounted, --payload P.toml")
     if options.save is not None:
-        saving = right_to_write(options, options.save, saved_files(len(paths)), command="rx90 check --save")
-    with under_way(options, "checking"):
-        robot = robot_of(options, options.robot)
+        saving = output.right_to_write(options, options.save, saved_files(len(paths)), command="rx90 check --save")
+    with output.under_way(options, "checking"):
+        robot = inputs.robot_of(options, options.robot)
         arm = robot.structure.arm
-        said = log_description(options, arm.joint_names)
+        said = inputs.log_description(options, arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = recordings_of([read_unchecked(path, said) for path in paths])
+        recordings = inputs.recordings_of([read_unchecked(path, said) for path in paths])
         temperatures = [read_temperatures(path, said, arm.n) for path in paths]
         checked = check(
             recordings,
             robot.structure,
-            observing=chosen(ObserveOptions, options),
+            observing=inputs.chosen(ObserveOptions, options),
             gains=limits,
             loaded=[k >= len(options.log) for k in range(len(paths))],
             payload=payload,
@@ -178,7 +160,7 @@ def check_command(options: argparse.Namespace) -> Status:
                 for recording, celsius in zip(recordings, temperatures, strict=True)
                 if celsius is not None
             ],
-            undelay=policy_of(options).undelay,
+            undelay=inputs.policy_of(options).undelay,
             links=model_links(robot.model, robot.flange) if options.loaded else None,
         )
     result = Check.of(checked, arm)
@@ -206,4 +188,4 @@ def check_command(options: argparse.Namespace) -> Status:
     hint = Paragraph("--all lists every check, and the motion of each joint.")
     report = result.report(result.headline, *(() if options.all else (hint,)), mood=result.mood)
     wrong = checked.found.severity is Severity.WRONG
-    return show(report.in_full if options.all else report, options, passed=not wrong)
+    return output.show(report.in_full if options.all else report, options, passed=not wrong)

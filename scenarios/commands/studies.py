@@ -5,21 +5,13 @@ import os
 import shlex
 import sys
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    console,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.rendering.content import Paragraph
@@ -46,7 +38,7 @@ def predict_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method; repeatable")
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def predict_command(options: argparse.Namespace) -> Status:
@@ -55,9 +47,9 @@ def predict_command(options: argparse.Namespace) -> Status:
     from scenarios.prediction.budget import predicted_budget
 
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
-    with under_way(options, "predicting"):
+    with output.under_way(options, "predicting"):
         budget = predicted_budget(scenario)
-    return show(budget.report(budget.title), options)
+    return output.show(budget.report(budget.title), options)
 
 
 def _add_study_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +59,7 @@ def _add_study_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=arguments.folder, required=True, metavar="DIR", help=said)
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
-    add_form_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def monte_carlo_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,9 +82,9 @@ def monte_carlo_command(options: argparse.Namespace) -> Status:
 
     result = StudyResult.of(scenario, options.seed, rows_in(folder))
     with _summary_of(options.out):
-        written = [result.write(options.out)]
+        written = result.write(options.out)
     report = result.report(result.title(options.trials), _files_part(options.out, written))
-    return show(report, options, passed=result.passed)
+    return output.show(report, options, passed=result.passed)
 
 
 def sensitivity_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,8 +110,8 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     found = Budget.of(scenario, study.count, folder, options.seed)
     title = found.title(len(scenario.table.sources))
     with _summary_of(options.out):
-        written = [found.write(options.out)]
-    return show(found.report(title, _files_part(options.out, written)), options)
+        written = found.write(options.out)
+    return output.show(found.report(title, _files_part(options.out, written)), options)
 
 
 def compare_arguments(parser: argparse.ArgumentParser) -> None:
@@ -136,8 +128,8 @@ def compare_arguments(parser: argparse.ArgumentParser) -> None:
     said = "largest memory of a call of a method, on Linux [GB] (default %(default)g)"
     add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help=said)
     add_worker_options(parser)
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def compare_command(options: argparse.Namespace) -> Status:
@@ -168,7 +160,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ScenarioError(f"scenario {twice!r} is given twice; each has a folder of its name")
-    held = right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
+    held = output.right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     studies = [comparison(scenario, methods, limits, options.trials, options.seed) for scenario in loaded]
     words = [word for text in options.method for word in ("--method", text)]
@@ -178,7 +170,9 @@ def compare_command(options: argparse.Namespace) -> Status:
     make_folder(options.out)
     with interruptible(command), open_workers(options) as workers:
         folders = [
-            carry_out(study, options.out / study.scenario.name, workers, command=command, console=console(options))
+            carry_out(
+                study, options.out / study.scenario.name, workers, command=command, console=output.console(options)
+            )
             for study in studies
         ]
     about = {
@@ -199,7 +193,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     with _summary_of(options.out), held.writing():
         for name in (REPORT, DOCUMENT):
             write_report(report, options.out / name)
-    return show(report, options, passed=found.ran)
+    return output.show(report, options, passed=found.ran)
 
 
 def _carried_out(study: "Study", options: argparse.Namespace, name: str, *own: object) -> "StudyFolder":
@@ -209,7 +203,7 @@ def _carried_out(study: "Study", options: argparse.Namespace, name: str, *own: o
     words = ["rx90", name, options.scenario, *own, "--out", options.out, "--seed", options.seed]
     command = shlex.join([*map(str, words), *worker_words(options)])
     with interruptible(command), open_workers(options) as workers:
-        return carry_out(study, options.out, workers, command=command, console=console(options))
+        return carry_out(study, options.out, workers, command=command, console=output.console(options))
 
 
 @contextmanager
@@ -224,10 +218,9 @@ def _summary_of(folder: Path) -> Generator[None]:
         ) from error
 
 
-def _files_part(folder: Path, written: Sequence[Path]) -> Paragraph:
-    """Return the last line of a report, on the location of rows and files."""
-    files = ", ".join(path.name for path in written)
-    return Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")
+def _files_part(folder: Path, written: Path) -> Paragraph:
+    """Return the last line of a report, on the location of rows and summary."""
+    return Paragraph(f"Rows in {folder / 'trials'}; {written.name} in {folder}.")
 
 
 @contextmanager

@@ -6,34 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
-from scenarios.command_line.identification import (
-    Mounting,
-    add_gains_argument,
-    add_log_arguments,
-    add_model_arguments,
-    add_motion_arguments,
-    add_overlay_arguments,
-    add_unseen_arguments,
-    known_gains,
-    log_description,
-    mountings,
-    observe_words,
-    policy_of,
-    read_motions,
-    read_unrepaired,
-    recordings_of,
-    robot_of,
-    unseen_motion,
-)
-from scenarios.command_line.output import (
-    add_force_argument,
-    add_form_arguments,
-    right_to_write,
-    show,
-    under_way,
-)
+from scenarios.command_line import arguments, inputs, output
 from scenarios.command_line.process import Status
 from scenarios.support.errors import ScenarioError
 
@@ -50,20 +24,20 @@ def verify_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare gains files, or robot, recordings and gains."""
     said = "two files of gains to compare, as identify --gains-out writes them; without these, recordings are needed"
     parser.add_argument("files", type=arguments.gains_file, nargs="*", metavar="GAINS", help=said)
-    add_model_arguments(parser, needed=False)
+    inputs.add_model_arguments(parser, needed=False)
     said = "gains to test with the payload's known mass; without them, cross-validation"
-    add_gains_argument(parser, needed=False, said=said)
-    add_motion_arguments(parser)
+    inputs.add_gains_argument(parser, needed=False, said=said)
+    inputs.add_motion_arguments(parser)
     said = "data-sheet gains, a file or numbers such as 12,12,10; these also predict the motion of --unseen"
     parser.add_argument("--compare-with", type=arguments.gains_or_numbers, metavar="G", help=said)
     said = (
         "Predicted with the gains of --gains, or with the identified gains; with --compare-with, status 1 unless these "
         "predict it better than the gains of --compare-with."
     )
-    add_unseen_arguments(parser, said)
-    add_log_arguments(parser)
-    add_overlay_arguments(parser)
-    add_form_arguments(parser)
+    inputs.add_unseen_arguments(parser, said)
+    inputs.add_log_arguments(parser)
+    inputs.add_overlay_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def verify_command(options: argparse.Namespace) -> Status:
@@ -74,7 +48,7 @@ def verify_command(options: argparse.Namespace) -> Status:
         raise ScenarioError("--model: give the robot of the recordings, or two files of gains to compare")
     if options.compare_with is not None and options.unseen is None:
         raise ScenarioError("--compare-with: no motion is given to predict with both sets of gains; add --unseen LOG")
-    mounted = mountings(options.given)
+    mounted = inputs.mountings(options.given)
     return _cross_validated(options, mounted) if options.gains is None else _weighed(options, mounted)
 
 
@@ -94,10 +68,10 @@ def _compared(options: argparse.Namespace) -> Status:
     found = compared(A.known, B.known)
     check_units(A, B)
     report = GainComparison.of(found, A, B).report("Gains A against B")
-    return show(report, options, passed=not found.moved)
+    return output.show(report, options, passed=not found.moved)
 
 
-def _weighed(options: argparse.Namespace, mounted: Sequence[Mounting]) -> Status:
+def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) -> Status:
     """Test gains with a payload of known mass, and predict the motion of --unseen."""
     from ident.parameters.weighing import verified
     from ident.payload.payload import read_payload
@@ -111,19 +85,19 @@ def _weighed(options: argparse.Namespace, mounted: Sequence[Mounting]) -> Status
         raise ScenarioError(f"{len(loaded)} payloads are given; a verification needs exactly one, and a bare motion")
     file, payload = read_gains(options.gains), read_payload(loaded[0].payload)
     unloaded = [path for each in mounted if each.payload is None for path in each.recordings]
-    with under_way(options, "weighing"):
+    with output.under_way(options, "weighing"):
         weighed, diagnosed, prepared = _payload_of(options, file, unloaded, loaded[0].recordings)
         found = verified(weighed, payload, file.known)
         found.body.check_mass()
         arm = prepared.problem.structure.arm
-        log, unseen = unseen_motion(options, log_description(options, arm.joint_names)), None
+        log, unseen = inputs.unseen_motion(options, inputs.log_description(options, arm.joint_names)), None
         if log is not None:
             check_unseen(file, [], [log.recording])
             bare = tuple(motion for motion in prepared.motions if motion.payload is None)
-            other = None if options.compare_with is None else known_gains(options.compare_with, arm)
+            other = None if options.compare_with is None else inputs.known_gains(options.compare_with, arm)
             unseen = predict_with(file.known, replace(prepared, motions=bare), log, other=other)
     result = Verification.of(found, diagnosed, unseen)
-    return show(result.report("Gains verified with the weighed mass"), options, passed=result.passed)
+    return output.show(result.report("Gains verified with the weighed mass"), options, passed=result.passed)
 
 
 def _payload_of(
@@ -132,14 +106,16 @@ def _payload_of(
     """Read recordings and estimate their payload with the gains of a file."""
     from scenarios.gains_in_use.known_gains import estimated_payload
 
-    structure = robot_of(options, options.model).structure
-    said = log_description(options, structure.arm.joint_names)
-    bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
-    filters, model = observe_words(options), options.option
-    return estimated_payload(structure, bare, heavy, file, filters=filters, model=model, policy=policy_of(options))
+    structure = inputs.robot_of(options, options.model).structure
+    said = inputs.log_description(options, structure.arm.joint_names)
+    bare, heavy = (inputs.read_unrepaired(each, said) for each in (unloaded, loaded))
+    filters, model = inputs.observe_words(options), options.option
+    return estimated_payload(
+        structure, bare, heavy, file, filters=filters, model=model, policy=inputs.policy_of(options)
+    )
 
 
-def _cross_validated(options: argparse.Namespace, mounted: Sequence[Mounting]) -> Status:
+def _cross_validated(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) -> Status:
     """Identify gains, and predict each time block of the motions from the others, and the motion of --unseen."""
     from ident.estimation.cross_validation import cross_validated
     from ident.estimation.estimators.nls import AllJointsOptions
@@ -150,20 +126,20 @@ def _cross_validated(options: argparse.Namespace, mounted: Sequence[Mounting]) -
     from scenarios.gains_in_use.validation import CrossValidation
 
     own = options_from_words(AllJointsOptions, options.option)
-    observing = options_from_words(ObserveOptions, observe_words(options))
-    with under_way(options, "identifying") as stages:
-        structure = robot_of(options, options.model).structure
-        said = log_description(options, structure.arm.joint_names)
-        motions = read_motions(mounted, said)
-        identified = identify(structure, motions, options=own, observing=observing, policy=policy_of(options))
+    observing = options_from_words(ObserveOptions, inputs.observe_words(options))
+    with output.under_way(options, "identifying") as stages:
+        structure = inputs.robot_of(options, options.model).structure
+        said = inputs.log_description(options, structure.arm.joint_names)
+        motions = inputs.read_motions(mounted, said)
+        identified = identify(structure, motions, options=own, observing=observing, policy=inputs.policy_of(options))
         stages.begin("predicting")
         found = cross_validated(identified.estimate)
-        log = unseen_motion(options, said)
-        other = None if options.compare_with is None else known_gains(options.compare_with, structure.arm)
+        log = inputs.unseen_motion(options, said)
+        other = None if options.compare_with is None else inputs.known_gains(options.compare_with, structure.arm)
         unseen = None if log is None else predict_unseen(identified, log, other=other)
     result = CrossValidation.of(identified, found, unseen)
     report = result.report(f"Motions predicted from each other, by {result.method}")
-    return show(report, options, passed=unseen is None or unseen.passed)
+    return output.show(report, options, passed=unseen is None or unseen.passed)
 
 
 def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
@@ -171,11 +147,11 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("logs", type=arguments.file, nargs="+", metavar="LOG", help="recordings with the unknown payload")
     add("--unloaded", type=arguments.file, nargs="+", required=True, metavar="A", help="recordings with a bare flange")
-    add_gains_argument(parser, needed=True)
-    add_model_arguments(parser)
-    add_log_arguments(parser)
-    add_overlay_arguments(parser)
-    add_form_arguments(parser)
+    inputs.add_gains_argument(parser, needed=True)
+    inputs.add_model_arguments(parser)
+    inputs.add_log_arguments(parser)
+    inputs.add_overlay_arguments(parser)
+    output.add_form_arguments(parser)
 
 
 def payload_of_command(options: argparse.Namespace) -> Status:
@@ -185,27 +161,27 @@ def payload_of_command(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.weighing import FoundPayload
 
     file = read_gains(options.gains)
-    with under_way(options, "weighing"):
+    with output.under_way(options, "weighing"):
         found, diagnosed, _ = _payload_of(options, file, options.unloaded, options.logs)
         found.body.check_mass()
         joints = joint_agreement(found, found.body, file.known)
-    return show(FoundPayload.of(found, joints, diagnosed).report("Payload estimated from currents"), options)
+    return output.show(FoundPayload.of(found, joints, diagnosed).report("Payload estimated from currents"), options)
 
 
 def torque_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare recording, gains and written file."""
     parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
-    add_gains_argument(parser, needed=True)
+    inputs.add_gains_argument(parser, needed=True)
     said = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
     parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
-    add_log_arguments(parser)
-    add_force_argument(parser)
-    add_form_arguments(parser)
+    inputs.add_log_arguments(parser)
+    output.add_force_argument(parser)
+    output.add_form_arguments(parser)
 
 
 def torque_command(options: argparse.Namespace) -> Status:
     """Write the torques of a recording."""
-    held = right_to_write(options, options.out, command="rx90 torque")
+    held = output.right_to_write(options, options.out, command="rx90 torque")
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
     from scenarios.experiments.gains_file import read_gains
@@ -215,15 +191,15 @@ def torque_command(options: argparse.Namespace) -> Status:
 
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
-    said = log_description(options, names if len(names) == len(file.gains) else None)
-    (recording,) = recordings_of([read_log(options.log, said)])
+    said = inputs.log_description(options, names if len(names) == len(file.gains) else None)
+    (recording,) = inputs.recordings_of([read_log(options.log, said)])
     check_currents(file, recording)
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)
     result = Torques.of(found, file, options.out)
     title = f"{one_line(result.out)}: {result.samples} samples, {joints_named(result.joints)}"
-    return show(result.report(title), options)
+    return output.show(result.report(title), options)
 
 
 def patch_arguments(parser: argparse.ArgumentParser) -> None:
@@ -231,7 +207,7 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
-    add_gains_argument(parser, needed=True)
+    inputs.add_gains_argument(parser, needed=True)
     said = "gains on which the effort limits of MODEL are based, such as data-sheet gains, same format; without it, "
     add("--nominal", type=arguments.gains_file, metavar="N", help=f"{said}efforts stay unchanged")
     said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
@@ -248,10 +224,10 @@ def patch_arguments(parser: argparse.ArgumentParser) -> None:
         "The copy is written only if it predicts the currents of LOG within the expected error, and not significantly "
         "worse than a copy with the gains of --nominal (without --nominal: than MODEL as it is); else status 1."
     )
-    add_unseen_arguments(parser, said)
-    add_log_arguments(parser)
-    add_form_arguments(parser)
-    add_force_argument(parser, "; write a copy that fails to predict --unseen")
+    inputs.add_unseen_arguments(parser, said)
+    inputs.add_log_arguments(parser)
+    output.add_form_arguments(parser)
+    output.add_force_argument(parser, "; write a copy that fails to predict --unseen")
 
 
 def patch_command(options: argparse.Namespace) -> Status:
@@ -267,7 +243,7 @@ def patch_command(options: argparse.Namespace) -> Status:
         )
     if len({path.resolve() for path in (model, *written)}) <= len(written):
         raise ScenarioError("MODEL, --out and --ros-params: expected different files")
-    held = [right_to_write(options, path, command="rx90 patch") for path in written]
+    held = [output.right_to_write(options, path, command="rx90 patch") for path in written]
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
     from scenarios.experiments.gains_file import read_gains
@@ -284,9 +260,9 @@ def patch_command(options: argparse.Namespace) -> Status:
         check_unit(gains.known, nominal.known, "--nominal")
     links = link_values(bare, gains, structure.arm, nominal_links(model, options.flange)) if options.links else None
     copy, changes = patched_model(model, joints, links)
-    unseen, log = None, unseen_motion(options, log_description(options, structure.arm.joint_names))
+    unseen, log = None, inputs.unseen_motion(options, inputs.log_description(options, structure.arm.joint_names))
     if log is not None:
-        with under_way(options, "predicting"):
+        with output.under_way(options, "predicting"):
             rival = model.read_bytes()
             if nominal is not None:
                 values = joint_values(structure, nominal, None, bare, most=options.max_rel_std)
@@ -317,4 +293,4 @@ def patch_command(options: argparse.Namespace) -> Status:
         against_nominal=nominal is not None,
         unseen=unseen,
     )
-    return show(result.report("Patched model"), options, passed=passed)
+    return output.show(result.report("Patched model"), options, passed=passed)

@@ -276,12 +276,19 @@ class Scenario:
     asking: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
+OTHER_FILES = {"mass": "payload", "gains": "gains", "sine": "motion", "drives": "robot"}
+"""Kinds of files by a key that no scenario has."""
+
+
 def validated(table: Mapping[str, object], path: str) -> ScenarioTable:
     """Validate a scenario's tables; `path` is its name in messages.
 
     Raises:
         ScenarioError: If there is an unknown key, a wrong value or a contradiction; the message names it.
     """
+    other = next((kind for key, kind in OTHER_FILES.items() if key in table), None)
+    if other is not None:
+        raise WrongValue(f"{path}: this is a {other} file; expected a scenario")
     parsed = validated_table(ScenarioTable, table, path, WrongValue)
     check_lengths(parsed, path)
     for fault in (*_payload_faults(parsed), *_draw_faults(parsed)):

@@ -125,7 +125,7 @@ class GainComparison(ResultModel):
                 "Relative to\ncommon factor [%]",
                 lambda each: percent(each.apart.rel_change if several else None, "+.2f"),
             ),
-            column("2 sigma [%]", lambda each: two_sigma(each.apart.rel_std if several else None)),
+            column("2 sigma,\nrelative [%]", lambda each: two_sigma(each.apart.rel_std if several else None)),
             column("Verdict", _verdict, words=True),
         )
         yield Paragraph(self._common())

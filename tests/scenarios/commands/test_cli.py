@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from printed import printed
 
+import rx90_mjcf
 import scenarios.commands.catalog
 import scenarios.experiments.robots
 from ident.estimation.gain_options import GainOptions
@@ -31,6 +32,7 @@ IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", 
 STUDY = ["monte-carlo", "nominal", "--out", "there"]
 BUDGET = ["sensitivity", "nominal", "--out", "there"]
 EXCITE = ["excite", "nominal", "--out", "m.toml"]
+PAYLOAD = rx90_mjcf.MJCF.with_name("payload_7025.toml")
 HUGE = "1" + 23 * "0"
 WRONG = [
     (["fly"], "no command 'fly'; known: list, run, view, paper, new-robot, "),
@@ -104,6 +106,7 @@ def test_a_name_that_is_no_text_is_refused_in_one_line_that_can_be_printed(words
 REFUSED = [
     (["run", "nominl"], "unknown scenario 'nominl'; did you mean 'nominal'?"),
     (["run", "there.toml"], "there.toml: no such file"),
+    (["run", str(PAYLOAD)], "this is a payload file; expected a scenario"),
     (["run", "two\nlines.toml"], "lines.toml: no such file"),
     (["run", "nominal", "--save", "file/sub"], "Not a directory"),
     (["run", "nominal", "--save", "x" * 300], "File name too long"),

@@ -63,6 +63,7 @@ def cell(tmp_path_factory) -> Path:
     )  # fmt: skip
     (folder / "arm.xml").write_text(mjcf())
     write_recording(Recording(T, Q, V), folder / "own.csv")
+    (folder / "three.csv").write_text("t,q1,v1\n0,0.1,3\n0.1,0.2,3\n0.2,0.3,3\n")
     q, v = (np.column_stack((x, x[:, 0] + 0.1 * T)) for x in (Q, V))
     write_recording(Recording(T, q, v), folder / "seven.csv")
     return folder
@@ -143,6 +144,8 @@ def test_a_recording_is_not_written_over_a_file_of_others(cell, tmp_path, capsys
 
 
 LOGS = {
+    "an unknown ending": (["own.csv", "--out", "log.pq"], r"log\.pq: unknown ending '\.pq' .*\.parquet, \.csv, \.txt"),
+    "three rows": (["three.csv"], r"three\.csv: 3 samples are too few"),
     "no such file": (["absent.csv"], r"absent\.csv: no such file"),
     "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "is not declared"),
     "a bag without signal": (["bag", "--model", "arm.xml"], r"declared.* --signal .*: current, torque-from"),

@@ -6,7 +6,6 @@ from dataclasses import Field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-import scenarios.command_line.arguments as arguments
 from ident.recordings.description import (
     EPISODE,
     LAYOUTS,
@@ -18,6 +17,7 @@ from ident.recordings.description import (
 )
 from ident.support.naming import one_line
 from ident.support.options import MEASURED, NAMES
+from scenarios.command_line import arguments
 from scenarios.command_line.process import complain
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import attribute_docs
@@ -159,12 +159,7 @@ def add_unseen_arguments(parser: argparse.ArgumentParser, said: str) -> None:
 
 
 def unseen_motion(options: argparse.Namespace, said: LogDescription) -> "Motion | None":
-    """Return the motion that was not used in any fit, None if there is none.
-
-    Raises:
-        ScenarioError: If only a payload is named.
-        IdentificationError: If recording or payload cannot be read.
-    """
+    """Return the motion that was not used in any fit, None if there is none; an error if only a payload is named."""
     if options.unseen is None:
         if options.unseen_payload is not None:
             raise ScenarioError("--unseen-payload: no motion is given that carries it; add --unseen LOG")
@@ -203,9 +198,8 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     """Return the description of logs. `joint_names`, those of the arm, are the default.
 
     Raises:
-        ScenarioError: If both file and options are given; if the given names are those of the arm in another order, or
+        ScenarioError: If both file and options state the same; if the names are those of the arm in another order, or
             differ in number.
-        IdentificationError: If the description is not valid.
     """
     nothing = LogDescription()
     said = nothing if options.log_description is None else read_description(options.log_description)
@@ -311,12 +305,7 @@ def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: s
 
 
 def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
-    """Return the gains of an arm, from a file or from numbers, which are taken as exact.
-
-    Raises:
-        ScenarioError: If the file is not valid.
-        GainsError: If they are not of this arm.
-    """
+    """Return the gains of an arm, from a file or from numbers, which are taken as exact; an error if of another arm."""
     from ident.estimation.known_gains import stated_gains
     from ident.support.errors import GainsError
     from scenarios.experiments.gains_file import read_gains

@@ -6,9 +6,8 @@ gains within `RANKED_BY` minus wrong gains, as a share of the gains that the dat
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -78,7 +77,8 @@ class MethodJoint:
         spread: Standard deviation of the relative error.
         rms: Root mean square of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
-        cover_1, cover_2: Coverage of 1 and 2 estimated standard deviations (normal: 0.683 and 0.954).
+        cover_1: Coverage of 1 estimated standard deviation (normal: 0.683).
+        cover_2: Coverage of 2 estimated standard deviations (normal: 0.954).
         claimed: Root mean square of the estimated relative standard deviation.
         bound: Smallest relative standard deviation that the injected noise allows.
         claimed_over_bound: Ratio of `claimed` to that bound.
@@ -115,7 +115,9 @@ class MethodSummary:
         wrong_claims: Number of gains with an error above both 10 % and 3 of their standard deviations; of gains that
             should not be identifiable, all except those with an error below both and a standard deviation below 10 %.
         wrong_signs: Number of gains with the wrong sign.
-        crashes, time_outs, misfits: Number of crashes, time-outs and invalid answers.
+        crashes: Number of crashes.
+        time_outs: Number of time-outs.
+        misfits: Number of invalid answers.
         failures: Number of failures by kind.
         seconds: Median wall time of a call [s]; None without a call.
         joints: One entry per joint.
@@ -161,7 +163,7 @@ class ComparedScenario(ResultModel):
             self.methods,
             column("Method", lambda each: each.method, words=True),
             column("Score [%]", lambda each: percent(each.score, ".1f")),
-            *(column(f"Within\n{100.0 * share:g} % [%]", partial(_solved, k)) for k, share in enumerate(SOLVED)),
+            *(column(f"Within\n{100.0 * share:g} % [%]", _solved(k)) for k, share in enumerate(SOLVED)),
             column("Refused\nrightly", lambda each: each.refused_rightly),
             column("Refused\nwrongly", lambda each: each.refused_wrongly),
             column("Wrong\ngains", lambda each: _bad(each.wrong_claims)),
@@ -197,8 +199,8 @@ class ComparedScenario(ResultModel):
 
     def _plots(self) -> Iterable[Plot]:
         """Errors and coverage of the best methods by joint."""
-        best = list(zip(self.methods, TONES, strict=False))
-        left = f" {len(self.methods) - len(best)} more in the table only." if len(self.methods) > len(best) else ""
+        best, more = list(zip(self.methods, TONES, strict=False)), len(self.methods) - len(TONES)
+        left = f" {more} more in the table only." if more > 0 else ""
         joint = Axis(title="joint", categories=tuple(str(each.joint) for each in self.methods[0].joints))
         rms, held = list[Series](), list[Series]()
         for method, tone in best:
@@ -282,8 +284,8 @@ def _best(methods: Sequence[MethodSummary]) -> str:
     return f"{best}, {methods[rest].method} {scores[rest]}" if rest < len(methods) else best
 
 
-def _solved(k: int, each: MethodSummary) -> str:
-    return percent(each.solved[k], ".1f")
+def _solved(k: int) -> Callable[[MethodSummary], str]:
+    return lambda each: percent(each.solved[k], ".1f")
 
 
 def _bad(count: int) -> Cell:
@@ -291,7 +293,7 @@ def _bad(count: int) -> Cell:
 
 
 def _share(found: Coverage | None) -> str:
-    return NONE if found is None else percent(found.share, ".1f")
+    return percent(found and found.share, ".1f")
 
 
 def _interval(found: Coverage | None) -> str:

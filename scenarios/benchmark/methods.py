@@ -28,7 +28,7 @@ from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import IO, TYPE_CHECKING, NoReturn, cast
+from typing import IO, TYPE_CHECKING, NamedTuple, NoReturn, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -55,11 +55,6 @@ LARGEST_ANSWER, LARGEST_FILE = 10_000_000, 200_000_000
 """Largest number of bytes of an answer, and of any file that a method writes."""
 TAIL = 4000
 """Number of bytes read from the end of standard error."""
-CPU_SLACK = 5.0
-"""Processor time beyond the limit after which the system ends an unsupervised process [s]."""
-
-
-# Names
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,15 +73,45 @@ class Method:
     digests: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits of one call of a method.
+
+    Attributes:
+        time_s: Wall time [s], including the start of the program.
+        memory_gb: Memory of each of its processes [GB]; enforced on Linux.
+    """
+
+    time_s: float = 60.0
+    memory_gb: float = 4.0
+
+
+class Call(NamedTuple):
+    """Outcome of a call, one answer per joint or the error, and its wall time with the start of the program [s]."""
+
+    outcome: "tuple[Claim, ...] | MethodError"
+    seconds: float
+
+
 def method_of(text: str) -> Method:
     """Return the method of a text.
 
     Raises:
         ScenarioError: If there is no such estimator, option, function or program.
     """
-    in_python = (sys.executable, "-P", "-m", "scenarios.benchmark.methods", text)
     if text.startswith("exec:"):
-        return _command(text)
+        try:
+            words = shlex.split(text.removeprefix("exec:"))
+        except ValueError as error:
+            raise ScenarioError(f"method {shown(text)}: {str(error).lower()}") from error
+        if not words:
+            raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
+        program = shutil.which(words[0])
+        if program is None:
+            raise ScenarioError(f"method {shown(text)}: program not found: {shown(words[0])}")
+        files = [Path(program), *(Path(word) for word in words[1:] if Path(word).is_file())]
+        return Method(text, (str(Path(program).absolute()), *words[1:]), _digests(files))
+    in_python = (sys.executable, "-P", "-m", "scenarios.benchmark.methods", text)
     if ":" not in text:
         _estimator(text)
         return Method(text, in_python)
@@ -94,20 +119,6 @@ def method_of(text: str) -> Method:
     spec = find_spec(module)
     files = [] if spec is None or spec.origin is None else [Path(spec.origin)]
     return Method(text, in_python, (*_digests(files), *imported_packages(sys.modules[module])))
-
-
-def _command(text: str) -> Method:
-    try:
-        words = shlex.split(text.removeprefix("exec:"))
-    except ValueError as error:
-        raise ScenarioError(f"method {shown(text)}: {str(error).lower()}") from error
-    if not words:
-        raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
-    program = shutil.which(words[0])
-    if program is None:
-        raise ScenarioError(f"method {shown(text)}: program not found: {shown(words[0])}")
-    given = [Path(word) for word in words[1:] if Path(word).is_file()]
-    return Method(text, (str(Path(program).absolute()), *words[1:]), _digests([Path(program), *given]))
 
 
 def _estimator(text: str) -> tuple[str, object, dict[str, object], dict[str, object]]:
@@ -163,47 +174,12 @@ def imported_packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
     return tuple((name, version(name)) for name in sorted(named))
 
 
-# Calls
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """Limits of one call of a method.
-
-    Attributes:
-        time_s: Wall time [s], including the start of the program.
-        memory_gb: Memory of each of its processes [GB]; enforced on Linux.
-    """
-
-    time_s: float = 60.0
-    memory_gb: float = 4.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Call:
-    """Outcome of a call.
-
-    Attributes:
-        outcome: One answer per joint, or the error.
-        seconds: Wall time, including the start of the program [s].
-    """
-
-    outcome: "tuple[Claim, ...] | MethodError"
-    seconds: float
-
-
 def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
     """Call a method. There is always an outcome, and all processes of its session are ended."""
     started = time.perf_counter()
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         try:
-            status = _run((*method.words, str(folder.absolute())), out, err, limits)
-            if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
-                raise MethodError(
-                    "NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object"
-                )
-            if status:
-                raise _failure(status, err, limits)
+            _run((*method.words, str(folder.absolute())), out, err, limits)
             out.seek(0)
             outcome = read_answer(out.read(), joints)
         except MethodError as error:
@@ -211,10 +187,14 @@ def call(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
     return Call(outcome=outcome, seconds=time.perf_counter() - started)
 
 
-def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -> int:
-    """Run a program in a new session, which is ended with it; return its exit status, negative for a signal."""
-    path = os.pathsep.join(filter(None, sys.path))
-    environment = os.environ | ONE_THREAD | {"PYTHONPATH": path, "PYTHONWARNINGS": "ignore"}
+def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -> None:
+    """Run a program in a new session, which is ended with it; the system enforces limits, which children inherit.
+
+    Raises:
+        MethodError: If it cannot be started, does not end in time, prints too much, or fails.
+    """
+    environment = os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment["PYTHONWARNINGS"] = "ignore"
     try:
         process = subprocess.Popen(
             words, stdin=subprocess.DEVNULL, stdout=out, stderr=err, start_new_session=True, env=environment
@@ -222,44 +202,32 @@ def _run(words: Sequence[str], out: IO[bytes], err: IO[bytes], limits: Limits) -
     except OSError as error:
         raise MethodError("MethodNotStarted", f"{one_line(words[0])}: {error.strerror}") from error
     try:
-        _limit(process.pid, limits)
-        return process.wait(limits.time_s)
+        if sys.platform == "linux":
+            import resource
+
+            for limit, value in ((resource.RLIMIT_DATA, limits.memory_gb * 1e9), (resource.RLIMIT_FSIZE, LARGEST_FILE)):
+                with suppress(ProcessLookupError, PermissionError):  # it has ended already
+                    resource.prlimit(process.pid, limit, (int(value), int(value)))
+        status = process.wait(limits.time_s)
     except subprocess.TimeoutExpired:
         raise MethodError("MethodTimedOut", f"no answer after {limits.time_s:g} s") from None
     finally:
         with suppress(ProcessLookupError, PermissionError):  # no process is left
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-
-
-def _limit(process: int, limits: Limits) -> None:
-    """Set limits that the system enforces and that children inherit."""
-    if sys.platform != "linux":
+    if out.seek(0, os.SEEK_END) > LARGEST_ANSWER:
+        raise MethodError("NoAnswer", f"it printed more than {LARGEST_ANSWER // 10**6} MB; print one JSON object")
+    if not status:
         return
-    import resource
-
-    size, time_s = int(limits.memory_gb * 1e9), int(limits.time_s + CPU_SLACK)
-    for limit, value in (("DATA", size), ("CPU", time_s), ("FSIZE", LARGEST_FILE)):
-        with suppress(ProcessLookupError, PermissionError):  # it has ended already
-            resource.prlimit(process, getattr(resource, f"RLIMIT_{limit}"), (value, value))
-
-
-def _failure(status: int, err: IO[bytes], limits: Limits) -> MethodError:
     err.seek(max(0, err.seek(0, os.SEEK_END) - TAIL))
     said = err.read().decode("utf-8", "replace").strip()
     last = one_line(said.splitlines()[-1]) if said else "it printed no message"
     if "MemoryError" in last or "bad_alloc" in said or "annot allocate memory" in last:
-        return MethodError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
-    if status == -signal.SIGXCPU:
-        return MethodError("MethodTimedOut", f"more than {limits.time_s:g} s of processor time")
+        raise MethodError("MethodOutOfMemory", f"it requested more than {limits.memory_gb:g} GB: {last}")
     if status > 0:
-        return MethodError("MethodCrashed", f"exit status {status}: {last}")
-    known = -status in set(signal.Signals)
-    name = signal.Signals(-status).name if known else f"signal {-status}"
-    return MethodError("MethodCrashed", f"ended by {name}: {last}")
-
-
-# Answers
+        raise MethodError("MethodCrashed", f"exit status {status}: {last}")
+    name = signal.Signals(-status).name if -status in set(signal.Signals) else f"signal {-status}"
+    raise MethodError("MethodCrashed", f"ended by {name}: {last}")
 
 
 class AnswerGain(BaseModel):
@@ -290,6 +258,8 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
             missing or of a wrong type (`WrongForm`); if the joints are not those of the arm, in order (`WrongJoints`);
             if the entry of a joint is contradictory or impossible (`ImpossibleGain`).
     """
+    from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
+
     try:
         text = output.decode("utf-8").strip()
         found: object = json.loads(text, parse_constant=_not_finite) if text else None
@@ -304,38 +274,27 @@ def read_answer(output: bytes, joints: int) -> "tuple[Claim, ...]":
         answer = AnswerFile.model_validate(found, strict=True)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        message = one_line(first["msg"][0].lower() + first["msg"][1:])
+        where, message = ".".join(map(str, first["loc"])), one_line(first["msg"][0].lower() + first["msg"][1:])
         raise MethodError("WrongForm", f"{where}: {message}") from error
     numbers = [gain.joint for gain in answer.gains]
     if numbers != list(range(1, joints + 1)):
         raise MethodError("WrongJoints", f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
-    return tuple(map(_claim, answer.gains))
+    for gain in answer.gains:
+        value, std, refused = gain.estimate, gain.std, not gain.identifiable
+        for wrong, kind, said in (
+            (value is not None and not math.isfinite(value), "NotFinite", f"estimate is {value}"),
+            (std is not None and not math.isfinite(std), "NotFinite", f"std is {std}"),
+            (refused and (value, std) != (None, None), "ImpossibleGain", "is refused but has a number; give null"),
+            (not refused and not value, "ImpossibleGain", f"a gain of {value} is invalid; refuse the joint instead"),
+            (std is not None and std < 0.0, "ImpossibleGain", f"a standard deviation of {std}"),
+        ):
+            if wrong:
+                raise MethodError(kind, f"joint {gain.joint}: {said}")
+    return tuple(Claim(gain.estimate, gain.std, None if gain.identifiable else gain.reason) for gain in answer.gains)
 
 
 def _not_finite(name: str) -> NoReturn:
     raise MethodError("NotFinite", f"a number is {name}")
-
-
-def _claim(gain: AnswerGain) -> "Claim":
-    from scenarios.experiments.judge import Claim  # with the simulator, which a method in its own process does without
-
-    value, std, joint = gain.estimate, gain.std, f"joint {gain.joint}"
-    for name, number in (("estimate", value), ("std", std)):
-        if number is not None and not math.isfinite(number):
-            raise MethodError("NotFinite", f"{joint}: {name} is {number}")
-    if not gain.identifiable:
-        if value is not None or std is not None:
-            raise MethodError("ImpossibleGain", f"{joint} is refused but has a number; give null")
-        return Claim(None, None, gain.reason)
-    if not value:
-        raise MethodError("ImpossibleGain", f"{joint}: a gain of {value} is invalid; refuse the joint instead")
-    if std is not None and std < 0.0:
-        raise MethodError("ImpossibleGain", f"{joint}: a standard deviation of {std:g}")
-    return Claim(value, std, None)
-
-
-# Methods in Python, in their own process
 
 
 def python_answer(text: str, folder: Path) -> dict[str, object]:

@@ -108,8 +108,12 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     def payload(gain: Array, gain_std: Array, system: int = 0) -> PaperEstimate:
         return payload_as_in_paper(systems[system], gain, gain_std)
 
+    def off(signs: Sequence[int]) -> Array:
+        """Return the gains with errors of these signs on joints 1 to 4."""
+        return found * np.array([*(1.0 + GAIN_ERROR * np.array(signs)), *np.ones(n - IDENTIFIED)])
+
     exact = np.zeros(n)
-    one, two, three = (payload(gain, exact) for gain in (prior, found, _off(found, SIGNS)))
+    one, two, three = (payload(gain, exact) for gain in (prior, found, off(SIGNS)))
     again = payload(found, std, 1)
     bodies = [each.plant.payload for each in (heavy, light)]
     true = [standard_parameters(each.mass, each.com, each.inertia) for each in bodies]
@@ -117,18 +121,18 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
         _payload(case, true[0], {**asdict(printed), "gains": list(GAINS) if case is two else None})
         for case, printed in zip((one, two, three), CASES, strict=True)
     ]
-    patterns = [wrong_gains(s, payload(_off(found, s), exact), two) for s in product((1, -1), repeat=IDENTIFIED)]
+    patterns = [_wrong_gains(s, payload(off(s), exact), two) for s in product((1, -1), repeat=IDENTIFIED)]
     result = PaperResult(
         gains=tuple(
             PaperGain(
                 joint=joint,
-                true=float(injected),
-                estimate=each.value if isinstance(each, IdentifiedGain) else None,
-                std=each.residual_std if isinstance(each, IdentifiedGain) else None,
+                true=injected,
+                estimate=getattr(each, "value", None),
+                std=getattr(each, "residual_std", None),
                 identifiable=isinstance(each, IdentifiedGain),
-                reason=None if isinstance(each, IdentifiedGain) else each.reason,
+                reason=getattr(each, "reason", None),
             )
-            for joint, (each, injected) in enumerate(zip(gains, setup.true_gain, strict=True), 1)
+            for joint, (each, injected) in enumerate(zip(gains, setup.true_gain.tolist(), strict=True), 1)
         ),
         cases=tuple(PaperCase(case=k, **dict(each)) for k, each in enumerate(cases, 1)),
         patterns=tuple(patterns),
@@ -144,15 +148,7 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
     )
 
 
-def _off(gain: Array, signs: Sequence[int]) -> Array:
-    """Return gains with errors of these signs on joints 1 to 4."""
-    wrong = gain.copy()
-    wrong[:IDENTIFIED] *= 1.0 + GAIN_ERROR * np.array(signs)
-    return wrong
-
-
-def wrong_gains(signs: Sequence[int], wrong: PaperEstimate, right: PaperEstimate) -> WrongGains:
-    """Return the effect of errors of the gains."""
+def _wrong_gains(signs: Sequence[int], wrong: PaperEstimate, right: PaperEstimate) -> WrongGains:
     return WrongGains(
         signs=" ".join("-+"[sign > 0] for sign in signs),
         M=wrong["M"].value / right["M"].value,
@@ -166,14 +162,8 @@ def _payload(case: PaperEstimate, true: Array, published: dict[str, object]) -> 
         PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=False, essential=essential)
         for p, essential, value in zip(case.parameters, case.essential, true.tolist(), strict=True)
     )
-    fit = PaperFit(
-        method="wls",
-        rows=len(case.system.V),
-        unknowns=case.unknowns,
-        error_norm=case.error_norm,
-        rel_error_norm=case.rel_error_norm,
-        sigma=case.sigma,
-    )
+    names = ("unknowns", "error_norm", "rel_error_norm", "sigma")
+    fit = PaperFit(method="wls", rows=len(case.system.V), **{name: getattr(case, name) for name in names})
     return PaperPayload(gains=tuple(case.gain.tolist()), payload=payload, fit=fit, published=published)
 
 
@@ -212,8 +202,8 @@ def checks_of(found: PaperResult) -> tuple[Claim, ...]:
 def case_rows(name: str, case: PaperEstimate) -> pd.DataFrame:
     """Return the rows of a case, the data of figure 3.
 
-    Columns: `case`; `joint`, from 1; `loaded`, whether the row is of the loaded motion; `t`, time in its motion [s];
-    `measured`, gain in use times current [N m]; `reconstructed`, torque of the fitted model [N m].
+    Columns: `case`; `joint`, from 1; `loaded`; `t`, time in its motion [s]; `measured`, gain in use times current
+    [N m]; `reconstructed`, torque of the fitted model [N m].
     """
     system = case.system
     return pd.DataFrame(
@@ -234,19 +224,11 @@ def write_paper(run: PaperRun, folder: Path, *, command: str) -> None:
     Raises:
         OSError: If they cannot be written.
     """
+    names = ("name", "value", "std", "residual_std", "gain_std")
     parameters = [
-        {
-            "case": name,
-            "name": p.name,
-            "value": p.value,
-            "std": p.std,
-            "residual_std": p.residual_std,
-            "gain_std": p.gain_std,
-            "known": False,
-            "essential": essential,
-        }
-        for name, case in run.estimates.items()
-        for p, essential in zip(case.parameters, case.essential, strict=True)
+        {"case": case, **{name: getattr(each, name) for name in names}, "known": False, "essential": essential}
+        for case, estimate in run.estimates.items()
+        for each, essential in zip(estimate.parameters, estimate.essential, strict=True)
     ]
     pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
     pd.concat([case_rows(*each) for each in run.estimates.items()]).to_parquet(folder / ROWS, index=False)

@@ -34,7 +34,6 @@ USUAL = {
     "holds": {"duration": 72.0, "evaluations": 3000},
 }
 """Defaults of a search."""
-AGAINST = {"noise": "noise of the currents alone", "all": "noise and the scenario's error sources"}
 HARMONICS = arguments.count_from(
     2, 100, "a motion with 1 cannot begin and end at rest, a search cannot handle more than 100"
 )
@@ -132,8 +131,6 @@ def excite_arguments(parser: argparse.ArgumentParser) -> None:
     add("--evaluations", type=EVALUATIONS, help="number of motions to try (default 40000)")
     add_worker_options(parser, ["jobs"])
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
-    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
-    add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
     output.add_force_argument(parser)
     output.add_form_arguments(parser)
 
@@ -157,13 +154,12 @@ def excite_command(options: argparse.Namespace) -> Status:
         )
     import numpy as np
 
-    from scenarios.design.excitation import SEARCHED_HZ, Design, finite, percents
+    from scenarios.design.excitation import Design, finite, percents
     from scenarios.design.parametrisations import Holds, Series, hold_design
     from scenarios.design.search import Searched, best_fitted
     from scenarios.experiments.motions import write_motion
-    from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
+    from scenarios.experiments.scenario import load_scenario, setup_without_motion
     from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
-    from scenarios.prediction.sources_along import SourcesAlong
     from sim.errors import TrajectoryError
 
     command = found_by(options)
@@ -171,11 +167,6 @@ def excite_command(options: argparse.Namespace) -> Status:
     scenario = load_scenario(options.scenario)
     setup = setup_without_motion(scenario)
     design = Design.of(setup)
-    if options.against == "all":
-        motion = setup_of(scenario).experiments[0].trajectory
-        sourced = SourcesAlong(scenario, design.joints).reduced(motion, SEARCHED_HZ)
-        complain(f"minimising the errors from noise and {', '.join(sourced.points)}")
-        design = replace(design, added=sourced)
     unloaded = np.zeros(design.plant.robot.n, dtype=bool)
     if holds:
         design, unloaded = hold_design(design)
@@ -232,9 +223,7 @@ def excite_command(options: argparse.Namespace) -> Status:
         cost=found.cost,
         predicted_rel_std=list(map(finite, deviations)),
     )
-    predicted = (
-        f"predicted standard deviation of the gains, from {AGAINST[options.against]} [%]: {percents(deviations)}"
-    )
+    predicted = f"predicted standard deviation of the gains, from noise of the currents [%]: {percents(deviations)}"
     return output.show(result.report(f"{options.out}: {predicted}"), options)
 
 
@@ -268,7 +257,6 @@ def found_by(options: argparse.Namespace) -> str:
         if getattr(options, name) is not None:
             words += [f"--{name}", f"{getattr(options, name):.12g}"]
     words += ["--improve"] if options.improve else []
-    words += ["--against", options.against] if options.against != "noise" else []
     return printable(shlex.join(words))
 
 

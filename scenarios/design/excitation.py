@@ -4,7 +4,7 @@ The cost of a motion is the logarithm of the predicted relative standard deviati
 the largest, plus thirty times the mean squared violation of limits and clearance.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import isfinite
@@ -158,8 +158,6 @@ class Design:
         carried: The payload and its known parameters.
         prediction: Model that predicts the standard deviations.
         solids: Shapes of the payload, None for a cylinder with its inertia.
-        added: Further errors in the objective: root mean square relative error of every gain along a motion at a
-            sampling rate, shape (n,).
         searched_hz: Sampling rate during the search [Hz].
     """
 
@@ -170,7 +168,6 @@ class Design:
     carried: Carried
     prediction: Prediction
     solids: tuple[Solid, ...] | None = None
-    added: Callable[[FourierTrajectory, float], Array] | None = None
     searched_hz: float = SEARCHED_HZ
 
     def __getstate__(self) -> dict[str, object]:
@@ -251,8 +248,6 @@ class Design:
         """Return the objective plus a penalty on violations."""
         rows = self.rows(trajectory, self.searched_hz)
         errors = self.prediction(rows, self.structure)(self.carried).total
-        if self.added is not None:
-            errors = np.hypot(errors, self.added(trajectory, self.searched_hz))
         over = np.concatenate([each.ravel() for each in self.excess(rows)])
         return objective(errors[self.joints]) + 30.0 * float(over @ over) / self.searched_hz
 

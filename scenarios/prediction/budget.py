@@ -1,6 +1,7 @@
 """The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
@@ -9,19 +10,26 @@ from pydantic import Field
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed, Exclusion
 from ident.estimation.estimate import RefusedGain
+from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
-from scenarios.experiments.scenario import setup_of
-from scenarios.experiments.schema import Scenario
-from scenarios.prediction.moments import Moments
-from scenarios.prediction.predictor import NO_SPECTRUM, predictor_of
+from scenarios.experiments.draws import numbers_needed, settings_from, settings_with, sources_of, spread_of
+from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
+from scenarios.experiments.schema import DrawTable, Scenario, ScenarioTable
+from scenarios.prediction.predictor import Expected, Linearised, enough, expected_logs
 from scenarios.rendering.content import Cell, Column, Mood, Paragraph, Part, Table, cells, percent
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.diagnoses import diagnosed_values, horizon_paragraphs
 from scenarios.results.gains import budget_verdict
-from scenarios.support.errors import ScenarioError
+from scenarios.support.errors import ScenarioError, StudyError
 from sim.errors import SimulationError
 from sim.feedforward_currents import check_torque_limits
 
+NO_SPECTRUM = "no first-order model for"
+TAKEN = ("plant.", "experiment.sensors.")
+"""Key paths (beginnings) that change the logs of the same motion."""
+AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
+"""Key paths (beginnings) that need a new estimate."""
+Settings = Mapping[str, Value]
 OTHER = "noise that is no source"
 MEANING = (
     "First-order rms relative error from each source alone, at its declared size. All together: sums of "
@@ -30,6 +38,192 @@ MEANING = (
 CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
 LEAST = 5e-6
 """Relative error of a source below which it is reported as 0."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moments:
+    """Mean error `bias` and standard deviation `std` of the relative errors of k gains, each (k,)."""
+
+    bias: Array
+    std: Array
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square of the error."""
+        return np.hypot(self.bias, self.std)
+
+    @classmethod
+    def together(cls, errors: Iterable["Moments"], k: int) -> "Moments":
+        """Return independent errors of k gains together: sums of the signed biases and of the variances."""
+        several = list(errors)
+        bias = np.sum([np.zeros(k), *(each.bias for each in several)], axis=0)
+        return cls(bias, np.sqrt(np.sum([np.zeros(k), *(each.std**2 for each in several)], axis=0)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Settings that represent a draw.
+
+    Attributes:
+        at: The mean of all numbers, then for each independent number the mean plus one standard deviation.
+        alike: Whether they are settings of equal probability instead, for values from a set.
+    """
+
+    at: tuple[Settings, ...]
+    alike: bool
+
+    @classmethod
+    def of(cls, draw: DrawTable, table: ScenarioTable) -> "Points":
+        """Return the settings for the first two moments of a draw.
+
+        Raises:
+            StudyError: If a number has no mean or standard deviation.
+            ScenarioError: If the draw is not possible.
+        """
+        if draw.choice is not None:
+            middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
+            return cls(tuple(settings_from(draw, np.array([u]), table) for u in middle), alike=True)
+        mean, steps = dict[str, Array](), list[dict[str, Array]]()
+        bases = {place: np.atleast_1d(np.asarray(value_at(table, place), dtype=np.float64)) for place in draw.targets}
+        total, used = sum(map(len, bases.values())), 0
+        for place, base in bases.items():
+            spread = spread_of(draw, slice(used, used + len(base)), total)
+            used += len(base)
+            if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
+                raise StudyError(
+                    f"{place}: distribution {draw.distribution} with these parameters has no finite mean or "
+                    "standard deviation"
+                )
+            mean[place], std = {
+                "replace": (spread.mean, spread.std),
+                "add": (base + spread.mean, spread.std),
+                "multiply": (base * spread.mean, base * spread.std),
+            }[draw.apply]
+            if draw.shared:
+                steps = steps or [{}]
+                steps[0][place] = std
+            else:
+                steps += [{place: each} for each in np.diag(std)]
+
+        def settings(step: Mapping[str, Array]) -> Settings:
+            numbers = {place: each + step.get(place, 0.0) for place, each in mean.items()}
+            lists = {place: isinstance(value_at(table, place), list) for place in numbers}
+            return {place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()}
+
+        return cls(tuple(map(settings, [{}, *steps])), alike=False)
+
+    def moments(self, errors: Iterable[Array]) -> Moments:
+        """Return mean and standard deviation of the errors at each of the settings, each (k,)."""
+        at = np.array(list(errors))
+        if self.alike:
+            return Moments(at.mean(axis=0), at.std(axis=0))
+        return Moments(at[0], np.linalg.norm(at[1:] - at[0], axis=0))
+
+
+class Predictor:
+    """Predicts the errors of a scenario's gains from its sources with one linearised estimate.
+
+    Random values and sources have their medians, and there is one realisation of the scenario's noise, with which
+    methods select their model.
+
+    Attributes:
+        linear: The estimate.
+        joints: The k joints with a gain that is required, from 0, shape (k,).
+        unknown: Noise streams of unknown spectrum that are on with every source off.
+        other_noise: Error from noise that is on with every source off, None if there is none.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Linearise the estimate, and prepare the logs and their noise with every source off.
+
+        Raises:
+            StudyError: If the scenario declares no error sources or requires no gain; if there is no first-order model
+                of its method.
+            ScenarioError: If a source is wrong.
+            IdentificationError: If there is no gain to identify.
+            SimulationError: If a plant cannot be built.
+        """
+        sources, table = sources_of(scenario), scenario.table
+        wanted = np.flatnonzero(table.tolerance.identifiable)
+        if not wanted.size:
+            raise StudyError(
+                f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute"
+            )
+        middle = dict[str, Value]()
+        for draw in table.random.values():
+            middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
+        middle |= settings_with(sources, {name: np.full(width, 0.5) for name, width in sources.width.items()}).settings
+        setup = setup_of(with_settings(scenario, middle))
+        self.linear = Linearised.of(setup, enough(setup))
+        self.joints: Indices = wanted[self.linear.estimate.identifiable[wanted]]
+        self._rows = np.searchsorted(self.linear.estimate.solution.joints, self.joints)
+        self._off = with_settings(scenario, settings_with(sources, {}).settings)
+        self._quiet, self._quiet_logs = self._logged({})
+        streams = {name: np.full(1, 0.5) for name, source in table.sources.items() if source.stream is not None}
+        _, loud = self._logged(settings_with(sources, streams).settings)
+        self._variances = self.linear.noise_variances(loud)
+        self._left = self.linear.noise_variances(self._quiet_logs)
+        self.unknown = tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))
+        self.other_noise = self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
+
+    def noise(self, stream: str) -> Moments:
+        """Return the error from a noise at its size, all other sources off.
+
+        Raises:
+            StudyError: If its spectrum is unknown.
+        """
+        if stream not in self._variances:
+            raise StudyError(f"{NO_SPECTRUM} {stream}")
+        return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
+
+    def drawn(self, source: DrawTable) -> Moments:
+        """Return the error from a drawn source, all others off.
+
+        If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
+
+        Raises:
+            StudyError: If neither is possible; if a number has no mean or standard deviation.
+            ScenarioError: If the draw is not possible.
+        """
+        odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
+        if odd:
+            raise StudyError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
+        points = Points.of(source, self._off.table)
+        logged = all(place.startswith(TAKEN) for place in source.targets)
+        return points.moments(map(self._by_currents if logged else self._again, points.at))
+
+    def _by_currents(self, settings: Settings) -> Array:
+        setup, logs = self._logged(settings)
+        for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
+            if stronger := quiet.louder(experiment.sensors, self.linear.every):
+                raise StudyError(
+                    f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
+                )
+        inverse = 1.0 / self._quiet.true_gain[self.joints]
+        inverse = inverse + self.linear.change(logs, self._quiet_logs)[self._rows]
+        return 1.0 / (inverse * setup.true_gain[self.joints]) - 1.0
+
+    def _again(self, settings: Settings) -> Array:
+        own = self.linear.setup
+        if all(value_at(own.scenario.table, place) == value for place, value in settings.items()):
+            return np.zeros(len(self.joints))
+        with_it = Linearised.of(changed(own, settings), self.linear.every)
+        before, now = self.linear.estimate.solution, with_it.estimate.solution
+        lost = np.setdiff1d(self.joints, now.joints)
+        if lost.size:
+            raise StudyError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
+        at = np.searchsorted(now.joints, self.joints)
+        truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
+        return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
+
+    def _of_noise(self, variance: Array) -> Moments:
+        std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.true_gain[self.joints])
+        return Moments(np.zeros(len(std)), std)
+
+    def _logged(self, settings: Settings) -> tuple[Setup, tuple[Expected, ...]]:
+        """Return the scenario with these settings and all sources off, and its logs."""
+        setup = setup_of(with_settings(self._off, settings))
+        return setup, expected_logs(setup, self.linear.every)
 
 
 class Cost(ResultModel):
@@ -118,10 +312,10 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     """Predict the error budget of a scenario, and the faults that logs of its motions will exclude.
 
     Raises:
-        TrajectoryError: If a drive cannot follow the motion; otherwise as `predictor_of`.
+        TrajectoryError: If a drive cannot follow the motion; otherwise as `Predictor`.
     """
     check_torque_limits(setup_of(scenario).experiments)
-    predictor = predictor_of(scenario)
+    predictor = Predictor(scenario)
     estimate, costs, unpredicted = predictor.linear.estimate, dict[str, Moments](), list[dict[str, str]]()
     for name, source in scenario.table.sources.items():
         try:

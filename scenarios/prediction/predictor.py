@@ -11,7 +11,7 @@ the position of joint l acts like currents -h_j M_jl d^2 q / dt^2, with the low-
 through speed and gravity is less than a hundredth of that.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,12 +23,9 @@ from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.recording import Motion, Recording
-from ident.support.arrays import Array, Indices, Mask
-from scenarios.experiments.draws import Sources, numbers_needed, settings_from, settings_with, sources_of
-from scenarios.experiments.scenario import Setup, Value, changed, setup_of, value_at, with_settings
-from scenarios.experiments.schema import DrawTable, Scenario, grouped
-from scenarios.prediction.moments import Moments, points_of
-from scenarios.support.errors import StudyError
+from ident.support.arrays import Array, Mask
+from scenarios.experiments.scenario import Setup
+from scenarios.experiments.schema import grouped
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents, inertia_along, states_of
 from sim.sensors import SensorOptions, logged, noises, without_spectrum
@@ -38,19 +35,14 @@ NOISE_SEED = 0
 """Seed of the noise of an expected recording."""
 RATE = 16.0
 """Sufficient sampling rate, relative to the cut-offs; faster components are noise with known spectrum."""
-NO_SPECTRUM = "no first-order model for"
-TAKEN = ("plant.", "experiment.sensors.")
-"""Key paths (beginnings) that change the logs of the same motion."""
-AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
-"""Key paths (beginnings) that need a new estimate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """The expected log of one motion, at a sufficient rate.
+    """The expected log of one motion at a sufficient rate, without random effects.
 
     Attributes:
-        log: The log without random effects.
+        log: The log.
         noises: Models of the noise, with the spectral density at the real rate.
         unknown: Streams of random effects without a known spectrum.
     """
@@ -79,14 +71,13 @@ class Expected:
 
     def louder(self, sensors: SensorOptions, every: int) -> list[str]:
         """Return noise streams that differ with other settings of sensors and the same log."""
-        other, before = Expected.of(self.log, sensors, every), {noise.stream: noise for noise in self.noises}
-
-        def same(noise: Noise) -> bool:
-            own = before.get(noise.stream)
-            return own is not None and np.array_equal(own.q, noise.q) and np.array_equal(own.v, noise.v)
-
-        changed = [noise.stream for noise in other.noises if not same(noise)]
-        return changed + [stream for stream in other.unknown if stream not in self.unknown]
+        other, own = Expected.of(self.log, sensors, every), {x.stream: x for x in self.noises}
+        same = [
+            x.stream in own and np.array_equal(own[x.stream].q, x.q) and np.array_equal(own[x.stream].v, x.v)
+            for x in other.noises
+        ]
+        differing = [x.stream for x, equal in zip(other.noises, same, strict=True) if not equal]
+        return differing + [stream for stream in other.unknown if stream not in self.unknown]
 
 
 def enough(setup: Setup) -> int:
@@ -147,6 +138,21 @@ class Linearised:
     places: tuple[int, ...]
     every: int
 
+    @classmethod
+    def of(cls, setup: Setup, every: int) -> "Linearised":
+        """Estimate the gains of a prepared scenario from its expected logs.
+
+        Raises:
+            IdentificationError: If there is no gain to identify.
+            PlantError: If a plant cannot be built.
+        """
+        chosen, places = setup.scenario.table.identification, grouped(setup.protocol)
+        expected = expected_preparation(setup, every)
+        in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
+        behind = tuple(full for _, part in in_time if (full := part.observation.full_rate) is not None)
+        estimate = estimator(chosen.method).estimate(expected.problem, chosen.method_options)
+        return cls(setup, expected, estimate, behind, places, every)
+
     def change(self, logs: Sequence[Expected], base: Sequence[Expected]) -> Array:
         """Return the change of each 1/g between two sets of logs of the same motions, in order of time, (k,)."""
         table, rows = self.setup.scenario.table, self.estimate.solution.rows
@@ -184,41 +190,18 @@ class Linearised:
         """Variance of each 1/g from each active noise stream, (k,) by name."""
         variances: dict[str, Array] = {}
         cutoff_hz = self.setup.scenario.table.identification.observe.cutoff_hz
-        weights = self.weights(len(logs[0].log.t))
-        for each, K, experiment in zip(logs, weights, self.setup.experiments, strict=True):
+        for each, K, experiment in zip(logs, self.weights(len(logs[0].log.t)), self.setup.experiments, strict=True):
             moved = any(noise.q.any() for noise in each.noises)
-            by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else None
+            by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else np.zeros_like(K)
             for noise in each.noises:
-                variances[noise.stream] = variances.get(noise.stream, 0.0) + _variance(noise, K, by_position)
+                variance = _variance(noise, K, by_position)
+                variances[noise.stream] = variances.get(noise.stream, 0.0) + variance
         return variances
 
 
-def linearised(setup: Setup, every: int) -> Linearised:
-    """Estimate the gains of a prepared scenario from its expected logs.
-
-    Raises:
-        IdentificationError: If there is no gain to identify.
-        PlantError: If a plant cannot be built.
-    """
-    chosen = setup.scenario.table.identification
-    expected = expected_preparation(setup, every)
-    places = grouped(setup.protocol)
-    in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
-    return Linearised(
-        setup=setup,
-        expected=expected,
-        estimate=estimator(chosen.method).estimate(expected.problem, chosen.method_options),
-        behind=tuple(behind for _, part in in_time if (behind := part.observation.full_rate) is not None),
-        places=places,
-        every=every,
-    )
-
-
-def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
+def _variance(noise: Noise, K: Array, by_position: Array) -> Array:
     """Return the variance of each 1/g from one noise of one motion, shape (k,)."""
-    total = K * noise.v
-    if by_position is not None:
-        total = total + by_position * noise.q
+    total = K * noise.v + by_position * noise.q
     if noise.lasting:
         total = total.sum(axis=1, keepdims=True)
     if noise.shared:
@@ -226,8 +209,7 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
     if noise.sos is not None:  # backwards in time: effect of a number on all later samples
         backwards, shape = _time_first(total[:, ::-1])
         settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
-        total = settled.reshape(-1, *shape)
-        return np.sum(total**2, axis=(0, 2))
+        return np.sum(settled.reshape(-1, *shape) ** 2, axis=(0, 2))
     return np.sum(total**2, axis=(1, 2))
 
 
@@ -243,131 +225,3 @@ def _time_first(values: Array) -> tuple[Array, tuple[int, int]]:
     """Return values (k, N, n) as (N, k n), and (k, n)."""
     k, samples, n = values.shape
     return values.swapaxes(0, 1).reshape(samples, k * n), (k, n)
-
-
-class Predictor:
-    """Predicts the errors from sources with one linearised estimate.
-
-    Attributes:
-        linear: The estimate.
-        joints: The k joints with a gain that is required, from 0, shape (k,).
-    """
-
-    def __init__(self, linear: Linearised, sources: Sources, joints: Indices) -> None:
-        """Prepare the logs and their noise with every source off.
-
-        Raises:
-            PlantError: If a plant cannot be built.
-        """
-        self.linear, self.joints = linear, joints
-        self._rows = np.searchsorted(linear.estimate.solution.joints, joints)
-        self._off = with_settings(sources.scenario, settings_with(sources, {}).settings)
-        self._quiet, self._quiet_logs = self._logged({})
-        tables = sources.scenario.table.sources
-        streams = {name: np.full(1, 0.5) for name, source in tables.items() if source.stream is not None}
-        _, loud = self._logged(settings_with(sources, streams).settings)
-        self._variances = linear.noise_variances(loud)
-        self._left = linear.noise_variances(self._quiet_logs)
-
-    def noise(self, stream: str) -> Moments:
-        """Return the error from a noise at its size, all other sources off.
-
-        Raises:
-            StudyError: If its spectrum is unknown.
-        """
-        if stream not in self._variances:
-            raise StudyError(f"{NO_SPECTRUM} {stream}")
-        return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
-
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """Noise streams of unknown spectrum that are on with every source off."""
-        return tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))
-
-    @property
-    def other_noise(self) -> Moments | None:
-        """Error from noise that is on with every source off, None if there is none."""
-        return self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
-
-    def drawn(self, source: DrawTable) -> Moments:
-        """Return the error from a drawn source, all others off.
-
-        Raises:
-            StudyError: As `error`; if a number has no mean or standard deviation.
-            ScenarioError: If the draw is not possible.
-        """
-        return points_of(source, self._off.table).moments(lambda settings: self.error(source, settings))
-
-    def error(self, source: DrawTable, settings: Mapping[str, Value]) -> Array:
-        """Return the relative error of the gains at settings of a source, all others off, shape (k,).
-
-        If only the currents change, the linearised estimate is used; otherwise a new estimate is made.
-
-        Raises:
-            StudyError: If neither is possible.
-            ScenarioError: If the settings are not valid.
-        """
-        odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
-        if odd:
-            raise StudyError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
-        logged = all(place.startswith(TAKEN) for place in source.targets)
-        return self._by_currents(settings) if logged else self._again(settings)
-
-    def _by_currents(self, settings: Mapping[str, Value]) -> Array:
-        setup, logs = self._logged(settings)
-        for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
-            if stronger := quiet.louder(experiment.sensors, self.linear.every):
-                raise StudyError(
-                    f"it varies the level of a noise, {stronger[0]}; declare the noise itself as a source (key stream)"
-                )
-        inverse = 1.0 / self._quiet.true_gain[self.joints]
-        inverse = inverse + self.linear.change(logs, self._quiet_logs)[self._rows]
-        return 1.0 / (inverse * setup.true_gain[self.joints]) - 1.0
-
-    def _again(self, settings: Mapping[str, Value]) -> Array:
-        own = self.linear.setup
-        if all(value_at(own.scenario.table, place) == value for place, value in settings.items()):
-            return np.zeros(len(self.joints))
-        with_it = linearised(changed(own, settings), self.linear.every)
-        before, now = self.linear.estimate.solution, with_it.estimate.solution
-        lost = np.setdiff1d(self.joints, now.joints)
-        if lost.size:
-            raise StudyError(f"with this source, joint {', '.join(map(str, lost + 1))} is not identifiable")
-        at = np.searchsorted(now.joints, self.joints)
-        truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
-        return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
-
-    def _of_noise(self, variance: Array) -> Moments:
-        std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.true_gain[self.joints])
-        return Moments(np.zeros(len(std)), std)
-
-    def _logged(self, settings: Mapping[str, Value]) -> tuple[Setup, tuple[Expected, ...]]:
-        """Return the scenario with these settings and all sources off, and its logs."""
-        setup = setup_of(with_settings(self._off, settings))
-        return setup, expected_logs(setup, self.linear.every)
-
-
-def predictor_of(scenario: Scenario) -> Predictor:
-    """Linearise the estimate of a scenario's gains.
-
-    Random values and sources have their medians, and there is one realisation of the scenario's noise, with which
-    methods select their model.
-
-    Raises:
-        StudyError: If the scenario declares no error sources or requires no gain; if there is no first-order model of
-            its method.
-        ScenarioError: If a source is wrong.
-        IdentificationError: If there is no gain to identify.
-        SimulationError: If a plant cannot be built.
-    """
-    sources, table = sources_of(scenario), scenario.table
-    wanted = np.flatnonzero(table.tolerance.identifiable)
-    if not wanted.size:
-        raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
-    middle = dict[str, Value]()
-    for draw in table.random.values():
-        middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
-    middle |= settings_with(sources, {name: np.full(width, 0.5) for name, width in sources.width.items()}).settings
-    setup = setup_of(with_settings(scenario, middle))
-    linear = linearised(setup, enough(setup))
-    return Predictor(linear, sources, wanted[linear.estimate.identifiable[wanted]])

@@ -12,10 +12,10 @@ from exact_problem import GAIN, PAYLOAD, exact_problem
 from places import ROOT
 
 from ident.model.structure import Structure
-from scenarios import load
 from scenarios.benchmark.methods import Limits, call, method_of
 from scenarios.benchmark.study import write_trial
 from scenarios.cli import main
+from scenarios.experiments.loaded_scenario import load
 from scenarios.results.problem_folder import GivenProblem, read_problem
 
 FIGAROH, SYSID = "docs.adapters.figaroh_tls", "docs.adapters.mujoco_sysid"

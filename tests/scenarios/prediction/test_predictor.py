@@ -13,7 +13,7 @@ from ident.recordings.recording import Recording
 from scenarios.experiments.motions import write_motion
 from scenarios.experiments.run import motion_streams, simulate
 from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
-from scenarios.prediction.predictor import _by_position, _variance, expected_logs, linearised
+from scenarios.prediction.predictor import Linearised, _by_position, _variance, expected_logs
 from sim.sensors import logged
 from sim.sensors.sensor import Noise
 from sim.trajectory import at_rest
@@ -49,8 +49,8 @@ def test_changes_of_an_estimate_and_weights_of_samples_are_those_of_estimating_a
     scenario = replace(quick, table=quick.table.model_copy(update={"experiment": experiment}))
     own = {**QUIET, **own}
     one, other = (setup_of(with_settings(scenario, each)) for each in (own, {**own, **GAINS, **change}))
-    linear, logs = linearised(one, 4), expected_logs(one, 4)
-    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    linear, logs = Linearised.of(one, 4), expected_logs(one, 4)
+    expected = Linearised.of(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
     assert np.abs(expected).min() > 1e-3
     np.testing.assert_allclose(linear.change(expected_logs(other, 4), logs), expected, rtol=1e-8)
     if name == "order":
@@ -90,7 +90,7 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
     settings = {name: {f"plant.errors.{k}": v for k, v in errors.items()} for name, (errors, _) in EFFECTS.items()}
     settings["payload"] = {"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}
     setups = {name: setup_of(with_settings(rich.scenario, each)) for name, each in settings.items()}
-    linear, base = linearised(rich, 4), expected_logs(rich, 4)
+    linear, base = Linearised.of(rich, 4), expected_logs(rich, 4)
     outcomes = [simulate(each, k) for k, each in enumerate((rich, *setups.values()))]
     inverse = [inverse_gains(rich, each.recordings)[:5] for each in outcomes]
     for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
@@ -110,9 +110,9 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     )
     settings = {**QUIET, **sizes, f"{SENSORS}coloured_cutoff_hz": 13.0}
     loud = setup_of(with_settings(quick, settings))
-    linear, logs = linearised(loud, 1), expected_logs(loud, 1)
+    linear, logs = Linearised.of(loud, 1), expected_logs(loud, 1)
     predicted = np.sqrt(linear.noise_variances(logs)[stream])
-    coarse = linearised(loud, 4)
+    coarse = Linearised.of(loud, 4)
     rtol = 0.1 if stream == "current_sensor" else 0.03  # what lasts is the sum of all weights, of either sign
     np.testing.assert_allclose(np.sqrt(coarse.noise_variances(expected_logs(loud, 4))[stream]), predicted, rtol=rtol)
     if stream == "white":  # whose draws are those of the coloured one without its filter
@@ -143,7 +143,7 @@ def test_what_lasts_or_joints_share_is_one_draw_with_all_its_weights(rng, lastin
 
 
 def test_waves_of_positions_act_by_the_torque_of_their_accelerations(rich):
-    linear, logs = linearised(rich, 4), expected_logs(rich, 4)
+    linear, logs = Linearised.of(rich, 4), expected_logs(rich, 4)
     t, size = logs[0].log.t, 1e-6 * np.array([0.9, 0.4, 0.7, 1.3, 1.1, 0.6])
     waves = [size * np.sin(np.outer(t, 2.0 * np.pi * (f + np.arange(6))) + f) for f in (6.1, 7.3)]  # [Hz]
     ends = [

@@ -21,7 +21,7 @@ from typing import Final, Literal
 import numpy as np
 
 from ident.diagnosis.diagnose import diagnose
-from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Severity
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
@@ -35,12 +35,12 @@ from ident.model.structure import Structure, independent_columns
 from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import BareArm, arm_in_use, predicted_torque, rel_errors
 from ident.parameters.weighing import LEVEL, UNKNOWN
-from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, refusal_of
 from ident.recordings.recording import Motion
-from ident.support.arrays import Array, Mask
+from ident.support.arrays import Array
 from ident.support.errors import Contradiction, GainsError, IdentificationError, PayloadError
 
+Verdict = Literal["better", "worse", "no different"]
 BETTER: Final = "better"
 WORSE: Final = "worse"
 NO_DIFFERENT: Final = "no different"
@@ -113,24 +113,15 @@ class Unseen:
         other_rel_error: Relative error with the other gains or model; None if there are none.
         joints: One entry per joint, in order.
         diagnoses: One entry per check, the worst first.
-        excluded: Faults that the logs exclude.
-        untold: Faults that the logs cannot reveal.
     """
 
     log: str
     loaded: bool
-    verdict: Literal["better", "worse", "no different"] | None
+    verdict: Verdict | None
     rel_error: float
     other_rel_error: float | None
     joints: tuple[UnseenJoint, ...]
     diagnoses: tuple[Diagnosis, ...] = ()
-    excluded: tuple[Exclusion, ...] = ()
-    untold: tuple[str, ...] = ()
-
-    @property
-    def found(self) -> Diagnosed:
-        """Diagnoses of the recording."""
-        return Diagnosed(diagnoses=self.diagnoses, excluded=self.excluded, indistinguishable=self.untold)
 
     @property
     def passed(self) -> bool:
@@ -154,7 +145,7 @@ class UnseenMotion:
 
     log: Motion
     parts: tuple[ObservedMotion, ...]
-    found: Diagnosed
+    diagnoses: tuple[Diagnosis, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -254,12 +245,12 @@ def unseen_motion(
             raise
         raise type(error)(f"{name}, the motion to predict: {error}") from error
     of_it = [each for each in compared.diagnoses if not bare or name in each.logs]
-    found = joined(Diagnosed(diagnoses=own.diagnoses), more=of_it)
-    wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
+    found = joined(Diagnosed(diagnoses=own.diagnoses), more=of_it).diagnoses
+    wrong = [each for each in found if each.severity is Severity.WRONG]
     if wrong:
         mounted = "; if it carries a payload, state it" if log.payload is None else ""
         raise Contradiction(f"{name}, the motion to predict: {refusal_of(wrong)}{mounted}")
-    return UnseenMotion(log=log, parts=own.problem.motions, found=found)
+    return UnseenMotion(log=log, parts=own.problem.motions, diagnoses=found)
 
 
 def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = None) -> Unseen:
@@ -273,85 +264,75 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     Raises:
         GainsError: If no joint has a gain in both.
     """
-    system, payload = pooled_system(unseen.parts), unseen.log.payload
-    models = (found,) if other is None else (found, other)
-    errors = [
-        np.where(
-            np.isin(system.joint, each.gains.joints),
-            _currents(predicted_torque(system, each.base, payload), system, each.gains) - system.V,
-            0.0,
-        )
-        for each in models
-    ]
-    share, *others = (
-        {j: x for j, x in rel_errors(error, system.V, system.joint).items() if j in model.gains.joints}
-        for error, model in zip(errors, models, strict=True)
-    )
-    both = sorted(set(share).intersection(*others))
+    system, payload, fits = pooled_system(unseen.parts), unseen.log.payload, found.fits
+
+    def currents(torque: Array, gains: KnownGains) -> Array:
+        per_torque = np.zeros(len(gains.names))
+        per_torque[gains.joints] = 1.0 / gains.value
+        return torque * per_torque[system.joint]
+
+    errors, shares = list[Array](), list[dict[int, float]]()  # by model; relative, by joint
+    for model in (found,) if other is None else (found, other):
+        error = currents(predicted_torque(system, model.base, payload), model.gains) - system.V
+        errors.append(np.where(np.isin(system.joint, model.gains.joints), error, 0.0))
+        relative = rel_errors(errors[-1], system.V, system.joint)
+        shares.append({j: relative[j] for j in model.gains.joints.tolist() if j in relative})
+    both = sorted(set(shares[0]).intersection(*shares[1:]))
     if not both:
         raise GainsError("gains: no joint has a gain in both sets, so they cannot be compared")
-    largest, fits = _largest(system, payload or UNKNOWN, found), found.fits
-    weighed = {} if payload is None else _gain_errors(system, unseen, found, payload)
+    overall = [float(np.sqrt(np.mean([share[j] ** 2 for j in both]))) for share in shares]
     unstated = dict[int, float]()
     if found.unstated is not None:
-        unstated = rel_errors(_currents(system.W @ found.unstated, system, found.gains), system.V, system.joint)
-    overall, *other_overall = (float(np.sqrt(np.mean([x[j] ** 2 for j in both]))) for x in (share, *others))
-    verdict = _verdict(system, errors[0], errors[1], both) if others else None
+        unstated = rel_errors(currents(system.W @ found.unstated, found.gains), system.V, system.joint)
+    joints = list[UnseenJoint]()
+    gain_of = dict(zip(found.gains.joints.tolist(), zip(found.gains.value, found.gains.std, strict=True), strict=True))
+    for j in range(unseen.parts[0].observation.structure.arm.n):
+        rel_error, fit = shares[0].get(j), fits.get(j)
+        largest = _largest(system, unseen, found, j, *gain_of[j]) if j in gain_of else None
+        by_payload = _gain_error(system, unseen, found, j, *gain_of[j]) if j in gain_of else None
+        gain_rel_error, gain_rel_std = by_payload or (None, None)
+        joints.append(
+            UnseenJoint(
+                joint=j,
+                rel_error=rel_error,
+                explained=None if rel_error is None else 1.0 - rel_error**2,
+                other_rel_error=None if other is None else shares[1].get(j),
+                fitted_rel_error=None if rel_error is None or fit is None else fit.fitted,
+                largest_rel_error=largest,
+                gain_rel_error=gain_rel_error,
+                gain_rel_std=gain_rel_std,
+                unstated_rel=None if rel_error is None else unstated.get(j),
+            )
+        )
     return Unseen(
         log=unseen.log.recording.name,
         loaded=payload is not None,
-        verdict=verdict,
-        rel_error=overall,
-        other_rel_error=other_overall[0] if others else None,
-        joints=tuple(
-            UnseenJoint(
-                joint=j,
-                rel_error=share.get(j),
-                explained=1.0 - share[j] ** 2 if j in share else None,
-                other_rel_error=others[0].get(j) if others else None,
-                fitted_rel_error=fits[j].fitted if j in share and j in fits else None,
-                largest_rel_error=largest.get(j),
-                gain_rel_error=weighed[j][0] if j in weighed else None,
-                gain_rel_std=weighed[j][1] if j in weighed else None,
-                unstated_rel=unstated.get(j) if j in share else None,
-            )
-            for j in range(unseen.parts[0].observation.structure.arm.n)
-        ),
-        diagnoses=unseen.found.diagnoses,
-        excluded=unseen.found.excluded,
-        untold=(*unseen.found.indistinguishable, *unseen.found.indistinguishable_together),
+        verdict=None if other is None else _verdict(system, errors[0], errors[1], both),
+        rel_error=overall[0],
+        other_rel_error=None if other is None else overall[1],
+        joints=tuple(joints),
+        diagnoses=unseen.diagnoses,
     )
 
 
-def _currents(torque: Array, system: PooledSystem, gains: KnownGains) -> Array:
-    """Return the currents of torques, shape (r,); zero for joints without a gain."""
-    per_torque = np.zeros(len(gains.names))
-    per_torque[gains.joints] = 1.0 / gains.value
-    return torque * per_torque[system.joint]
-
-
-def _largest(system: PooledSystem, payload: Payload, model: UsedModel) -> dict[int, float]:
-    """Return the limit of each joint's relative prediction error, by joint from 0.
+def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
+    """Return the limit of the relative prediction error of a joint with gain g.
 
     The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
     standard deviations of arm, payload and gain (the latter only through the payload's torque) on these currents. It is
     at most `LARGE_RESIDUAL`, which is the limit for a model file too, beside the deviations of what it does not state.
     """
-    carried, found = payload.known_part(), dict[int, float]()
-    for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
-        at = system.joint == j
-        of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
-        of_payload = np.sum((system.W_L[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
-        size = g**2 * np.sum(system.V[at] ** 2)
-        expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size)) if j in model.fits else np.inf
-        unstated = 0.0 if j in model.fits else SPOILS * np.sqrt(of_arm / size)
-        found[j] = float(np.hypot(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL), unstated))
-    return found
+    carried, at = (unseen.log.payload or UNKNOWN).known_part(), system.joint == j
+    of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
+    of_payload = np.sum((system.W_L[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
+    size = g**2 * np.sum(system.V[at] ** 2)
+    if j not in model.fits:
+        return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size)))
+    expected = np.hypot(model.fits[j].share, np.sqrt((of_arm + of_payload) / size))
+    return float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
 
 
-def _verdict(
-    system: PooledSystem, found: Array, other: Array, joints: Sequence[int]
-) -> Literal["better", "worse", "no different"]:
+def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[int]) -> Verdict:
     """Return Student's t-test of the difference of relative squared errors per time block, of all joints together."""
     from scipy.special import stdtrit  # slow import, rarely needed
 
@@ -366,36 +347,25 @@ def _verdict(
     return BETTER if more.mean() > 0.0 else WORSE
 
 
-def _gain_errors(
-    system: PooledSystem, unseen: UnseenMotion, model: UsedModel, payload: Payload
-) -> dict[int, tuple[float, float]]:
-    """Return the relative error of each gain according to the payload, and its standard deviation, by joint from 0.
+def _gain_error(
+    system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float
+) -> tuple[float, float] | None:
+    """Return the relative error of a gain g according to the payload, and its standard deviation.
 
     Only of gains with which the arm was identified. The standard deviation combines a jackknife over time blocks with
     those of arm, payload and gain.
     """
-    known, found = payload.known_part(), dict[int, tuple[float, float]]()
-    links = _named(unseen.parts[0].observation.structure, (*INERTIAL, *ROTOR))
-    for j, g, std in zip(model.gains.joints.tolist(), model.gains.value, model.gains.std, strict=True):
-        at = np.flatnonzero(system.joint == j)
-        W, W_L = system.W[at], system.W_L[at]
-        X = np.column_stack((W_L @ known.chi, _beside(W, links)))
-        if j not in model.fits or len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
-            continue
-        torque, first = g * system.V[at] - W @ model.base, np.linalg.pinv(X)[0]  # whatever its friction, free here
-        parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
-        without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
-        spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
-        moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
-        found[j] = float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))
-    return found
-
-
-def _named(structure: Structure, names: Sequence[str]) -> Mask:
-    """Return a mask of the base parameters with one of these names, joint numbers ignored, shape (b,)."""
-    return np.array([name.rstrip("0123456789") in names for name in structure.base.names])
-
-
-def _beside(W: Array, links: Mask) -> Array:
-    """Return the nonzero columns of a joint's rows (r, b) other than those of links: friction and offset."""
-    return W[:, ~links & W.any(axis=0)]
+    if unseen.log.payload is None or j not in model.fits:
+        return None
+    known, at = unseen.log.payload.known_part(), np.flatnonzero(system.joint == j)
+    W, W_L, names = system.W[at], system.W_L[at], unseen.parts[0].observation.structure.base.names
+    own = np.array([name.rstrip("0123456789") not in (*INERTIAL, *ROTOR) for name in names])
+    X = np.column_stack((W_L @ known.chi, W[:, own & W.any(axis=0)]))  # friction and offset are free here
+    if len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:
+        return None
+    torque, first = g * system.V[at] - W @ model.base, np.linalg.pinv(X)[0]
+    parts = np.array_split(np.arange(len(at)), TIME_BLOCKS)
+    without = [float((np.linalg.pinv(np.delete(X, k, 0)) @ np.delete(torque, k))[0]) for k in parts]
+    spread = float(np.std(without)) * np.sqrt(TIME_BLOCKS - 1)
+    moved = first @ W @ model.covariance @ (first @ W) + np.sum((first @ W_L @ known.spread) ** 2)
+    return float(first @ torque) - 1.0, float(np.sqrt(spread**2 + moved + (std / g) ** 2))

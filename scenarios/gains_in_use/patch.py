@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.diagnosis import Severity, worst_first
 from ident.diagnosis.link_masses import link_mass_factor
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
@@ -23,7 +23,6 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.links import ModelLinks
-from ident.preparation import joined
 from ident.recordings.recording import Motion
 from ident.support.arrays import Array
 from ident.support.files import LARGEST, read_bytes
@@ -370,4 +369,4 @@ def predicted_by_models(
     if said is None or said.severity is Severity.GOOD:
         return found
     doubt = replace(said, logs=(found.log,), advice="check the gains, and the masses of the model")
-    return replace(found, diagnoses=joined(found.found, more=[doubt]).diagnoses)
+    return replace(found, diagnoses=worst_first([*found.diagnoses, doubt]))

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.known_gains import KnownGains
 from ident.model.structure import Structure
@@ -22,7 +21,7 @@ def loaded_motion(structure: Structure, heavy: Payload, rng: np.random.Generator
     """Exact states of a loaded motion, ready to be predicted, and the arm's base parameters."""
     chi = rng.uniform(0.5, 2.0, 84)
     problem = exact_problem(structure, [(chi, heavy, heavy)], GAIN, rng, options=TRUSTING, noise=1e-3)
-    unseen = UnseenMotion(log=replace(LOG, payload=heavy), parts=problem.motions, found=Diagnosed())
+    unseen = UnseenMotion(log=replace(LOG, payload=heavy), parts=problem.motions)
     return unseen, structure.base.regrouping @ chi
 
 

@@ -7,7 +7,6 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 from unseen_motions import FIT, LOG, loaded_motion, model
 
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.unseen import UnseenMotion, UsedModel, predicted
 
 
@@ -87,7 +86,7 @@ def test_deviations_of_arm_payload_and_gain_are_those_of_what_the_payload_says(s
 def test_a_bare_motion_says_nothing_of_gains_by_a_payload(structure, rng):
     chi = rng.uniform(0.5, 2.0, 84)
     problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-3)
-    unseen = UnseenMotion(log=LOG, parts=problem.motions, found=Diagnosed())
+    unseen = UnseenMotion(log=LOG, parts=problem.motions)
     fits = {j: replace(FIT[2], joint=j) for j in range(6)}
     fitted = replace(model(structure, structure.base.regrouping @ chi, GAIN), fits=fits)
     assert [each.gain_rel_error for each in predicted(unseen, fitted).joints] == [None] * 6

@@ -7,7 +7,6 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 from unseen_motions import FIT, LOG, loaded_motion, model
 
-from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.known_gains import stated_gains
 from ident.parameters.arm import arm_in_use
 from ident.support.errors import GainsError
@@ -138,7 +137,7 @@ def test_a_factor_common_to_all_gains_shows_with_a_payload_alone(structure, heav
     bare, parts = replace(problem, motions=problem.motions[:1]), problem.motions[1:]
     models = [used_model(arm_in_use(bare, stated_gains(structure.arm, k * GAIN))) for k in (1.0, 1.3)]
     on_bare, on_loaded = (
-        predicted(UnseenMotion(log=replace(LOG, payload=each), parts=(part,), found=Diagnosed()), *models)
+        predicted(UnseenMotion(log=replace(LOG, payload=each), parts=(part,)), *models)
         for each, part in zip((None, heavy), parts, strict=True)
     )
     assert on_bare.other_rel_error == pytest.approx(on_bare.rel_error, rel=1e-3)

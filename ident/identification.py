@@ -79,21 +79,6 @@ class Identification:
         return self.estimate.std
 
     @property
-    def residual_std(self) -> MaskedArray:
-        """Contributions of the residuals to `std` [N m / drive unit], shape (n,), masked where refused."""
-        return self.estimate.residual_std
-
-    @property
-    def payload_std(self) -> MaskedArray:
-        """Contributions of the payload to `std` [N m / drive unit], shape (n,), masked where refused."""
-        return self.estimate.payload_std
-
-    @property
-    def model_std(self) -> MaskedArray:
-        """Contributions of the model's assumptions to `std` [N m / drive unit], shape (n,), masked where refused."""
-        return self.estimate.model_std
-
-    @property
     def reasons(self) -> tuple[str | None, ...]:
         """Reason of each joint's refusal, None for a gain."""
         return self.estimate.reasons
@@ -131,14 +116,9 @@ def identify(
         IdentificationError: If the data contradict their description; one class per cause, and the message states the
             probable fault.
     """
-    chosen = estimator(method)
-    wanted = chosen.options() if options is None else options
+    estimate_of = _estimator(method, options)
     prepared = prepare(logs, arm, observing=observing, gains=gains, policy=policy)
     raise_for(prepared, Diagnosed())
-
-    def estimate_of(problem: Problem) -> GainEstimate:
-        return chosen.estimate(problem, wanted)
-
     try:
         estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
@@ -154,6 +134,13 @@ def identify(
     return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
 
 
+def _estimator(method: str, options: object | None = None) -> Estimate:
+    """Return the gains of a problem by a method, as a function."""
+    chosen = estimator(method)
+    wanted = chosen.options() if options is None else options
+    return lambda problem: chosen.estimate(problem, wanted)
+
+
 def _diagnosed(
     prepared: Prepared,
     estimate: GainEstimate | None,
@@ -162,22 +149,13 @@ def _diagnosed(
     links: Array | None,
     refused: Diagnosis | None = None,
 ) -> Diagnosed:
-    """Return the diagnoses of prepared logs and of their estimate, causes before their effects.
-
-    Args:
-        prepared: The logs.
-        estimate: Their gains, None without any.
-        estimate_of: The estimator, for the effect of faults on the gains.
-        before: Diagnoses of the logs by themselves.
-        links: Standard parameters of the model's links, None if unknown.
-        refused: Why the gains are not valid, reported unless a fault explains it; None if they are valid.
-    """
+    """Return diagnoses of logs and their estimate; what refuses an estimate is reported unless a fault explains it."""
     if estimate is None or prepared.policy.doubt:
         found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
     found = joined(Diagnosed(diagnoses=tuple(before)), found)
-    if refused is not None:  # the cause is reported, not its effects
+    if refused is not None:
         return found if found.severity is Severity.WRONG else joined(found, more=(refused,))
     if estimate is None:
         return found
@@ -187,24 +165,16 @@ def _diagnosed(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LogRead:
-    """One checked log: the original recording, and the motion of each joint, None if the log cannot be filtered."""
-
-    recording: Recording
-    motions: tuple[JointMotion, ...] | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Checked:
     """Result of a check.
 
     Attributes:
-        logs: One entry per log.
+        logs: Name of each log, and motion of each joint; no motion if the log cannot be filtered.
         found: Diagnoses of the logs.
         observing: Filters, with the compensated delay.
     """
 
-    logs: tuple[LogRead, ...]
+    logs: tuple[tuple[str, tuple[JointMotion, ...]], ...]
     found: Diagnosed
     observing: ObserveOptions = OBSERVE_DEFAULTS
 
@@ -222,10 +192,10 @@ def check(
     undelay: bool = False,
     links: Array | None = None,
 ) -> Checked:
-    """Check recordings of one arm: as `identify`, but faults are reported.
+    """Check recordings of one arm, with the same or different payloads: as `identify`, but faults are reported.
 
     Args:
-        recordings: Recordings of the arm, with the same or different payloads.
+        recordings: The recordings.
         structure: Identifiable structure of the arm.
         observing: Filters.
         gains: Limits for accepting a gain.
@@ -239,17 +209,14 @@ def check(
     Raises:
         RecordingError: If the number of joints of a recording is not that of the arm.
     """
-    with_payload = loaded or (False,) * len(recordings)
+    mounted = loaded or (False,) * len(recordings)
     motions = [
-        Motion(each, payload if mounted else None if k == 0 else Payload(mass=1.0, known="none"))
-        for k, (each, mounted) in enumerate(zip(recordings, with_payload, strict=True))
+        Motion(each, payload if carries else None if k == 0 else Payload(mass=1.0, known="none"))
+        for k, (each, carries) in enumerate(zip(recordings, mounted, strict=True))
     ]
     prepared = examine(motions, structure, observing=observing, gains=gains)
     logs = tuple(
-        LogRead(
-            recording=each.recording,
-            motions=None if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing),
-        )
+        (each.recording.name, () if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing))
         for each in prepared.examined
     )
     found = [one for each in prepared.examined for one in _of_samples(each, structure)] + temperature(warmths)
@@ -258,29 +225,20 @@ def check(
     if undelay:
         prepared, diagnosis = undelayed(prepared)
         found.append(diagnosis)
-    problem, first = prepared.problem, prepared.motions[0].recording.name
+    problem = prepared.problem
     found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
-    if payload is not None and about is not None and not with_payload[0]:
-        found.append(excitation(first, predicted_rel_std(problem.motions[0].observation, payload, about, gains), gains))
-    estimate, refused = None, None
-    if any(with_payload) and not all(with_payload):
+    if payload is not None and about is not None and not mounted[0]:
+        predicted = predicted_rel_std(problem.motions[0].observation, payload, about, gains)
+        found.append(excitation(prepared.motions[0].recording.name, predicted, gains))
+    estimate, refused, estimate_of = None, None, _estimator(DEFAULT)
+    if any(mounted) and not all(mounted):
         try:
-            estimate = default_estimate(problem)
+            estimate = estimate_of(problem)
             check_load(estimate)
         except IdentificationError as error:
             refused = Diagnosis(name="load", severity=Severity.WRONG, sentence=str(cause_of(error, problem)))
-    diagnosed = _diagnosed(prepared, estimate, default_estimate, found, links, refused)
+    diagnosed = _diagnosed(prepared, estimate, estimate_of, found, links, refused)
     return Checked(logs=logs, found=diagnosed, observing=prepared.observing)
-
-
-def default_estimate(problem: Problem) -> GainEstimate:
-    """Estimate with the default method.
-
-    Raises:
-        IdentificationError: If there is no estimate.
-    """
-    chosen = estimator(DEFAULT)
-    return chosen.estimate(problem, chosen.options())
 
 
 def _of_samples(log: Examined, structure: Structure) -> list[Diagnosis]:
@@ -315,25 +273,18 @@ def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> Ga
     wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
     for each in reversed(wrong):  # the worst diagnosis determines the reason
         for j in spoilt_joints(each):
-            gain = joints[j]
-            if isinstance(gain, IdentifiedGain) or each.effects:
-                joints[j] = RefusedGain(
-                    joint=gain.joint, reason=_reason(each, j), predicted_rel_std=gain.predicted_rel_std
-                )
+            gain, effect = joints[j], next((own for own in each.effects if own.joint == j), None)
+            if isinstance(gain, RefusedGain) and not each.effects:
+                continue
+            reason, cause = each.sentence, each.cause or each.sentence
+            if effect is not None and effect.deviations is not None:
+                large = abs(effect.percent) >= 100.0 * NO_RESULT
+                size = "invalid" if large else f"off by {two_digits(effect.percent, sign='+')} %"
+                reason = f"the gain is {size}: {cause}"
+            joints[j] = RefusedGain(joint=gain.joint, reason=reason, predicted_rel_std=gain.predicted_rel_std)
     if wrong and not any(isinstance(each, IdentifiedGain) for each in joints):
         raise Contradiction(refusal_of(wrong))
     return replace(estimate, joints=tuple(joints))
-
-
-def _reason(wrong: Diagnosis, joint: int) -> str:
-    """Return the reason of refusing a joint, from 0: the fault, and its effect on this gain."""
-    cause = wrong.cause or wrong.sentence
-    effect = next((each for each in wrong.effects if each.joint == joint), None)
-    if effect is None or effect.deviations is None:
-        return wrong.sentence
-    if abs(effect.percent) >= 100.0 * NO_RESULT:
-        return f"the gain is invalid: {cause}"
-    return f"the gain is off by {two_digits(effect.percent, sign='+')} %: {cause}"
 
 
 def refused_for_faults(diagnoses: Sequence[Diagnosis]) -> tuple[int, ...]:

@@ -134,7 +134,7 @@ class Check(DiagnosedResult):
             robot=arm.name,
             verdict=found.severity.value,
             lines=[CheckLine.of(each) for each in found.diagnoses],
-            logs=[CheckLog.of(each.recording.name, each.motions or (), arm) for each in checked.logs],
+            logs=[CheckLog.of(name, motions, arm) for name, motions in checked.logs],
             readings=CheckReadings.of(found),
             **diagnosed_values(found),
         )

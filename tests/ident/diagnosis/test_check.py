@@ -23,7 +23,7 @@ OPTIONS, LIMITS = ObserveOptions(), GainOptions()
 def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):
     found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS)
     assert [each.name for each in found.found.findings] == ["friction sign"]  # of a drive mounted the other way
-    assert len(found.logs[0].motions) == 6
+    assert len(found.logs[0][1]) == 6
     assert {"rate", "clipping", "frozen", "noise of q", "range"} <= {each.name for each in found.found.diagnoses}
 
 
@@ -32,7 +32,7 @@ def test_what_was_repaired_is_said_once_and_motions_are_of_the_repaired_log(ur, 
     q[900:, 1] += 2.0 * np.pi
     found = check([Recording(ur_log.t, q, ur_log.v, "w")], ur, observing=OPTIONS, gains=LIMITS)
     assert [each.name for each in found.found.findings] == ["wrapped", "friction sign"]
-    assert found.logs[0].motions[1].speed < 3.0
+    assert found.logs[0][1][1].speed < 3.0
 
 
 def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
@@ -40,7 +40,7 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
     found = check([ur_log, short], ur, observing=OPTIONS, gains=LIMITS)
     assert (found.found.diagnoses[0].name, found.found.diagnoses[0].logs) == ("filters", ("short",))
     assert found.found.diagnoses[0].sentence.startswith("the log cannot be filtered: 1.59 s give")
-    assert [each.motions is None for each in found.logs] == [False, True]
+    assert [motions == () for _, motions in found.logs] == [False, True]
 
 
 def test_temperatures_are_judged_beside_the_logs(ur, ur_log):

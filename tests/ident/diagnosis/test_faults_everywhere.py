@@ -129,7 +129,7 @@ def test_a_check_names_swapped_logs_and_not_the_signs_that_they_give(axes, monke
         raise NotIdentifiable("the gains do not converge")
 
     if not converges:
-        monkeypatch.setattr("ident.identification.default_estimate", lost)
+        monkeypatch.setattr("ident.identification._estimator", lambda *_: lost)
     logs = logs_of(Truth())
     given = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": (False, True), "payload": BRICK}
     of_load = [each.sentence for each in check(logs, axes, **given).found.diagnoses if each.name == "load"]

@@ -5,7 +5,7 @@
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -56,13 +56,7 @@ SIMULATED = Policy(repair=False, doubt=False, repeats=True)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A prepared recording: a log, or a part of it between two gaps.
-
-    Attributes:
-        recording: Repaired recording.
-        spoilt: Mask of invalid samples of each joint, shape (N, n); None if there are none.
-        observation: Its linear system.
-    """
+    """A repaired log, or a part of it between two gaps, with its invalid samples (N, n) if any, and linear system."""
 
     recording: Recording
     spoilt: Mask | None
@@ -107,7 +101,7 @@ class Examined:
         return tuple(found)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Prepared:
     """Prepared logs.
 
@@ -136,15 +130,14 @@ class Prepared:
         """Remarks on changes of the logs."""
         return (*self.remarks, *(note for each in self.parts for note in each.observation.notes))
 
+    @cached_property
+    def _logs(self) -> Logs:  # asked for a common delay, and for all faults
+        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
+        return observed_logs(recordings, self.problem, self.observing, spoilt)
+
     def logs(self) -> Logs:
         """Return the logs for comparisons of hypotheses."""
-        return _logs_of(self)
-
-
-@lru_cache(maxsize=1)  # asked for a common delay, and for all faults
-def _logs_of(prepared: Prepared) -> Logs:
-    recordings, spoilt = ([each.recording for each in prepared.parts], [each.spoilt for each in prepared.parts])
-    return observed_logs(recordings, prepared.problem, prepared.observing, spoilt)
+        return self._logs
 
 
 def prepare(
@@ -213,7 +206,7 @@ def examine(
     for each in motions:
         check_joints(structure.arm, each.recording)
     observing, lowered = following(observing, [each.recording for each in motions])
-    logs = [examined(each.recording, structure, observing, policy) for each in motions]
+    logs = tuple(examined(each.recording, structure, observing, policy) for each in motions)
     carried = [(part, each.payload) for log, each in zip(logs, motions, strict=True) for part in log.parts]
     return Prepared(
         motions=tuple(Motion(part.recording, payload) for part, payload in carried),
@@ -223,7 +216,7 @@ def examine(
         policy=policy,
         diagnoses=worst_first([each for log in logs for each in log.findings]),
         remarks=() if lowered is None else (lowered,),
-        examined=tuple(logs),
+        examined=logs,
     )
 
 
@@ -231,26 +224,32 @@ def examined(
     recording: Recording, structure: Structure, observing: ObserveOptions, policy: Policy = DOUBTED
 ) -> Examined:
     """Check, repair and observe one log; only observe it if the policy says so."""
-    parts, repairs, diagnoses = (recording,), tuple[Diagnosis, ...](), dict[str, tuple[Diagnosis, ...]]()
+    repaired_parts, repairs, diagnoses = (recording,), tuple[Diagnosis, ...](), dict[str, tuple[Diagnosis, ...]]()
     if policy.repair:
         early = {name: each for name, each in SAMPLE_CHECKS.items() if name not in FILTERED}
         diagnoses = {name: tuple(each(recording, observing)) for name, each in early.items()}
-        parts, repairs = repaired(recording, structure.arm, observing)
+        repaired_parts, repairs = repaired(recording, structure.arm, observing)
     seen = (each for found in (*diagnoses.values(), repairs) for each in found)
-    names, unfit, ready = {each.name for each in seen if each.severity is not Severity.GOOD}, None, list[Part]()
+    names, unfit, parts = {each.name for each in seen if each.severity is not Severity.GOOD}, None, list[Part]()
     try:
-        for each in parts:
+        for each in repaired_parts:
             spoilt = spoilt_samples(each, names)
-            ready.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
+            parts.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
     except RecordingError as error:
-        unfit, ready = error, []
+        unfit, parts = error, []
     found = Examined(
-        recording=recording, repaired=parts, repairs=repairs, diagnoses=diagnoses, parts=tuple(ready), unfit=unfit
+        recording=recording,
+        repaired=repaired_parts,
+        repairs=repairs,
+        diagnoses=diagnoses,
+        parts=tuple(parts),
+        unfit=unfit,
     )
     if not policy.repair or unfit is not None:
         return found
-    late = {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
-    return replace(found, diagnoses=diagnoses | late)
+    return replace(
+        found, diagnoses=diagnoses | {n: tuple(SAMPLE_CHECKS[n](found.longest, observing)) for n in FILTERED}
+    )
 
 
 def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:

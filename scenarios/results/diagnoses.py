@@ -219,4 +219,5 @@ def unseen_parts(
         columns += [column("Gain error\nby payload [%]", gain_error)]
     notes = [*told, *([BARE] if found.fitted and not found.loaded else [])]
     title = f"Currents of {PurePath(found.log).name}, not used in any fit"
-    return [table(found.joints, *columns, title=title), *map(Paragraph, notes), *doubt_paragraphs(Diagnosed(diagnoses=found.diagnoses))]
+    doubts = doubt_paragraphs(Diagnosed(diagnoses=found.diagnoses))
+    return [table(found.joints, *columns, title=title), *map(Paragraph, notes), *doubts]

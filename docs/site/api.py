@@ -36,7 +36,7 @@ MODULES = {
             "estimation.rows",
             "estimation.identifiability",
             "estimation.joint_by_joint.joint_fit",
-            "estimation.uncertainty",
+            "estimation.intervals",
         ),
         "Mathematics": (
             "model.regressor",

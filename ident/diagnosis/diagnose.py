@@ -22,8 +22,8 @@ from ident.diagnosis.limits import centres_excluded, exclusions, undetectable, u
 from ident.diagnosis.logs import Logs, scored_as
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.intervals import max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty import max_of_classical_and_jackknife
 from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
@@ -195,17 +195,17 @@ def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
     """Error of the ratio of each gain to the one that gives the most accurate ratios."""
-    found = fit.fitted.fit
+    found, influence = fit.fitted, fit.fitted.log_h.influence
     currents = np.concatenate(
         [
-            np.zeros(len(own.F)) if each is None else each @ small.found.value
-            for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
+            np.zeros(rows) if each is None else each @ small.found.value
+            for each, rows in zip(small.direction.columns, np.bincount(found.rows.joint).tolist(), strict=True)
         ]
     )
-    C = max_of_classical_and_jackknife(found.rows, found.log_influence)
+    C = max_of_classical_and_jackknife(found.rows, influence)
     std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
     surest = int(np.argmin(np.median(std, axis=1)))
-    log_gain = found.log_influence @ currents
+    log_gain = influence @ currents
     for j, moved in enumerate(log_gain - log_gain[surest]):
         if std[surest, j] > 0.0:
             yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))

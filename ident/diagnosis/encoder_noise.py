@@ -12,10 +12,10 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity
 from ident.diagnosis.estimate_model import claimed, consequence, severity_of
 from ident.diagnosis.motion_quality import acceleration_of_unit_noise
-from ident.estimation.all_joints.torques import inertia_matrices
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.sweep import inertia_matrices
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 

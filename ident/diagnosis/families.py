@@ -12,9 +12,10 @@ import numpy as np
 
 from ident.diagnosis import terms
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes, two_digits
-from ident.diagnosis.fitted_currents import STEP, Reference, across
+from ident.diagnosis.fitted_currents import STEP, Reference
 from ident.diagnosis.joint_limits import beyond_limits, within_limits
 from ident.diagnosis.logs import Logs
+from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
 
 

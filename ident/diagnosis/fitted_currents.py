@@ -9,14 +9,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
 
-from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
-from ident.estimation.all_joints.stiffness import assumed_compliance
-from ident.estimation.all_joints.terms import TermColumns, torque_terms
-from ident.estimation.all_joints.torques import Torques
-from ident.estimation.fixed_gains import braked_gain
+from ident.estimation.all_joints import Fit, GivenGain, Setting, fit, setting
 from ident.estimation.problem import Problem
+from ident.estimation.sweep import Torques, assumed_compliance
+from ident.estimation.terms import compliance_columns, torques_of
 from ident.model.arm import Arm
 from ident.model.displacement import States
 from ident.model.regressor import inverse_dynamics
@@ -44,7 +41,7 @@ class Reference:
 
     problem: Problem
     ready: Setting
-    fitted: Fitted
+    fitted: Fit
 
     @property
     def arm(self) -> Arm:
@@ -54,7 +51,7 @@ class Reference:
     @property
     def h(self) -> Array:
         """1/g of each joint, relative to the one that was set, shape (n,)."""
-        return self.fitted.fit.found.h
+        return self.fitted.h
 
     @cached_property
     def motions(self) -> tuple["ReferenceMotion", ...]:
@@ -62,29 +59,24 @@ class Reference:
         return tuple(ReferenceMotion(self, k) for k in range(len(self.problem.motions)))
 
     @cached_property
-    def _terms(self) -> TermColumns:
-        return torque_terms(
-            self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True, forms=()
-        )
-
-    @property
-    def softened(self) -> tuple[Array, ...]:
-        """Change of each joint's currents per unit of each joint's compliance, n arrays of shape (r_j, n)."""
-        return tuple(h * each for h, each in zip(self.h, self._terms.softened, strict=True))
-
-    @property
     def torques(self) -> tuple[Torques, ...]:
         """Torques of the fitted arm along each log."""
-        return self._terms.torques
+        return torques_of(self.ready, self.fitted.theta)
+
+    @cached_property
+    def softened(self) -> tuple[Array, ...]:
+        """Change of each joint's currents per unit of each joint's compliance, n arrays of shape (r_j, n)."""
+        columns, joint = compliance_columns(self.ready, self.torques), self.ready.columns.joint
+        return tuple(h * columns[joint == j] for j, h in enumerate(self.h))
 
     @cached_property
     def compliance(self) -> Array:
         """Plausible compliance of each joint [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
-        return assumed_compliance(self.problem, self.ready.shared, self.fitted.fit.found.theta)
+        return assumed_compliance(self.ready.sweeps[0], self.fitted.theta)
 
     def explained(self, log: int) -> tuple[Array, ...]:
         """Fitted currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
-        rows = self.fitted.fit.rows
+        rows = self.fitted.rows
         found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
         return tuple(found[rows.of(j)] for j in range(self.arm.n))
 
@@ -158,12 +150,7 @@ class ReferenceMotion:
 
     def tilted(self) -> Array:
         """Derivative by a rotation of the base about two horizontal axes [N m / rad], shape (S, n, 2)."""
-        arm, states = self.reference.arm, self.states
-        still = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
-        return np.stack(
-            [self.of(replace(arm, gravity=np.cross(axis, arm.gravity)), self.along.chi, still) for axis in across(arm)],
-            axis=-1,
-        )
+        return -self.along.tilted()
 
     def hurried(self) -> Array:
         """Derivative by a factor of time, shape (S, n)."""
@@ -179,18 +166,9 @@ class ReferenceMotion:
 
     def _viscous(self) -> Array:
         """Coefficient of viscous friction of each joint in this log [drive units s/rad], shape (n,)."""
-        found = np.zeros(self.reference.arm.n)
         fitted = self.reference.fitted
-        for j, (own, phi) in enumerate(zip(fitted.own, fitted.fit.phi, strict=True)):
-            for name, which, value in zip(own.names, own.motion, phi, strict=True):
-                if name == "Fv" and which in (-1, self.log):
-                    found[j] = value
-        return found
-
-
-def across(arm: Arm) -> Array:
-    """Two unit vectors perpendicular to gravity, shape (2, 3)."""
-    return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
+        friction = [fitted.friction(j) for j in range(self.reference.arm.n)]
+        return np.array([own.get(("Fv", self.log), own.get(("Fv", -1), 0.0)) for own in friction])
 
 
 def reference(problem: Problem) -> Reference | None:
@@ -200,8 +178,8 @@ def reference(problem: Problem) -> Reference | None:
     unknown = _unknown(problem)
     try:
         ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(0, 1.0)])
-        ready = replace(ready, given=(braked_gain(ready.columns, per_motion=True),))
-        fitted = fit_with(ready, [{} for _ in range(ready.n)], (), None)
+        ready = ready.with_gains([ready.braked()])
+        fitted = fit(ready, {}, None)
     except IdentificationError:
         return None
     return Reference(unknown, ready, fitted)

@@ -11,10 +11,9 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.gain_signs import FRICTION_Z
+from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 from ident.estimation.problem import Problem
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import classical, max_of_classical_and_jackknife
 from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9

@@ -11,8 +11,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import classical, max_of_classical_and_jackknife
+from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 
 FAR = 100.0
 """Factor from the median of the other gains beyond which a unit is suspected; joints of one arm differ by up to 30."""

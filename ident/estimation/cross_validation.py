@@ -1,7 +1,7 @@
 """Cross-validation: gains from part of each motion, currents predicted on the rest.
 
 Each motion is divided into time blocks. To first order, leaving out a block changes the estimate by the influence of
-its rows times their residuals in a fit without the block (`ident.estimation.uncertainty`), so that no fit is
+its rows times their residuals in a fit without the block (`ident.estimation.intervals`), so that no fit is
 repeated. A model error common to all blocks is not detected; only a motion with another payload can reveal it.
 """
 
@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import left_out
+from ident.estimation.intervals import Rows, left_out
 from ident.support.arrays import Array, Indices
 
 TIME_BLOCKS = 5

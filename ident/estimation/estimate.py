@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.rows import Rows
+from ident.estimation.intervals import Rows
 from ident.support.arrays import Array, Indices, Mask, MaskedArray
 
 
@@ -95,8 +95,6 @@ class GainSolution:
             (k, 2).
         friction_influence: Its derivative by the current of each row, shape (k, 2, r).
         unsolved: Reasons of the joints without 1/g, by joint.
-        softened: Change of each row's current if the joints had the largest compliance of real drives [drive units],
-            shape (r,); None if not computed.
         stiff: The solution with rigid joints if the data selected elastic ones, as elasticity can imitate a fault; else
             None.
     """
@@ -111,7 +109,6 @@ class GainSolution:
     friction: Array
     friction_influence: Array
     unsolved: Mapping[int, str]
-    softened: Array | None = None
     stiff: "GainSolution | None" = None
 
     @property

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.support.errors import OptionError
 from ident.support.options import NAMES, refuse_outside, unknown_name
 

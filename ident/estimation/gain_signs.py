@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.support.arrays import Array
 
 FRICTION_Z = 10.0

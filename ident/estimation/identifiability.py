@@ -10,9 +10,8 @@ from ident.estimation.estimate import (
     JointResult,
     RefusedGain,
 )
+from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.problem import Problem
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.arrays import Array
 
 

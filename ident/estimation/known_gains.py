@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.estimation.all_joints import GIVEN_STD, GivenGain, Sensitivity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.model.arm import Arm
 from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import GainsError
@@ -174,3 +177,58 @@ def estimated_gains(estimate: GainEstimate) -> KnownGains:
         value=value,
         covariance=relative * np.outer(value, value),
     )
+
+
+def held(gains: KnownGains) -> list[GivenGain]:
+    """Return the gains as fixed gains of a fit of all joints."""
+    return [GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shares:
+    """Covariance of p parameters: from residuals, from the gains, and from the model's assumptions, each (p, p)."""
+
+    residual: Array
+    gains: Array
+    model: Array
+
+    @property
+    def total(self) -> Array:
+        """Their sum, shape (p, p)."""
+        return self.residual + self.gains + self.model
+
+    def of(self, J: Array) -> "Shares":
+        """Covariance of J times the parameters, J of shape (k, p)."""
+        return Shares(residual=J @ self.residual @ J.T, gains=J @ self.gains @ J.T, model=J @ self.model @ J.T)
+
+
+def shares(found: Sensitivity, options: GainOptions, gains: KnownGains | None, rivals: Sequence[Array]) -> Shares:
+    """Return the covariance of p parameters of a fit.
+
+    A gain is fixed by a prior on log h with a very small standard deviation (`GivenGain`). To first order the
+    sensitivity of a parameter to this prior is its sensitivity to the gain, so the covariance of the gains replaces
+    that of the prior:
+
+        C = C_residual + S cov(log g) S^T + B B^T,    S = -d parameter / d log h,
+
+    where B has the change per standard deviation of every other prior, and with each alternative model.
+
+    Args:
+        found: Sensitivity of the parameters.
+        options: Method for the uncertainty from residuals.
+        gains: Fixed gains, k of n; None if only the scale of one is given.
+        rivals: Their change with each alternative model, each of shape (p,).
+    """
+    residual, belief = UNCERTAINTIES[options.uncertainty](found.fit.rows, found.influence), found.belief
+    of_gains = np.zeros_like(residual)
+    if gains is not None:
+        at = belief.shape[1] - len(gains.names) + gains.joints
+        S = -belief[:, at] / GIVEN_STD
+        belief, of_gains = np.delete(belief, at, axis=1), S @ gains.log_covariance @ S.T
+    B = np.column_stack((belief, *rivals))
+    return Shares(residual=residual, gains=of_gains, model=B @ B.T)
+
+
+def deviations(covariance: Array) -> Array:
+    """Return standard deviations; negative variances due to rounding are 0."""
+    return np.sqrt(np.maximum(np.diag(covariance), 0.0))

@@ -28,18 +28,8 @@ class CubicSpline:
     @classmethod
     def through(cls, knots: Array, y: Array) -> "CubicSpline":
         """Return the splines with values y at the knots, shape (K, ...)."""
-        h = np.diff(knots)  # (K - 1,)
-        width = h.reshape(-1, *[1] * (y.ndim - 1))
+        slope, width = slopes(knots, y), np.diff(knots).reshape(-1, *[1] * (y.ndim - 1))
         mean = np.diff(y, axis=0) / width
-        bands, right = np.zeros((3, len(knots))), np.zeros_like(y)
-        bands[1, 1:-1], bands[0, 2:], bands[2, :-2] = 2.0 * (h[:-1] + h[1:]), h[:-1], h[1:]
-        right[1:-1] = 3.0 * (width[1:] * mean[:-1] + width[:-1] * mean[1:])
-        for end, first, second in ((0, 0, 1), (-1, -1, -2)):
-            both = h[first] + h[second]
-            bands[1, end], bands[0 if end == 0 else 2, 1 if end == 0 else -2] = h[second], both
-            right[end] = (h[first] + 2.0 * both) * h[second] * mean[first] + h[first] ** 2 * mean[second]
-            right[end] /= both
-        slope = linalg.solve_banded((1, 1), bands, right.reshape(len(y), -1)).reshape(y.shape)
         excess = (slope[:-1] + slope[1:] - 2.0 * mean) / width
         return cls(knots, np.stack((y[:-1], slope[:-1], (mean - slope[:-1]) / width - excess, excess / width)))
 
@@ -52,3 +42,19 @@ class CubicSpline:
             total *= along
             total += perm(power, order) * self.coefficients[power][piece]
         return total
+
+
+def slopes(knots: Array, y: Array) -> Array:
+    """Return the slopes at the knots (K,) of the splines with values y, shape (K, ...)."""
+    h = np.diff(knots)  # (K - 1,)
+    width = h.reshape(-1, *[1] * (y.ndim - 1))
+    mean = np.diff(y, axis=0) / width
+    bands, right = np.zeros((3, len(knots))), np.zeros_like(y)
+    bands[1, 1:-1], bands[0, 2:], bands[2, :-2] = 2.0 * (h[:-1] + h[1:]), h[:-1], h[1:]
+    right[1:-1] = 3.0 * (width[1:] * mean[:-1] + width[:-1] * mean[1:])
+    for end, first, second in ((0, 0, 1), (-1, -1, -2)):
+        both = h[first] + h[second]
+        bands[1, end], bands[0 if end == 0 else 2, 1 if end == 0 else -2] = h[second], both
+        right[end] = (h[first] + 2.0 * both) * h[second] * mean[first] + h[first] ** 2 * mean[second]
+        right[end] /= both
+    return linalg.solve_banded((1, 1), bands, right.reshape(len(y), -1)).reshape(y.shape)

@@ -17,18 +17,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.all_joints.columns import joint_columns, shared_arm, shared_parameters
-from ident.estimation.all_joints.selection import AlternativeModel, Selected
-from ident.estimation.all_joints.solution import Fitted, GivenGain
+from ident.estimation.all_joints import Fit, GivenGain
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
-from ident.estimation.fixed_gains import Shares, braked_gain, deviations, held, shares
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.identifiability import ratio_refusal
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem
-from ident.estimation.known_gains import KnownGains
+from ident.estimation.known_gains import KnownGains, Shares, deviations, held, shares
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.estimation.rows import shared_arm
+from ident.estimation.selection import AlternativeModel, Selected
 from ident.model.parameters import unit_of
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices, Mask
@@ -74,10 +73,8 @@ def quantities(names: Sequence[str], units: Sequence[str], values: Array, of: Sh
 
 def shared_shares(selected: Selected, options: GainOptions, gains: KnownGains | None, k: Indices) -> Shares:
     """Return the covariance of parameters that joints share, by their indices."""
-    fit, belief = selected.final.fit, selected.final.fit.theta_belief[k]
-    rivals = [each.share * (each.other.fit.found.theta[k] - each.final.fit.found.theta[k]) for each in selected.rivals]
-    beside = np.column_stack((belief[:, :0], *rivals))
-    return shares(fit.rows, options, gains, influence=fit.theta_influence[k], belief=belief, rivals=beside)
+    rivals = [each.share * (each.other.theta[k] - each.final.theta[k]) for each in selected.rivals]
+    return shares(selected.final.of_theta(k), options, gains, rivals)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -163,16 +160,16 @@ class BareArm:
         """
         assert self.gains is not None, "of an arm with fixed gains"
         final, structure = self.selected.final, self.problem.structure
-        fit, arm, names = final.fit, shared_arm(structure.base), structure.base.names
-        base, influence = np.zeros(len(names)), np.zeros((len(names), len(fit.rows.V)))
-        influence[arm] = fit.theta_influence[: len(arm)]
-        base[arm] = np.where(influence[arm].any(axis=1), fit.found.theta[: len(arm)], 0.0)
+        arm, names = shared_arm(structure.base), structure.base.names
+        base, influence = np.zeros(len(names)), np.zeros((len(names), len(final.rows.V)))
+        influence[arm] = final.of_theta(slice(len(arm))).influence
+        base[arm] = np.where(influence[arm].any(axis=1), final.theta[: len(arm)], 0.0)
         for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
-            own = zip(final.own[j].names, fit.phi[j], fit.phi_influence[j], strict=True)
-            for name, value, row in reversed(list(own)):  # values of the first motion are kept
+            own = zip(final.friction(j).items(), final.of_joint(j).influence, strict=True)
+            for ((name, _), value), row in reversed(list(own)):  # values of the first motion are kept
                 at = names.index(f"{name}{j + 1}")
                 base[at], influence[at] = gain * value, gain * row
-        return base, UNCERTAINTIES[self.problem.options.uncertainty](fit.rows, influence)
+        return base, UNCERTAINTIES[self.problem.options.uncertainty](final.rows, influence)
 
 
 def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
@@ -181,13 +178,13 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     Raises:
         NotIdentifiable: If no two joints have an identifiable common parameter.
     """
-    given = braked_gain(joint_columns(problem, shared_parameters(problem)), per_motion=options.friction_per_motion)
-    selected, most = chosen_model(setting_of(problem, options, [given]), options), problem.options.max_rel_std
+    ready = setting_of(problem, options, [GivenGain(0, 1.0)])
+    given = ready.braked()
+    selected, most = chosen_model(ready.with_gains([given]), options), problem.options.max_rel_std
     best = surest(_log_covariance(problem, selected), most)
     if best != given.joint:  # in units of the reference, other standard deviations do not depend on ratios
-        given = GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))
-        selected = chosen_model(setting_of(problem, options, [given]), options)
-    h, rel_std = selected.final.fit.found.h, _relative(_log_covariance(problem, selected))[best]
+        selected = chosen_model(ready.with_gains([GivenGain(best, float(np.sign(selected.final.h[best])))]), options)
+    h, rel_std = selected.final.h, _relative(_log_covariance(problem, selected))[best]
     if np.count_nonzero(rel_std <= most) < 2:
         raise NotIdentifiable(
             "bare motions determine no ratio of gains: no two joints excite a common link parameter; "
@@ -223,47 +220,41 @@ def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
 def _arm(problem: Problem, selected: Selected, gains: KnownGains | None, ratios: GainRatios | None) -> BareArm:
     """Return the parameters of a fit; in the unit of the reference gain if there are ratios."""
     structure, options, final = problem.structure, problem.options, selected.final
-    revolute, fit, arm = structure.arm.revolute.tolist(), final.fit, shared_arm(structure.base)
-    scale = 1.0 if ratios is None else float(fit.found.h[ratios.reference])  # of size 1
+    revolute, arm = structure.arm.revolute.tolist(), shared_arm(structure.base)
+    scale = 1.0 if ratios is None else float(final.h[ratios.reference])  # of size 1
     over = "" if ratios is None else f" / g{ratios.reference + 1}"
-    shown = np.flatnonzero(fit.theta_influence[: len(arm)].any(axis=1))
+    shown = np.flatnonzero(final.of_theta(slice(len(arm))).influence.any(axis=1))
     names = [structure.base.names[k] for k in arm[shown]]
     covariance = shared_shares(selected, options, gains, shown).of(scale * np.eye(len(shown)))
     units = [unit_of(name, revolute) + over for name in names]
     friction = list[tuple[Quantity, ...]]()
-    for j, (own, phi) in enumerate(zip(final.own, fit.phi, strict=True)):
-        belief = fit.phi_belief[j]
-        beside = np.column_stack((belief[:, :0], *(rival_friction(each, j, final) for each in selected.rivals)))
-        of = shares(fit.rows, options, gains, influence=fit.phi_influence[j], belief=belief, rivals=beside)
-        several = len(problem.motions) > 1
-        numbered = [
-            f"{name} in motion {motion + 1}" if several and motion >= 0 else name
-            for name, motion in zip(own.names, own.motion, strict=True)
-        ]
-        friction.append(quantities(numbered, [friction_unit(name, turns=revolute[j]) for name in own.names], phi, of))
+    for j in range(structure.arm.n):
+        own, several = final.friction(j), len(problem.motions) > 1
+        of = shares(final.of_joint(j), options, gains, [rival_friction(each, j, final) for each in selected.rivals])
+        numbered = [f"{name} in motion {motion + 1}" if several and motion >= 0 else name for name, motion in own]
+        units_of = [friction_unit(name, turns=revolute[j]) for name, _ in own]
+        friction.append(quantities(numbered, units_of, np.array(list(own.values())), of))
     return BareArm(
         problem=problem,
         gains=gains,
         ratios=ratios,
-        inertial=quantities(names, units, scale * fit.found.theta[shown], covariance),
+        inertial=quantities(names, units, scale * final.theta[shown], covariance),
         inertial_covariance=covariance.total,
         friction=tuple(friction),
         selected=selected,
     )
 
 
-def rival_friction(each: AlternativeModel, joint: int, final: Fitted) -> Array:
+def rival_friction(each: AlternativeModel, joint: int, final: Fit) -> Array:
     """Return the change of a joint's own parameters in an alternative model, by name and motion.
 
     Zero for parameters of only one model: the forms of load-dependent friction have different parameters, and rigid and
     elastic joints are compared without load-dependent friction.
     """
-    one, other = (
-        dict(zip(zip(fit.own[joint].names, fit.own[joint].motion, strict=True), fit.fit.phi[joint], strict=True))
-        for fit in (each.final, each.other)
+    one, other = each.final.friction(joint), each.other.friction(joint)
+    return np.array(
+        [each.share * (other[key] - one[key]) if key in one and key in other else 0.0 for key in final.friction(joint)]
     )
-    keys = zip(final.own[joint].names, final.own[joint].motion, strict=True)
-    return np.array([each.share * (other[key] - one[key]) if key in one and key in other else 0.0 for key in keys])
 
 
 def friction_unit(name: str, *, turns: bool) -> str:
@@ -276,10 +267,7 @@ def friction_unit(name: str, *, turns: bool) -> str:
 
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
     """Return the covariance of log |g| relative to the given gain, shape (n, n)."""
-    fit, rivals = selected.final.fit, selected.model
-    return shares(
-        fit.rows, problem.options, None, influence=fit.log_influence, belief=fit.log_belief, rivals=rivals
-    ).total
+    return shares(selected.final.log_h, problem.options, None, list(selected.model.T)).total
 
 
 def surest(C: Array, most: float) -> int:
@@ -318,7 +306,7 @@ def forecast_gains(
         )
     assert in_si.gains is not None, "of an arm with known gains"
     joints = in_si.gains.joints
-    loaded = [as_if_loaded(each, payload, 1.0 / in_si.selected.final.fit.found.h) for each in problem.motions]
+    loaded = [as_if_loaded(each, payload, 1.0 / in_si.selected.final.h) for each in problem.motions]
     estimate = all_joints_gains(replace(problem, motions=(*problem.motions, *loaded)), options)
     forecast = list[float | str](
         abs(each.std / each.value) if isinstance(each, IdentifiedGain) else each.reason for each in estimate.joints

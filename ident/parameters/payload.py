@@ -19,13 +19,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.all_joints.selection import Selected
-from ident.estimation.all_joints.solution import Setting
+from ident.estimation.all_joints import Setting
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
-from ident.estimation.fixed_gains import Shares, deviations, held
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem
-from ident.estimation.known_gains import KnownGains
+from ident.estimation.known_gains import KnownGains, Shares, deviations, held
 from ident.estimation.problem import Problem
+from ident.estimation.selection import Selected
 from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.model.parameters import UNITS as PARAMETER_UNITS
 from ident.model.structure import Structure
@@ -160,9 +159,10 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     gains.check_arm(problem.structure.arm)
     ready = setting_of(problem, options, held(gains))
     selected = chosen_model(ready, options)
-    fit, separate = selected.final.fit, separable(problem.structure)
+    fit, separate = selected.final, separable(problem.structure)
     at = {int(p): len(ready.shared.arm) + k for k, p in enumerate(ready.shared.free[0])}
-    place = [p for p, k in at.items() if separate[p] and fit.theta_influence[k].any()]
+    shown: Mask = np.any(fit.of_theta().influence, axis=1)
+    place = [p for p, k in at.items() if separate[p] and shown[k]]
     if not place:
         raise NotIdentifiable(
             "no payload parameter is identifiable from these motions; use larger or more varied motions"
@@ -171,7 +171,7 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     k = np.array([at[p] for p in place])
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
-        value=fit.found.theta[k],
+        value=fit.theta[k],
         shares=shared_shares(selected, problem.options, gains, k),
         refused={name: why[int(separate[p])] for p, name in enumerate(INERTIAL) if p not in place},
         ready=ready,

@@ -15,13 +15,12 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ident.estimation.all_joints.solution import Fitted, Setting
+from ident.estimation.all_joints import Fit, Setting
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import common_scale, sharing_joints
+from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.numerics.least_squares import factors
 from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
 from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, payload_of
@@ -171,7 +170,7 @@ def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tu
             if (one := mass_alone(ready, each.final, j, gain, known)) is not None
             and (other := mass_alone(ready, each.other, j, gain, known)) is not None
         ]
-        shape = solved.influence @ (ready.columns[j].payload[0] @ spread) / gain
+        shape = solved.influence @ (ready.columns.payload[0][ready.columns.joint == j] @ spread) / gain
         residual = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None])
         mass = Quantity(
             name="mass",
@@ -196,33 +195,37 @@ class MassAlone:
     rows: Rows
 
 
-def mass_alone(ready: Setting, fitted: Fitted, j: int, gain: float, known: KnownPayload) -> MassAlone | None:
+def mass_alone(ready: Setting, fitted: Fit, j: int, gain: float, known: KnownPayload) -> MassAlone | None:
     """Solve the least squares of one joint's rows with the priors of its own parameters; None if the mass is dependent.
 
     The joint's shared columns are the arm's, then the unknown ones of the payload, then compliance; the column of the
     mass, per kilogram with the known shape, replaces those of the known payload parameters.
     """
-    columns, own, arm = fitted.columns[j], fitted.own[j], len(ready.shared.arm)
-    weight, W_L, believed = fitted.fit.rows.weight[fitted.fit.rows.of(j)], columns.payload[0], own.believed
+    columns, model, arm = fitted.ready.columns, fitted.model, len(ready.shared.arm)
+    at = columns.joint == j
+    V, shared, W_L = fitted.rows.V[at], columns.shared[at], columns.payload[0][at]
+    used = model.own.used[j]
+    F, mean, std = model.F[at][:, used], model.mean[j, used], model.std[j, used]
+    weight, believed = fitted.rows.weight[at], np.isfinite(std)
     kilogram = W_L[:, known.mask] @ known.chi[known.mask] / (known.chi[9] * gain)
-    elastic = columns.shared[:, arm + len(ready.shared.free[0]) :]
-    others = np.hstack((own.F, columns.shared[:, :arm], W_L[:, ~known.mask], elastic))
+    elastic = shared[:, arm + len(ready.shared.free[0]) :]
+    others = np.hstack((F, shared[:, :arm], W_L[:, ~known.mask], elastic))
     beliefs = np.zeros((np.count_nonzero(believed), others.shape[1]))
-    beliefs[np.arange(len(beliefs)), np.flatnonzero(believed)] = 1.0 / own.std[believed]
+    beliefs[np.arange(len(beliefs)), np.flatnonzero(believed)] = 1.0 / std[believed]
     basis = factors(np.vstack((others * weight[:, None], beliefs)), rank_tol=DEPENDENT).Q
     column = np.concatenate((kilogram * weight, np.zeros(len(beliefs))))
     left = column - basis @ (basis.T @ column)
     if np.linalg.norm(left) <= NEW * np.linalg.norm(column):
         return None
-    Y = np.concatenate((columns.V * weight, (own.mean / own.std)[believed]))
-    pseudo, size = left / float(left @ column), len(columns.V)
+    Y = np.concatenate((V * weight, (mean / std)[believed]))
+    pseudo, size = left / float(left @ column), len(V)
     explained = np.column_stack((basis, left / np.linalg.norm(left)))
     rows = Rows(
-        V=columns.V,
+        V=V,
         residual=(Y - explained @ (explained.T @ Y))[:size] / weight,
         joint=np.full(size, j, dtype=np.intp),
-        motion=columns.motion,
-        position=columns.position,
+        motion=columns.motion[at],
+        position=columns.position[at],
         row_period=ready.problem.row_period,
         unknowns={j: float(np.sum(explained[:size] ** 2))},
         weight=weight,

@@ -14,11 +14,10 @@ the payload, and model errors.
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg, signal
+from scipy import signal
 
-from ident.estimation.all_joints.columns import JointColumns, joint_columns, shared_parameters
-from ident.estimation.all_joints.friction import own_columns
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.rows import Columns, SharedParameters
 from ident.observation.observation import observe
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
@@ -52,33 +51,29 @@ def gain_bound(setup: Setup) -> Array | None:
     level = np.array(
         [_row_noise(recordings[k], sensors, setup, problem.row_period) for k in grouped(setup.protocol)]
     )  # (motions, n)
-    shared = shared_parameters(problem)
-    joints = joint_columns(problem, shared)
-    sigma = [level[each.motion, j] for j, each in enumerate(joints)]
-    return bound_of(joints, 1.0 / setup.true_gain, sigma)
+    columns = Columns.of(problem, SharedParameters.of(problem))
+    return bound_of(columns, 1.0 / setup.true_gain, level[columns.motion, columns.joint])
 
 
-def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> Array:
+def bound_of(columns: Columns, h: Array, sigma: Array) -> Array:
     """Return the bound of a system of all joints.
 
-    The `joints` have rows without noise; `h` is the true 1/g, shape (n,); `sigma` is the standard deviation of the
-    noise of each row [drive units], n arrays of shape (r_j,).
+    The `columns` have rows without noise; `h` is the true 1/g, shape (n,); `sigma` is the standard deviation of the
+    noise of each row [drive units], shape (r,).
 
     Returns:
         Relative standard deviation of each gain, shape (n,), infinite if not identifiable.
     """
-    own = [own_columns(each, {}, per_motion=False).F for each in joints]
-    A = np.vstack([h[j] * each.shared / sigma[j][:, None] for j, each in enumerate(joints)])
-    F = linalg.block_diag(*(columns / s[:, None] for columns, s in zip(own, sigma, strict=True)))
-    N = np.hstack((A, F))  # of every other unknown
-    known = np.concatenate([h[j] * each.known / s for (j, each), s in zip(enumerate(joints), sigma, strict=True)])
-    V = np.concatenate([each.V / s for each, s in zip(joints, sigma, strict=True)])
-    x = np.linalg.lstsq(N, V - known)[0]
-    driven = (
-        A @ x[: A.shape[1]] + known
-    )  # derivative of -V with respect to log|g|: the torque of links and payload in drive units
-    number = np.repeat(np.arange(len(joints)), [len(each.V) for each in joints])
-    L = np.where(number[:, None] == np.arange(len(joints)), driven[:, None], 0.0)  # (r, n)
+    _, own = columns.friction(per_motion=False)
+    of_joint = columns.joint[:, None] == np.arange(len(h))  # (r, n)
+    F = (of_joint[:, :, None] * own[:, None]).reshape(len(own), -1)
+    A = h[columns.joint, None] * columns.shared
+    known = h[columns.joint] * columns.known
+    N = np.hstack((A, F)) / sigma[:, None]  # of every other unknown
+    x = np.linalg.lstsq(N, (columns.V - known) / sigma)[0]
+    # derivative of -V with respect to log|g|: the torque of links and payload in drive units
+    driven = (A @ x[: A.shape[1]] + known) / sigma
+    L = np.where(of_joint, driven[:, None], 0.0)
     U = _basis(N)
     M = L - U @ (U.T @ L)
     _, s, Vt = np.linalg.svd(M, full_matrices=False)

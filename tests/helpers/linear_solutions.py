@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.rows import Rows
+from ident.estimation.intervals import Rows
 
 
 def linear_solution(rng: np.random.Generator):

@@ -5,23 +5,30 @@ on several joints relate their gains, so that the gain of a joint that the known
 of its neighbours.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
+import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.estimation.all_joints.friction import Term
-from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
-from ident.estimation.all_joints.misplaced import with_misplaced
-from ident.estimation.all_joints.selection import Selected, selected
-from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting, solution
-from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, speed_terms, torque_terms
-from ident.estimation.all_joints.transmitted import by_currents
+from ident.estimation.all_joints import Fit, GivenGain, Setting, Term, fit, fit_again, setting, solution
+from ident.estimation.blocks import ROUNDING
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
-from ident.support.errors import OptionError
+from ident.estimation.selection import Selected, selected
+from ident.estimation.terms import (
+    LOAD_FORMS,
+    SPEED_TERMS,
+    compliance_columns,
+    load_terms,
+    speed_terms,
+    torques_of,
+    transmitted_columns,
+)
+from ident.support.arrays import Array
+from ident.support.errors import NotIdentifiable, OptionError
 from ident.support.options import NAMES, refuse_outside, unknown_name
 
 NAME = "nls"
@@ -32,6 +39,43 @@ FRICTION_TERMS = (*LOAD_FORMS, *SPEED_TERMS)
 velocity; `by-direction`, its absolute value, so that viscous friction differs between directions; `load`, |torque of
 links and payload| sign(dq); `load-motor`, |motor torque| sign(dq); `load-through`, |torque of links, payload and other
 friction| sign(dq)."""
+MILLIMETRE = 1e-3
+"""Zero error of a prismatic joint [m] that corresponds to one degree of a revolute one."""
+PASSES = 2
+"""Number of fits after the first one if columns depend on fitted torques."""
+FREEDOM = 4.0
+"""Degrees of freedom of Student's distribution: heavy tails with little loss of efficiency for normal errors."""
+GAUSSIAN = 1.4826
+"""Ratio of standard deviation to median absolute value of a normal distribution."""
+SETTLED = 1e-9
+"""Largest change of the logarithm of a gain between fits at convergence."""
+MOST_FITS = 100
+
+
+def student(e: Array, V: Array) -> Array:
+    """Return residuals of which the squares have the same minimum as Student's loss of the given ones.
+
+    If the residuals e of a joint, u = e / s, follow Student's distribution with f degrees of freedom, the most likely
+    unknowns satisfy sum J psi(u) = 0, with J the Jacobian. The currents
+
+        V* = V - e + s psi(u) / mean(psi'(u))        psi(u) = (f + 1) u / (f + u^2)
+
+    fitted by least squares have the same solution, and the least-squares covariance is the sandwich estimate s^2
+    sum(psi^2) / (r - p) / mean(psi')^2 (J^T J)^-1 (Huber and Ronchetti 2009, sections 7.6 and 7.8). So everything that
+    uses a least-squares fit, such as cross-validation, can use this one. The scale s is from the median of |e|.
+
+    Args:
+        e: Residuals of one joint [drive units], shape (r,).
+        V: Its currents [drive units], shape (r,).
+    """
+    s = max(GAUSSIAN * float(np.median(np.abs(e))), ROUNDING * float(np.sqrt(np.mean(V**2))))
+    u2 = (e / s) ** 2
+    slope = (FREEDOM + 1.0) * (FREEDOM - u2) / (FREEDOM + u2) ** 2
+    return (FREEDOM + 1.0) * e / (FREEDOM + u2) / float(slope.mean())
+
+
+LOSSES: dict[str, Callable[[Array, Array], Array] | None] = {"squares": None, "student": student}
+"""Replacement of a joint's residuals by loss, such that least squares minimises it; None: as they are."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,13 +147,17 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         NotIdentifiable: If nothing sets the scale of the gains, a joint has too few rows, or the iteration does not
             converge.
     """
-    ready = setting_of(problem, options, _given(options, problem.structure.arm.n))
+    given = list[GivenGain]()
+    if options.gain_joint is not None and options.gain_value is not None:
+        if not 1 <= options.gain_joint <= (n := problem.structure.arm.n):
+            raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
+        given.append(GivenGain(options.gain_joint - 1, options.gain_value))
+    ready = setting_of(problem, options, given)
     chosen = chosen_model(ready, options)
-    found = solution(ready, chosen.final, chosen.model, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model)
     if chosen.stiff is not None:
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0]))
-    estimate = judge_identifiability(NAME, problem, found)
-    return replace(estimate, remarks=chosen.remarks)
+    return replace(judge_identifiability(NAME, problem, found), remarks=chosen.remarks)
 
 
 def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Setting:
@@ -119,44 +167,73 @@ def setting_of(problem: Problem, options: AllJointsOptions, given: Sequence[Give
 
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
     """Fit the model that the options name, or that the data select."""
-    tame = LOSSES[options.loss]
-    recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
-    if recorded and ready.shared.known.any():  # without a scale of the torques, zeros cannot be estimated
+    if ready.recorded and ready.shared.known.any():  # without a scale of the torques, zeros cannot be estimated
         ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
-    return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
-
-
-def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
-    recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
-    if options.friction == AUTO and recorded:
-        return selected(ready, yielding=options.compliance)
-    final = fit_as_named(ready, options.friction_terms, compliance=options.compliance)
-    return Selected(final=final, remarks=())
-
-
-def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
-    """Select the model on currents without outliers, as its loss reduces them, and fit it with that loss."""
-    plain = settled(fit_as_named(ready, (), compliance=False), ready.columns, tame)
-    chosen = _chosen(replace(ready, columns=plain.columns), options)
-    final = settled(chosen.final, ready.columns, tame)
-    share = 100.0 * drawn_in(final, ready.columns)
-    remark = f"{share:.2g} % of the rows have a weight below one half (loss = {options.loss})"
+    tame = LOSSES[options.loss]
+    if tame is None:
+        return _chosen(ready, options)
+    # the model is selected on currents without outliers, as the loss reduces them, and fitted with the loss
+    plain, _ = settled(fit_as_named(ready, (), compliance=False), ready, tame)
+    chosen = _chosen(ready.with_currents(plain.model.blocks.rows_of_currents), options)
+    final, share = settled(chosen.final, ready, tame)
+    remark = f"{100.0 * share:.2g} % of the rows have a weight below one half (loss = {options.loss})"
     return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
 
 
-def _given(options: AllJointsOptions, n: int) -> tuple[GivenGain, ...]:
-    if options.gain_joint is None or options.gain_value is None:
-        return ()
-    if not 1 <= options.gain_joint <= n:
-        raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
-    return (GivenGain(options.gain_joint - 1, options.gain_value),)
+def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
+    if options.friction == AUTO and ready.recorded:
+        return selected(ready, yielding=options.compliance)
+    return Selected(final=fit_as_named(ready, options.friction_terms, compliance=options.compliance), remarks=())
 
 
-PASSES = 2
-"""Number of fits after the first one if columns depend on fitted torques."""
+def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setting:
+    """Add errors of the joints' zeros and tilt of the base, to first order, with their priors.
+
+    Data that are more accurate than the calibration correct it; otherwise the prior contributes to the interval.
+
+    Args:
+        ready: The problem, from recordings.
+        zero_deg: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints]; 0 if they are exact.
+        tilt_deg: Prior standard deviation of the base's tilt about each horizontal axis [deg]; 0 if it is exact.
+    """
+    if not zero_deg and not tilt_deg:
+        return ready
+    theta = fit(ready, {}, None).theta
+    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, theta)])
+    zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
+    std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
+    return ready.widened(columns[:, std > 0.0], std[std > 0.0]).restarted()
 
 
-def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fitted:
+def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -> tuple[Fit, float]:
+    """Repeat a fit until the replaced currents are consistent with its residuals.
+
+    Args:
+        first: The model and the initial values.
+        ready: The problem with the original currents.
+        tame: Replacement of the residuals of one joint.
+
+    Returns:
+        The fit of the currents V*, and the share of the rows whose residual was reduced to less than half.
+
+    Raises:
+        NotIdentifiable: If the iteration does not converge.
+    """
+    V, joint, fitted = ready.columns.V, ready.columns.joint, first
+    for _ in range(MOST_FITS):
+        e = V - fitted.fitted_currents
+        tamed = np.concatenate([tame(e[joint == j], V[joint == j]) for j in range(ready.n)])
+        before, fitted = fitted, fit_again(fitted, V - e + tamed)
+        if np.abs(np.log(fitted.h / before.h)).max() < SETTLED:
+            reduced = np.abs(fitted.rows.residual) < 0.5 * np.abs(V - fitted.fitted_currents)
+            return fitted, float(np.mean(reduced))
+    raise NotIdentifiable(
+        f"with Student's loss the gains do not converge in {MOST_FITS} fits: too many outliers; check the "
+        "currents, or set loss = squares"
+    )
+
+
+def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fit:
     """Fit a model with the same terms on every joint, without a prior of their coefficients.
 
     Args:
@@ -165,17 +242,14 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
         compliance: Whether joints are elastic.
     """
     laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
-    speeds = speed_terms(ready.problem, laws)
-    fitted = fit_with(ready, speeds, (), None)
-    if compliance or forms:
-        for _ in range(PASSES):
-            found = torque_terms(
-                ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance, forms=forms
-            )
-            terms = [
-                {**known, **{name: Term(own[name]) for name in forms}}
-                for known, own in zip(speeds, found.own, strict=True)
-            ]
-            softened = by_currents(ready, found, fitted, found.own) if compliance else ()
-            fitted = fit_with(ready, terms, softened, fitted)
+    speeds = speed_terms(ready, laws)
+    fitted = fit(ready, speeds, None)
+    for _ in range(PASSES if compliance or forms else 0):
+        along = torques_of(ready, fitted.theta)
+        loads = {form: columns[form] for form, columns in load_terms(ready, fitted, along, forms).items()}
+        wide = ready
+        if compliance:
+            first = compliance_columns(ready, along)
+            wide = ready.widened(transmitted_columns(ready, fitted, along, first, loads.values()))
+        fitted = fit(wide, speeds | {form: Term(column) for form, column in loads.items()}, fitted)
     return fitted

@@ -16,10 +16,10 @@ import numpy as np
 
 from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.identifiability import judge_identifiability
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
 from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, Structure, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights

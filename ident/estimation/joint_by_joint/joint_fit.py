@@ -7,9 +7,9 @@ import numpy as np
 from scipy import linalg
 
 from ident.estimation.estimate import GainSolution
+from ident.estimation.intervals import Rows
 from ident.estimation.joint_by_joint.gain_system import GainSystem, gain_system
 from ident.estimation.problem import Problem
-from ident.estimation.rows import Rows
 from ident.numerics.least_squares import LeastSquares, least_squares
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices

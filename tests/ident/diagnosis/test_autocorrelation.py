@@ -9,9 +9,8 @@ from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.gain_symptoms import MUCH, autocorrelation, lag_one
+from ident.estimation.intervals import Rows, classical
 from ident.estimation.problem import Problem
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import classical
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,9 @@ from ident.diagnosis.alternative import in_logs, scopes
 from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.engine import directions
 from ident.diagnosis.families import FAMILIES
-from ident.diagnosis.fitted_currents import across, reference
+from ident.diagnosis.fitted_currents import reference
 from ident.diagnosis.screening import Screened
+from ident.estimation.sweep import across
 
 
 def by_words(found, words: str):

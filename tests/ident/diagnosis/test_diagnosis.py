@@ -22,8 +22,8 @@ from ident.diagnosis.estimate_model import between, consequence, severity_of
 from ident.diagnosis.families import scaled
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.intervals import max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty import max_of_classical_and_jackknife
 from ident.identification import refused_for_faults, spoilt_joints, without_spoilt
 from ident.support.errors import Contradiction, NotIdentifiable
 
@@ -137,7 +137,7 @@ def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
     small = Small(zero, each_added(sound_survey.logs.model.fits, [zero.columns])[0])
-    rows, influence = fit.fitted.fit.rows, fit.fitted.fit.log_influence
+    rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
     moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])
     ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains

@@ -7,9 +7,8 @@ import pytest
 from exact import GAIN, exact_pair, values
 from scipy import stats
 
-from ident.estimation.all_joints.loss import student
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, student
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import pair
 from ident.observation.observation import Observation
@@ -43,7 +42,7 @@ def test_what_least_squares_sees_is_the_score_of_student_s_distribution():
 
 def test_residuals_of_rounding_stay_as_they_are():
     e = np.array([3e-17, -2e-17, 1e-16])
-    np.testing.assert_allclose(student(e, np.full(3, 2.7)), e, rtol=1e-12)  # far below 1e-9 of the currents
+    np.testing.assert_allclose(student(e, np.full(3, 2.7)), e, rtol=1e-12)  # far below 1e-6 of the currents
 
 
 def test_currents_times_k_are_gains_over_k(structure, heavy, rng):

@@ -10,11 +10,12 @@ from known_logs import BRICK
 from pinocchio_arms import random_arm
 from real_friction import GAIN, Truth, real_logs, three_axes
 
-from ident.estimation.all_joints.misplaced import misplaced, with_misplaced
-from ident.estimation.all_joints.solution import fit_with, setting
-from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.all_joints import fit, setting
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, with_misplaced
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.sweep import across
+from ident.estimation.terms import torques_of
 from ident.model.arm import arm_from_pinocchio
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
@@ -43,9 +44,8 @@ def tilted_arm() -> pin.Model:
 def found(problem: Problem, **known: float) -> tuple[np.ndarray, np.ndarray]:
     """What is found of the zeros and the tilt, and the deviations of that."""
     ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), **known)
-    fit = fit_with(ready, [{}] * N, (), None).fit
-    unsure = np.isfinite(ready.shared_std)
-    return fit.found.theta[unsure], np.linalg.norm(fit.theta_belief[unsure], axis=1)
+    fitted, unsure = fit(ready, {}, None), np.flatnonzero(np.isfinite(ready.blocks.std))
+    return fitted.theta[unsure], np.linalg.norm(fitted.of_theta(unsure).belief, axis=1)
 
 
 def off(problem: Problem, **options) -> np.ndarray:
@@ -58,18 +58,19 @@ def test_columns_of_zeros_are_what_the_torques_change_by(axes):
     logs, h = logs_of(np.zeros(N)), 1e-4
     problem = problem_of(axes, logs)
     ready = setting(problem, per_motion=True, prior_std=1.0)
-    theta = fit_with(ready, [{}] * N, (), None).fit.found.theta
-    columns = misplaced(problem, ready.shared, theta)
+    theta = fit(ready, {}, None).theta
+    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, theta)])
     for k in range(N):
         ends = []
         for by in (-h, h):  # an encoder that reads h too much: the joint is at q - h
             moved = [replace(log, q=log.q - by * (np.arange(N) == k)) for log in logs]
             shifted = setting(problem_of(axes, moved), per_motion=True, prior_std=1.0)
-            ends.append([each.shared @ theta + each.known for each in shifted.columns])
+            ends.append(shifted.columns.shared @ theta + shifted.columns.known)
         for j in range(N):
-            slope = (ends[1][j] - ends[0][j]) / (2.0 * h)
+            own = ready.columns.joint == j
+            slope = (ends[1] - ends[0])[own] / (2.0 * h)
             # Splines between the instants that torques are taken at, and a mask of reversals that sees rounded speeds.
-            np.testing.assert_allclose(columns[j][:, k], slope, rtol=0, atol=2e-3 * max(np.abs(slope).max(), 1e-3))
+            np.testing.assert_allclose(columns[own, k], slope, rtol=0, atol=2e-3 * max(np.abs(slope).max(), 1e-3))
 
 
 def test_zeros_that_are_off_are_found_with_their_sign(axes):
@@ -81,7 +82,41 @@ def test_zeros_that_are_off_are_found_with_their_sign(axes):
 def test_the_tilt_of_the_base_is_found_about_either_axis(axes, monkeypatch):
     monkeypatch.setattr(real_friction, "three_axes", tilted_arm)
     value, _ = found(problem_of(axes, logs_of(np.zeros(N), noise=1e-4)), zero_deg=0.0, tilt_deg=2.0)
-    np.testing.assert_allclose(value, TILT, atol=1e-3)
+    np.testing.assert_allclose(value @ across(axes.arm), [*TILT, 0.0], atol=1e-3)
+
+
+def test_an_arm_on_a_wall_has_two_tilts_about_the_axes_across_gravity(axes):
+
+    def hung() -> Problem:
+        arm = replace(axes.arm, gravity=np.array([-9.81, 0.0, 0.0]))
+        structure, rng = structure_of(arm), np.random.default_rng(3)
+        t, problem = 0.004 * np.arange(2500), Problem(structure, (), GainOptions())
+        w, phase, chi = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N), rng.uniform(0.5, 2.0, 14 * N)
+        q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
+        for carried in (None, BRICK):
+            v = regressor(arm, q, dq, ddq)
+            v = v @ chi + (0.0 if carried is None else v[:, :, structure.payload_columns] @ carried.known_part().chi)
+            seen = observe(Recording(t, q, v, "log"), structure, ObserveOptions())
+            problem = replace(problem, motions=(*problem.motions, ObservedMotion(seen, carried)))
+        return problem
+
+    problem, h = hung(), 1e-5
+    ready = setting(problem, per_motion=True, prior_std=1.0)
+    theta = fit(ready, {}, None).theta
+    torques = torques_of(ready, theta)[1]
+    found = torques.tilted()
+    q, still = torques.sweep.behind.states.q, np.zeros((len(found), N))
+    assert np.abs(found).max(axis=(0, 1)).min() > 1.0
+    for axis in np.eye(3)[1:]:  # y and z
+        ends = []
+        for by in (-h, h):
+            turn = np.eye(3) + by * np.cross(np.eye(3), axis)  # gravity in a base that is turned about the axis
+            arm = replace(problem.structure.arm, gravity=turn @ problem.structure.arm.gravity)
+            ends.append(regressor(arm, q, still, still) @ torques.chi)
+        slope = (ends[1] - ends[0]) / (2.0 * h)
+        x = np.linalg.lstsq(found.reshape(-1, 2), slope.ravel())[0]
+        np.testing.assert_allclose(np.linalg.norm(x), 1.0, rtol=1e-6)  # about a unit vector between both axes
+        np.testing.assert_allclose(found @ x, slope, rtol=0, atol=1e-6 * np.abs(slope).max())
 
 
 def test_a_belief_that_is_surer_than_the_data_is_kept(axes):
@@ -127,4 +162,4 @@ def test_a_zero_that_is_off_by_a_degree_where_a_joint_turns_is_by_a_millimetre_w
         problem = replace(problem, motions=(*problem.motions, ObservedMotion(seen, carried)))
     ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), zero_deg=2.3, tilt_deg=0.7)
     expected = [np.radians(2.3), 2.3e-3, np.radians(2.3), *2 * [np.radians(0.7)]]
-    np.testing.assert_allclose(ready.shared_std[-5:], expected, rtol=1e-12)
+    np.testing.assert_allclose(ready.blocks.std[-5:], expected, rtol=1e-12)

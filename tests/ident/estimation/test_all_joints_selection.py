@@ -9,16 +9,22 @@ from consistency_logs import problem_of
 from known_logs import BRICK
 from real_friction import GAIN, Truth, real_logs
 
-from ident.estimation.all_joints import selection
-from ident.estimation.all_joints.friction import Term
-from ident.estimation.all_joints.selection import selected
-from ident.estimation.all_joints.solution import Fitted, fit_with, setting
-from ident.estimation.all_joints.terms import LOAD_FORMS, speed_terms, torque_terms
-from ident.estimation.all_joints.transmitted import by_currents
+from ident.estimation import selection
+from ident.estimation.all_joints import Fit, Term, fit, setting
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.intervals import left_out, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty import max_of_classical_and_jackknife
+from ident.estimation.selection import prior_of_drives, selected
+from ident.estimation.terms import (
+    LOAD_FORMS,
+    SPEED_TERMS,
+    compliance_columns,
+    load_terms,
+    speed_terms,
+    torques_of,
+    transmitted_columns,
+)
 from ident.model.structure import Structure
 
 N = 3
@@ -101,12 +107,11 @@ def test_no_joint_has_a_negative_compliance(axes, compliance, said):
 
 
 def test_a_compliance_is_negative_beyond_two_of_its_standard_deviations(loaded):
-    fit, count = loaded.fit, 3
-    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fit.rows, fit.theta_influence[-count:])))
-    theta = np.concatenate((-9.0 * np.ones(len(fit.found.theta) - count), std * (-1.9, -2.1, 2.3)))
-    told = SimpleNamespace(rows=fit.rows, theta_influence=fit.theta_influence, found=SimpleNamespace(theta=theta))
-    assert selection._of_negative_compliance(told, count).tolist() == [False, True, False]
-    assert selection._of_negative_compliance(told, 0).tolist() == []
+    count, told = 3, replace(loaded)
+    own = np.arange(len(loaded.theta) - count, len(loaded.theta))
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(loaded.rows, loaded.of_theta(own).influence)))
+    vars(told)["theta"] = np.concatenate((-9.0 * np.ones(len(loaded.theta) - count), std * (-1.9, -2.1, 2.3)))
+    assert selection.of_negative_compliance(told, count).tolist() == [False, True, False]
 
 
 @pytest.mark.parametrize("form", LOAD_FORMS)
@@ -133,45 +138,41 @@ def test_load_friction_is_found_and_what_is_not_told_of_its_form_is_a_share(axes
     assert (np.abs(off(estimate))[SHOWN] < 8e-3).all()
 
 
-def squares_of(
-    first: Fitted, *, better: float, apart: float, differ: float = 0.0
-) -> tuple[selection._Tried, selection._Tried]:
-    """Two ways of one fit whose squares in 20 stretches differ by `better` in all, by `apart` in turn.
-
-    Their predictions differ by `differ` deviations in the first row.
-    """
-    uneven = apart * np.where(np.arange(20) % 2, 1.0, -1.0)[:, None] * np.eye(1, N, 1)
-    squares = np.full((20, N), 31.0)
-    other = squares + better / 20.0 * np.eye(1, N, 1) + uneven
-    left = np.zeros(len(first.fit.rows.joint))
-    moved = left.copy()
-    moved[0] = differ / first.fit.rows.weight[0]
-    return selection._Tried(first, left, squares), selection._Tried(first, moved, other)
-
-
 @pytest.mark.parametrize(
     ("better", "apart", "differ"),
     [(225.0, 3.0, 15.0), (44.0, 3.0, 9.0), (-9.0, 3.0, 12.0), (120.0, 3.0, 9.0), (2.4, 3.0, 0.5), (-70.0, 1.0, 2.0)],
 )
-def test_another_form_counts_by_what_a_mixture_may_hold_of_it(axes, better, apart, differ):
-    fitted = fit_with(setting(made(axes, Truth()), per_motion=True, prior_std=1.0), [{}] * N, (), None)
-    best, other = squares_of(fitted, better=better, apart=apart, differ=differ)
+def test_another_form_counts_by_what_a_mixture_may_hold_of_it(better, apart, differ):
+    more = better / 20.0 + apart * np.where(np.arange(20) % 2, 1.0, -1.0)
     a, noise = differ**2, 0.5 * apart * 20.0 / np.sqrt(19.0)
     part = max(0.0, 0.5 * (a - better)) / a  # of a least of squares at w = b / a
     expected = min(np.hypot(part, noise / a), np.sqrt(0.5))
-    np.testing.assert_allclose(selection._beside(best, other).share, expected, rtol=1e-9)
+    np.testing.assert_allclose(selection.mixture_share(more, a), expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("better", "chosen"), [(44.0, "load-through"), (20.0, "load-motor"), (-44.0, "load-motor")])
-def test_the_motor_s_form_stands_unless_another_one_is_surely_better(axes, better, chosen):
-    fitted = fit_with(setting(made(axes, Truth()), per_motion=True, prior_std=1.0), [{}] * N, (), None)
-    through, motor = squares_of(fitted, better=better, apart=3.0)  # two standard errors are 27
-    loads = {
-        form: selection._Loaded(tried, [{}] * N, selection.ANY_DRIVE)
-        for form, tried in (("load-motor", motor), ("load", replace(motor, squares=9.0 + motor.squares)))
-    }
-    loads["load-through"] = selection._Loaded(through, [{}] * N, selection.ANY_DRIVE)
-    assert selection._form_of(loads, motor) == chosen
+def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_model(axes):
+    ready = setting(made(axes, Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0))), per_motion=True, prior_std=1.0)
+    plain = fit(ready, {}, None)
+    bent = fit(ready, speed_terms(ready, ["cbrt"]), plain)
+    rows, weight = plain.rows, plain.rows.weight  # of the worse one
+    left, squares = np.empty((2, len(rows.V))), np.zeros((2, N))
+    for k, each in enumerate((bent, plain)):
+        for block, fresh in left_out(each.rows):
+            left[k, block] = fresh
+        squares[k] = np.bincount(rows.joint, (weight * left[k]) ** 2)
+    found = selection.improvement(bent, plain)
+    np.testing.assert_allclose(found.sum(axis=1), squares[1] - squares[0], rtol=1e-7)
+    more, a = found.sum(axis=0), np.sum((weight * (left[0] - left[1])) ** 2)
+    np.testing.assert_allclose(selection.mixture(bent, plain).share, selection.mixture_share(more, a), rtol=1e-6)
+    assert (bent.model.sigma < 0.99 * plain.model.sigma).any()
+    np.testing.assert_allclose(selection.z_of(found), more.mean() / more.std(ddof=1) * np.sqrt(len(more)), rtol=1e-12)
+
+
+def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(axes, monkeypatch):
+    ready = setting(made(axes, Truth(load=LOADED)), per_motion=True, prior_std=1.0)
+    assert f"% of {LOAD_FORMS['load']}," in selected(ready).remarks[0]
+    monkeypatch.setattr(selection, "BETTER", 1e3)
+    assert f"% of {LOAD_FORMS['load-motor']}," in selected(ready).remarks[0]
 
 
 def test_friction_that_differs_between_directions_is_had_by_name(axes):
@@ -187,10 +188,10 @@ def test_friction_that_differs_between_directions_is_had_by_name(axes):
 def test_the_model_without_yielding_joints_has_the_same_friction(axes):
     truth = Truth(compliance=(2e-4, 1.5e-4, 2e-4))
     chosen = selected(setting(made(axes, truth), per_motion=True, prior_std=1.0))
-    names = [own.names for own in chosen.final.own]
-    assert all(set(each) & set(LOAD_FORMS) for each in names)
-    assert [own.names for own in chosen.stiff.own] == names
-    few, many = (each.columns[0].shared.shape[1] for each in (chosen.stiff, chosen.final))
+    names = [name for name, _ in chosen.final.model.names]
+    assert set(names) & set(LOAD_FORMS)
+    assert [name for name, _ in chosen.stiff.model.names] == names
+    few, many = (len(each.theta) for each in (chosen.stiff, chosen.final))
     assert many == few + N  # a compliance of each joint
 
 
@@ -241,26 +242,25 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
     problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
     ready = setting(problem, per_motion=True, prior_std=1.0)
     chosen = selected(ready)
-    nothing = [{}] * N
-    stiff = fit_with(ready, nothing, (), None)
-    first = torque_terms(problem, ready.shared, stiff.own, stiff.fit, compliance=True)
-    beside = [
-        {**{law: term.column for law, term in terms.items()}, **own}
-        for terms, own in zip(speed_terms(problem), first.own, strict=True)
-    ]
-    soft = fit_with(ready, nothing, by_currents(ready, first, stiff, beside), stiff)
+    stiff = fit(ready, {}, None)
+    along = torques_of(ready, stiff.theta)
+    loads = load_terms(ready, stiff, along, tuple(LOAD_FORMS))
+    beside = [term.column for term in speed_terms(ready, tuple(SPEED_TERMS)).values()]
+    beside += [columns[form] for form, columns in loads.items()]
+    first = compliance_columns(ready, along)
+    soft = fit(ready.widened(transmitted_columns(ready, stiff, along, first, beside)), {}, stiff)
     assert chosen.model.shape == (N, 3)
-    ratio = np.log(stiff.fit.found.h / soft.fit.found.h)
+    ratio = np.log(stiff.h / soft.h)
     np.testing.assert_allclose(chosen.model[:, 2], selection.FIRST_ORDER * ratio, rtol=1e-9)
     estimate = gains(problem)
     np.testing.assert_array_equal(estimate.solution.model[:, -3:], chosen.model)
-    np.testing.assert_array_equal(estimate.solution.model[:, :-3], chosen.final.fit.log_belief)
+    np.testing.assert_array_equal(estimate.solution.model[:, :-3], chosen.final.log_h.belief)
 
 
 def test_the_shares_of_other_forms_are_of_their_own_gains(axes):
     problem = made(axes, Truth(load_motor=LOADED))
     chosen = selected(setting(problem, per_motion=True, prior_std=1.0))
-    names = [set(each.other.own[1].names) & set(LOAD_FORMS) for each in chosen.rivals]
+    names = [{name for name, _ in each.other.model.names} & set(LOAD_FORMS) for each in chosen.rivals]
     assert names == [{"load"}, {"load-through"}]
     share = chosen.rivals[0].share
     assert 0.0 < share <= 0.5
@@ -275,9 +275,10 @@ def test_the_shares_of_other_forms_are_of_their_own_gains(axes):
 )
 def test_no_more_of_an_offset_is_no_torque_than_there_is(friction, share, possible):
     for form in ("load-motor", "load-through"):
-        own = SimpleNamespace(names=("off", form, "offset-share"))
-        assert selection._is_possible(own, np.array([-3.0, friction, share]), form) == possible
-        assert selection._is_possible(SimpleNamespace(names=("off", "Fc")), np.array([-3.0, 7.0]), form)
+        values = {form: np.array([friction, 0.2]), "offset-share": np.array([share, 0.5])}
+        told = SimpleNamespace(common=lambda name, otherwise, values=values: values.get(name, np.full(2, otherwise)))
+        assert selection._is_possible(told, form).tolist() == [possible, True]
+        assert selection._is_possible(SimpleNamespace(common=lambda name, otherwise: np.full(2, otherwise)), form).all()
 
 
 @pytest.mark.parametrize("amplifier", [(0.0, -0.5, 0.4), (0.0, 0.7, -0.6)])
@@ -288,69 +289,54 @@ def test_offsets_of_amplifiers_are_told_from_friction_that_differs_between_direc
     assert (np.abs(off(found)) < 3.0 * total(found)).all()
 
 
-def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
-    """A fit of three joints whose load friction and its deviation, from belief alone, are as told."""
-    fit = fitted.fit
-    at = [own.names.index("load") for own in fitted.own]
-    phi = tuple(np.where(np.arange(len(p)) == k, v, p) for p, k, v in zip(fit.phi, at, values, strict=True))
-    belief = [np.zeros((len(p), 2)) for p in phi]
-    for each, k, d in zip(belief, at, deviation, strict=True):
-        each[k] = 0.6 * d, -0.8 * d
-
-    def still(joint: int, weights: np.ndarray) -> np.ndarray:
-        return np.zeros((len(weights), len(fit.rows.V)))
-
-    return replace(fitted, fit=SimpleNamespace(rows=fit.rows, phi=phi, own_influence=still, phi_belief=tuple(belief)))
-
-
 @pytest.fixture(scope="module")
-def loaded(axes) -> Fitted:
+def loaded(axes) -> Fit:
     ready = setting(made(axes, Truth()), per_motion=True, prior_std=1.0)
-    plain = fit_with(ready, [{}] * N, (), None)
-    found = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=False)
-    return fit_with(ready, [{"load": Term(own["load"])} for own in found.own], (), plain)
+    return fit(ready, speed_terms(ready, ["cbrt"]), None)
 
 
-def test_the_belief_about_load_friction_is_mean_and_spread_of_coefficients_that_are_known(loaded):
+def test_the_belief_about_load_friction_is_mean_and_spread_of_coefficients_that_are_known():
     values = np.array([0.02, 0.09, 0.055])
-    belief = selection._belief(fake(loaded, values, np.full(N, 1e-7)), "load")
+    belief = prior_of_drives(values, np.full(N, 1e-7))
     # The likeliest normal distribution of numbers that are known; the search ends at 1e-5 of its logarithm.
     np.testing.assert_allclose((belief.mean, belief.std), (values.mean(), values.std()), rtol=1e-3)
 
 
-def test_a_coefficient_that_is_hardly_known_has_hardly_a_say(loaded):
-    values, deviation = np.array([0.0, 0.07, 0.075]), np.array([0.5, 0.001, 0.001])
-    belief = selection._belief(fake(loaded, values, deviation), "load")
+def test_a_coefficient_that_is_hardly_known_has_hardly_a_say():
+    belief = prior_of_drives(np.array([0.0, 0.07, 0.075]), np.array([0.5, 0.001, 0.001]))
     np.testing.assert_allclose(belief.mean, 0.0725, rtol=1e-2)
     # Both that are known differ by less than a third of their mean, of which drives of one kind are not believed.
     np.testing.assert_allclose(belief.std, 0.3 * belief.mean, rtol=1e-9)
 
 
-def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say(loaded):
-    believed = [
-        selection._belief(fake(loaded, np.array([0.04, 0.07, x]), np.full(N, 0.01)), "load") for x in (0.51, 1.02)
-    ]
+def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say():
+    believed = [prior_of_drives(np.array([0.04, 0.07, x]), np.full(N, 0.01)) for x in (0.51, 1.02)]
     assert believed[0] == believed[1]
     np.testing.assert_allclose(believed[0].mean, 0.055, rtol=1e-3)
-    most = selection._belief(fake(loaded, np.array([0.04, 0.07, 0.49]), np.full(N, 0.01)), "load")
+    most = prior_of_drives(np.array([0.04, 0.07, 0.49]), np.full(N, 0.01))
     np.testing.assert_allclose(most.mean, 0.2, rtol=1e-3)
-    nobody = selection._belief(fake(loaded, np.array([0.6, -0.7, 1.0]), np.full(N, 0.01)), "load")
-    assert nobody == selection.ANY_DRIVE
+    assert prior_of_drives(np.array([0.6, -0.7, 1.0]), np.full(N, 0.01)) == selection.ANY_DRIVE
 
 
-def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives(loaded):
-    belief = selection._belief(fake(loaded, np.array([-0.02, -0.02, -0.02]), np.full(N, 1e-3)), "load")
+def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives():
+    belief = prior_of_drives(np.array([-0.02, -0.02, -0.02]), np.full(N, 1e-3))
     assert belief.mean == 0.0
     np.testing.assert_allclose(belief.std, 0.02, rtol=2e-2)  # about zero, that is how far they are
-    belief = selection._belief(fake(loaded, np.zeros(N), np.full(N, 1e-2)), "load")
+    belief = prior_of_drives(np.zeros(N), np.full(N, 1e-2))
     np.testing.assert_allclose(belief.std, 1e-3, rtol=1e-6)
 
 
-def test_the_noise_of_the_currents_is_noise_of_a_coefficient(loaded):
-    # Three that differ by what noise explains: no spread is left but the least, where their belief alone knows nothing.
-    fit, nothing = loaded.fit, tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)
-    told = SimpleNamespace(rows=fit.rows, phi=fit.phi, own_influence=fit.own_influence, phi_belief=nothing)
-    noisy = replace(loaded, fit=told)
-    belief = selection._belief(noisy, "load")
-    assert belief.std < 3e-3
-    assert belief.mean < 5e-3
+def test_the_noise_of_a_coefficient_is_that_of_currents_and_of_priors(axes, monkeypatch):
+    ready = setting(made(axes, Truth()), per_motion=True, prior_std=1.0)
+    plain = fit(ready, {}, None)
+    loads = load_terms(ready, plain, torques_of(ready, plain.theta), ["load"])["load"]
+    free, known = fit(ready, {"load": Term(loads["load"], 0.05, 0.1)}, plain), []
+    monkeypatch.setattr(selection, "prior_of_drives", lambda seen, noise: known.append((seen, noise)))
+    selection._belief(free, "load")
+    ((seen, noise),) = known
+    for j in range(N):
+        own = free.of_joint(j)
+        k = list(free.friction(j)).index(("load", -1))
+        np.testing.assert_allclose(seen[j], free.friction(j)["load", -1], rtol=1e-12)
+        currents = max_of_classical_and_jackknife(free.rows, own.influence)[k, k]
+        np.testing.assert_allclose(noise[j] ** 2, currents + np.sum(own.belief[k] ** 2), rtol=1e-6)

@@ -7,14 +7,14 @@ import pinocchio as pin
 import pytest
 from known_logs import BRICK
 from real_friction import GAIN, Truth, real_logs, three_axes, torque, with_payload
+from scipy import interpolate
 from scipy.interpolate import make_interp_spline
 
-from ident.estimation.all_joints.friction import Term
-from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
-from ident.estimation.all_joints.terms import SPEED_TERMS, speed_terms, torque_terms
-from ident.estimation.all_joints.torques import rotor_inertia, torques
+from ident.estimation.all_joints import Fit, Setting, Term, fit, setting
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.sweep import Sweep, Torques, inertia_matrices, rotor_inertia
+from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, compliance_columns, load_terms, speed_terms, torques_of
 from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions, observe
 
@@ -32,8 +32,8 @@ def ready(axes) -> Setting:
 
 
 @pytest.fixture(scope="module")
-def plain(ready) -> Fitted:
-    return fit_with(ready, [{}] * N, (), None)
+def plain(ready) -> Fit:
+    return fit(ready, {}, None)
 
 
 def behind(ready: Setting, motion: int) -> FullRate:
@@ -74,32 +74,59 @@ def rotors(ready: Setting) -> np.ndarray:
 def test_rigid_torques_are_those_of_inverse_dynamics(ready, motion, payload):
     Ia, full = rotors(ready), behind(ready, motion)
     np.testing.assert_array_equal(Ia, [0.0, 0.0, 3.7])
-    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia))
+    found = ready.sweeps[motion].at(theta_of(ready, Ia))
     states = full.q, full.dq, full.ddq
     expected = torque(with_payload(three_axes(), payload), *states) + Ia * full.ddq
     # LIGHT's unknown parameters are found up to what the arm's own kinematics cannot tell apart: none of torque.
-    np.testing.assert_allclose(found.rigid, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        found.sweep.at_full_rate(found.sampled), expected, rtol=0, atol=1e-9 * np.abs(expected).max()
+    )
+
+
+def at_full_rate(along: Torques, change: np.ndarray) -> np.ndarray:
+    return along.sweep.at_full_rate(change.reshape(len(change), -1)).reshape(-1, *change.shape[1:])
 
 
 def test_torques_between_evaluated_samples_are_splines(ready):
     # At 1 / 8 of the sampling period each sample is evaluated; at 8 of it, splines lie between, of signals below 15 Hz.
     motion, theta = ready.problem.motions[1], theta_of(ready, rotors(ready))
-    full = behind(ready, 1)
-    slow = replace(full, cutoff_hz=4.0)
+    slow = replace(behind(ready, 1), cutoff_hz=4.1)
     sparse = replace(motion, observation=replace(motion.observation, full_rate=slow))
-    found = [torques(ready.problem, each, ready.shared, theta) for each in (motion, sparse)]
-    for one, two in ([each.rigid for each in found], [each.softened() for each in found]):
-        assert np.abs(one - two).max() > 0.0
+    motions = (ready.problem.motions[0], sparse, ready.problem.motions[2])
+    one, other = (
+        replace(ready.sweeps[1], problem=replace(ready.problem, motions=each)).at(theta)
+        for each in (ready.problem.motions, motions)
+    )
+    t, knots = slow.t, other.sweep.knots
+    assert len(knots) < 0.4 * len(t)
+    assert (slow.at[-1] - slow.at[-2]) != slow.at[1]  # the last interval is shorter
+    for fine, coarse in ((one.sampled, other.sampled), (one.softened(), other.softened())):
+        found = at_full_rate(other, coarse)
+        np.testing.assert_allclose(
+            found, interpolate.CubicSpline(knots, coarse)(t), rtol=0, atol=1e-12 * np.abs(fine).max()
+        )
+        if coarse.ndim == 3:
+            expected = np.vstack([of_rows_of(other.sweep, found[:, j], j) for j in range(N)])
+            np.testing.assert_allclose(other.sweep.rows(coarse), expected, rtol=0, atol=1e-12 * np.abs(fine).max())
         # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their
         # second derivative makes, and by more at the ends.
         inner = slice(40, -40)
-        np.testing.assert_allclose(two[inner], one[inner], rtol=0, atol=2e-3 * np.abs(one).max())
+        fine = at_full_rate(one, fine)[inner]
+        np.testing.assert_allclose(found[inner], fine, rtol=0, atol=2e-3 * np.abs(fine).max())
+
+
+def of_rows_of(sweep: Sweep, change: np.ndarray, j: int) -> np.ndarray:
+    """Signals (N, m) of a joint as rows: samples left out, then a convolution, then one in so many."""
+    full = sweep.behind
+    rows = [np.convolve(np.where(full.moving[:, j], x, 0.0), full.decimator.kernel, mode="valid") for x in change.T]
+    return np.array(rows).T[:: full.decimator.factor][sweep.motion.observation.joints[j].position]
 
 
 @pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK)])
 def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion, payload):
     Ia, full = rotors(ready), behind(ready, motion)
-    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia)).softened()
+    along = ready.sweeps[motion].at(theta_of(ready, Ia))
+    found = at_full_rate(along, along.softened())
     heavy, t = with_payload(three_axes(), payload), np.arange(len(full.q)) * full.period
     stiff = torque(heavy, full.q, full.dq, full.ddq)
     turned = make_interp_spline(t, stiff, k=5)
@@ -127,39 +154,38 @@ def test_decimated_currents_are_the_rows_that_observation_makes(axes):
 
 
 def test_speed_terms_are_the_root_and_the_size_of_the_speed(ready):
-    found = speed_terms(ready.problem)
-    assert set(SPEED_TERMS) == {"cbrt", "by-direction"}
+    found, joint = speed_terms(ready, tuple(SPEED_TERMS)), ready.columns.joint
+    assert set(found) == {"cbrt", "by-direction"}
+    assert {each.std for each in found.values()} == {np.inf}  # nothing is believed of them
     for j in range(N):
         dq = [behind(ready, k).dq[:, j] for k in range(3)]
         root = of_rows(ready, [np.sign(x) * np.abs(x) ** (1.0 / 3.0) for x in dq], j)
-        np.testing.assert_allclose(found[j]["cbrt"].column, root, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(found["cbrt"].column[joint == j], root, rtol=0, atol=1e-12)
         size = of_rows(ready, [np.abs(x) for x in dq], j)
-        np.testing.assert_allclose(found[j]["by-direction"].column, size, rtol=0, atol=1e-12)
-        assert {each.std for each in found[j].values()} == {np.inf}  # nothing is believed of them
+        np.testing.assert_allclose(found["by-direction"].column[joint == j], size, rtol=0, atol=1e-12)
 
 
-def with_values(fitted: Fitted, **values: float) -> Fitted:
+def with_values(fitted: Fit, **values: float) -> Fit:
     """The same fit with other own values, by name; those of a motion times its number and one."""
-    phi = tuple(
-        np.array([values[name] * (1.0 + max(0, which)) for name, which in zip(own.names, own.motion, strict=True)])
-        for own in fitted.own
-    )
-    return replace(fitted, fit=replace(fitted.fit, phi=phi))
+    told, names = replace(fitted), fitted.model.names
+    phi = np.array([values[name] * (1.0 + max(0, which)) for name, which in names])
+    vars(told)["phi"] = np.where(fitted.model.own.used, phi, 0.0)
+    return told
 
 
 @pytest.mark.parametrize("form", [None, "load-through", "load-motor"])
 def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, plain, form):
-    terms = speed_terms(ready.problem)
+    terms, joint = speed_terms(ready, tuple(SPEED_TERMS)), ready.columns.joint
     if form:
-        first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=False)
-        terms = [{**t, form: Term(own[form])} for t, own in zip(terms, first.own, strict=True)]
+        terms[form] = Term(load_terms(ready, plain, torques_of(ready, plain.theta), [form])[form][form])
     values = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15}
     values |= {"load-through": 0.11, "load-motor": 0.07}
-    fitted = with_values(fit_with(ready, terms, (), plain), **values)
-    found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=False)
-    h = fitted.fit.found.h
+    fitted = with_values(fit(ready, terms, plain), **values)
+    along = torques_of(ready, fitted.theta)
+    found = load_terms(ready, fitted, along, tuple(LOAD_FORMS))
+    h = fitted.h
     np.testing.assert_array_equal(np.sign(h), np.sign(GAIN))
-    inertia = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
+    inertia = rotor_inertia(ready.sweeps[0], fitted.theta)
     assert (inertia > 0.0).any()
     told = rotors(ready) > 0.0
     assert set(told.tolist()) == {True, False}
@@ -167,10 +193,10 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
         columns = {each: [] for each in ("load", "load-through", "load-motor")}
         offset = {each: [] for each in ("load-through", "load-motor")}
         spinning = {each: [] for each in ("load", "load-through")}
-        for k, motion in enumerate(ready.problem.motions):
+        for k, drive in enumerate(along):
             full = behind(ready, k)
-            dq, drive = full.dq[:, j], torques(ready.problem, motion, ready.shared, fitted.fit.found.theta)
-            x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
+            dq = full.dq[:, j]
+            x, s = h[j] * drive.sweep.at_full_rate(drive.sampled)[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
             rotor = h[j] * inertia[j] * full.ddq[:, j]
             c = 0.07 if form == "load-motor" else 0.0
@@ -191,45 +217,46 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
             spinning["load-through"].append(more * s)
         for name, parts in columns.items():
             expected = of_rows(ready, parts, j)
-            np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                found[name][name][joint == j], expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+            )
         size = {"load": 0.05, "load-through": 0.05, "load-motor": 0.05} | ({form: values[form]} if form else {})
         for share, of_forms in (("offset-share", offset), ("rotor-share", {} if told[j] else spinning)):
-            assert {each for each, own in found.shares[j].items() if share in own} == of_forms.keys()
+            has = {each for each, own in found.items() if share in own and own[share][joint == j].any()}
+            assert has == of_forms.keys()
             for name, parts in of_forms.items():
                 expected = size[name] * of_rows(ready, parts, j)
-                np.testing.assert_allclose(found.shares[j][name][share], expected, rtol=0, atol=1e-12)
+                np.testing.assert_allclose(found[name][share][joint == j], expected, rtol=0, atol=1e-12)
                 assert np.abs(expected).max() > 5e-4
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):
     for number, payload in enumerate((None, BRICK, LIGHT)):
-        motion, full = ready.problem.motions[number], behind(ready, number)
-        found = torques(ready.problem, motion, ready.shared, theta_of(ready, rotors(ready)))
+        full, found = behind(ready, number), ready.sweeps[number].at(theta_of(ready, rotors(ready)))
+        inertia = np.mean(inertia_matrices(found.arm, found.links.chi, full.states.q) ** 2, axis=0)
         model = with_payload(three_axes(), payload)
         data, places = model.createData(), np.linspace(0, len(full.q) - 1, 16).astype(int)
         known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)
         # Positions are those of the samples where torques are evaluated, a few apart from every sixteenth part.
-        np.testing.assert_allclose(found.inertia, known, rtol=0, atol=1e-2 * known.max())
+        np.testing.assert_allclose(inertia, known, rtol=0, atol=1e-2 * known.max())
 
 
 def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):
-    found = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
-    each = [
-        torques(ready.problem, motion, ready.shared, plain.fit.found.theta).softened()
-        for motion in ready.problem.motions
-    ]
+    along, joint = torques_of(ready, plain.theta), ready.columns.joint
+    found = compliance_columns(ready, along)
+    each = [at_full_rate(torques, torques.softened()) for torques in along]
     for j in range(N):
         for k in range(N):
             expected = of_rows(ready, [x[:, j, k] for x in each], j)
-            np.testing.assert_allclose(found.softened[j][:, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+            np.testing.assert_allclose(found[joint == j, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_the_least_rotor_inertia_is_a_share_of_the_joint_s(ready, plain):
-    theta, told = plain.fit.found.theta, rotors(ready) > 0.0
-    free = rotor_inertia(ready.problem, ready.shared, theta)
+    theta, told, first = plain.theta, rotors(ready) > 0.0, ready.sweeps[0]
+    free = rotor_inertia(first, theta)
     # Twice the assumed half of what is not told apart, and a mass matrix that is in proportion to its parameters.
-    one, seven = (rotor_inertia(ready.problem, ready.shared, k * theta, least=3.0) for k in (1.0, 7.0))
+    one, seven = (rotor_inertia(first, k * theta, least=3.0) for k in (1.0, 7.0))
     np.testing.assert_allclose(seven, 7.0 * one, rtol=1e-9)
     assert (one[told] > 3.0 * free[told]).all()
     np.testing.assert_array_equal(one[~told], free[~told])
-    np.testing.assert_array_equal(rotor_inertia(ready.problem, ready.shared, theta, least=1e-6), free)
+    np.testing.assert_array_equal(rotor_inertia(first, theta, least=1e-6), free)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from ident.estimation.all_joints.empirical_prior import LEAST_STD, MOST_STD, Belief, likeliest, likelihood_slope
+from ident.estimation.selection import LEAST_STD, MOST_STD, Belief, fitted_prior, likelihood_slope
 
 SEEN, NOISE = np.array([0.031, 0.012, 0.093, 0.047, 0.064]), np.array([0.004, 0.011, 0.007, 0.023, 0.002])
 
@@ -36,7 +36,7 @@ def test_the_likeliest_distribution_is_that_of_a_search_from_everywhere():
     found = optimize.brute(
         lambda x: unlikely(x[0], np.exp(x[1])), ((0.0, 0.2), (np.log(LEAST_STD), 0.0)), Ns=40, finish=optimize.fmin
     )
-    belief = likeliest(SEEN, NOISE)
+    belief = fitted_prior(SEEN, NOISE)
     np.testing.assert_allclose((belief.mean, belief.std), (found[0], np.exp(found[1])), rtol=1e-3)  # fmin ends at 1e-4
     assert unlikely(belief.mean, belief.std) <= unlikely(found[0], np.exp(found[1]))
     # The root ends at 1e-13 of the logarithm; of the slope's terms, some thousand each, as much is left.
@@ -44,7 +44,7 @@ def test_the_likeliest_distribution_is_that_of_a_search_from_everywhere():
 
 
 def test_values_without_noise_have_their_own_mean_and_deviation():
-    belief = likeliest(SEEN, np.full(5, 1e-9))
+    belief = fitted_prior(SEEN, np.full(5, 1e-9))
     np.testing.assert_allclose((belief.mean, belief.std), (SEEN.mean(), SEEN.std()), rtol=1e-10)
 
 
@@ -57,5 +57,5 @@ def test_values_without_noise_have_their_own_mean_and_deviation():
     ],
 )
 def test_no_belief_is_beyond_the_least_and_the_most(seen, noise, expected):
-    found = likeliest(np.array(seen), np.full(3, noise))
+    found = fitted_prior(np.array(seen), np.full(3, noise))
     np.testing.assert_allclose((found.mean, found.std), (expected.mean, expected.std), rtol=1e-12)

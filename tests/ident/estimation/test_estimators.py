@@ -14,8 +14,8 @@ from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS, estimator
 from ident.estimation.estimators.iv import Instruments
 from ident.estimation.gain_options import GainOptions
+from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import pair
-from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.observation.observation import JointObservation, Observation
 from ident.payload.payload import Payload
 from ident.support.errors import OptionError
@@ -71,7 +71,7 @@ def steady_weights(monkeypatch):
         lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
     )
     sigma = np.array([0.02, 0.05, 0.03, 0.01, 0.001, 0.3])
-    monkeypatch.setattr("ident.estimation.all_joints.reduction.left_alone", lambda joint, turned: sigma[joint.joint])
+    monkeypatch.setattr("ident.estimation.all_joints.sigma_of", lambda blocks, left, rank: sigma)
 
 
 def changed(observation: Observation, joints: dict[int, JointObservation]) -> Observation:

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import classical, jackknife, left_out, max_of_classical_and_jackknife
+from ident.estimation.intervals import Rows, classical, jackknife, left_out, max_of_classical_and_jackknife
 
 UNKNOWNS = 7
 

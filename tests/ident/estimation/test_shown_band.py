@@ -4,8 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import problem_of
+from known_logs import BRICK
+from real_friction import Truth, real_logs
 
-from ident.estimation.all_joints.shown_band import NOISE_SHARE, shown_hz, without_encoder_noise
+from ident.estimation.all_joints import fit, setting
+from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
+from ident.estimation.terms import torques_of
 from ident.numerics.signals import decimator, low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.recordings.recording import Recording
@@ -60,18 +65,28 @@ def test_what_is_nothing_but_encoder_noise_is_known_as_that(white):
         assert ((found == CUTOFF) == whole).all()
 
 
-def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(white):
-    softened = np.stack((white, 1.7 * white[::-1]), axis=2)[:6000]
-    loud = full_rate(np.array([0.0, 1.4e-17]), samples=6000)
-    M2 = np.array([[9.0, 0.0], [0.0, 4.0]])
-    limit = shown_hz(loud, np.einsum("skk->sk", softened), M2)
-    assert limit[0] == CUTOFF
-    assert 0.5 < limit[1] < 10.0
-    found = without_encoder_noise(loud, softened, M2)
-    np.testing.assert_array_equal(found[:, :, 0], softened[:, :, 0])
-    np.testing.assert_array_equal(found[:, :, 1], low_passed(softened[:, :, 1], PERIOD, limit[1]))
-    silent = replace(loud, noise=np.zeros(2), cutoff_hz=14.9)  # between two lines of a spectrum
-    np.testing.assert_array_equal(without_encoder_noise(silent, softened, M2), softened)
+def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
+    # Encoder noise of the second joint alone, as loud as its compliance below some Hz.
+    problem = problem_of(axes, real_logs(Truth(), (None, BRICK), np.random.default_rng(5)))
+    ready = setting(problem, per_motion=True, prior_std=1.0)
+    torques = torques_of(ready, fit(ready, {}, None).theta)[0]
+    softened, behind = torques.softened(), torques.sweep.behind
+    plain = torques.sweep.rows(softened)
+    inertia = np.mean(inertia_matrices(torques.arm, torques.links.chi, behind.states.q) ** 2, axis=0)
+    own = torques.sweep.at_full_rate(np.einsum("skk->sk", softened))
+    inertia[0, 1] = inertia[2, 1] = 0.0
+    noise = np.array([0.0, 1e-12, 0.0])
+    while shown_hz(replace(behind, noise=noise), own, inertia)[1] > 8.0:
+        noise *= 2.0
+    loud = replace(behind, noise=noise)
+    limit = shown_hz(loud, own, inertia)
+    assert limit[0] == limit[2] == CUTOFF
+    motion = replace(problem.motions[0], observation=replace(problem.motions[0].observation, full_rate=loud))
+    sweep = replace(torques.sweep, problem=replace(problem, motions=(motion, problem.motions[1])))
+    found = replace(torques, sweep=sweep).slowed(softened)
+    slow = low_passed(torques.sweep.at_full_rate(softened[:, :, 1]), behind.period, limit[1])
+    np.testing.assert_array_equal(found[:, 1], sweep.decimated(slow[:, :, None])[:, 0])
+    assert np.abs(found[:, 1] - plain[:, 1]).max() > 1e-4 * np.abs(plain[:, 1]).max()
 
 
 def test_of_what_noise_drowns_at_every_frequency_only_the_slowest_is_let_in(white):

@@ -1,6 +1,7 @@
 """Torques that currents show and what compliance does along them, beside inverse dynamics by Pinocchio."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,14 +9,17 @@ from known_logs import BRICK, fourier
 from real_friction import GAIN, MIDDLE, RATE, Truth, real_logs, three_axes, torque, with_payload
 from scipy.interpolate import make_interp_spline
 
-from ident.estimation.all_joints.friction import OwnColumns
-from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
-from ident.estimation.all_joints.terms import of_rows, torque_terms
-from ident.estimation.all_joints.torques import torques
-from ident.estimation.all_joints.transmitted import by_currents, transmitted, without_friction
+from ident.estimation.all_joints import Fit, Setting, fit, setting
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.terms import (
+    compliance_columns,
+    torques_of,
+    transmitted,
+    transmitted_columns,
+    without_friction,
+)
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
@@ -36,9 +40,21 @@ def problem_of(axes: Structure, logs: list[Recording], **observing: float) -> Pr
     return Problem(axes, tuple(motions), GainOptions(max_rel_std=10.0))
 
 
-def fitted_to(problem: Problem) -> tuple[Setting, Fitted]:
+def fitted_to(problem: Problem) -> tuple[Setting, Fit]:
     ready = setting(problem, per_motion=True, prior_std=1.0)
-    return ready, fit_with(ready, [{}] * N, (), None)
+    return ready, fit(ready, {}, None)
+
+
+class Told:
+    """A fit of which gains and friction alone are known; coefficients by name and motion, each of shape (n,)."""
+
+    def __init__(self, h: np.ndarray, values: dict[tuple[str, int], np.ndarray]):
+        self.h, self.values = h, values
+        self.model = SimpleNamespace(names=tuple(values))
+        self.phi = np.column_stack(list(values.values()))
+
+    def common(self, name: str, otherwise: float) -> np.ndarray:
+        return self.values.get((name, -1), np.full(len(self.h), otherwise))
 
 
 @pytest.mark.parametrize("wired", [1.0, -1.0])
@@ -48,17 +64,18 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
     value = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15} | ({form: 0.1} if form else {})
     value |= {"offset-share": 0.65} if form == "load-motor" else {}
-    names = (*value, "Fv", "Fc")
-    phi = np.array([*value.values(), 7.0, 9.0])
-    motion = (1, 1, *(-1 for _ in range(len(value) - 2)), 0, 0)  # the last two are another motion's
-    own = OwnColumns(names=names, motion=motion, F=np.zeros((0, len(phi))), mean=0.0 * phi, std=np.inf + phi)
+    own = {(name, 1 if name in ("Fv", "Fc") else -1): np.array([x, 3.0 * x]) for name, x in value.items()}
+    own |= {("Fv", 0): np.array([7.0, 7.0]), ("Fc", 0): np.array([9.0, 9.0])}  # another motion's
     turns = wired * np.sign(dq)
     brakes = 0.4 * dq + 0.3 * np.sign(dq) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
     carried = x + brakes
     V = carried + 0.1 * turns * {"load": np.abs(x), "load-through": np.abs(carried)}.get(form, 0.0)
     for _ in range(60 if form == "load-motor" else 0):
         V = carried + 0.1 * (0.35 * np.abs(V) + 0.65 * np.abs(V + 0.2)) * turns  # 0.65 of the offset is no torque
-    np.testing.assert_allclose(without_friction(V, dq, own, phi, 1, wired=wired), x, rtol=0, atol=1e-12)
+    two = (np.column_stack((each, each[::-1])) for each in (V, dq))  # the second joint has other friction
+    found = without_friction(*two, Told(wired * np.array([0.7, 2.0]), own), 1)
+    np.testing.assert_allclose(found[:, 0], x, rtol=0, atol=1e-12)
+    assert np.abs(found[::-1, 1] - x).min() > 0.0
 
 
 @pytest.mark.parametrize("late", [0.0, 0.016])
@@ -67,13 +84,13 @@ def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
     logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=0.0)
     stamped = [replace(log, v=np.roll(log.v, -round(late * RATE), axis=0)) for log in logs]
     problem = problem_of(axes, stamped, current_delay=late)
-    _, plain = fitted_to(problem)
-    np.testing.assert_allclose(1.0 / plain.fit.found.h, GAIN, rtol=3e-3)
+    ready, plain = fitted_to(problem)
+    np.testing.assert_allclose(1.0 / plain.h, GAIN, rtol=3e-3)
     for number, motion in enumerate(problem.motions):
         behind = motion.observation.full_rate
         assert behind is not None
         expected = torque(with_payload(three_axes(), PAYLOADS[number]), behind.q, behind.dq, behind.ddq)
-        found = transmitted(motion, number, plain)
+        found = transmitted(ready.sweeps[number], plain)
         # Beyond two periods of the low-pass from its reversals a joint's friction is known.
         turned = np.sign(behind.dq[1:]) != np.sign(behind.dq[:-1])
         for j in range(N):
@@ -89,19 +106,16 @@ def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
 def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(axes):
     logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=0.0)
     turned = np.array([1.0, -1.0, 1.0])
-    problem, mirrored = (problem_of(axes, [replace(log, v=log.v * by) for log in logs]) for by in (1.0, turned))
-    _, plain = fitted_to(problem)
-    loads = tuple(
-        replace(own, names=(*own.names, "load"), motion=(*own.motion, -1)) for own in plain.own
-    )  # friction in proportion to the load, whose coefficient has no unit and no sign of the wiring
+    (ready, plain), (mirrored, _) = (
+        fitted_to(problem_of(axes, [replace(log, v=log.v * by) for log in logs])) for by in (np.ones(N), turned)
+    )
+    values = dict(zip(plain.model.names, plain.phi.T, strict=True))
 
-    def rubbing(by: np.ndarray) -> Fitted:
-        fit = plain.fit
-        phi = tuple(np.append(each * sign, 0.13) for each, sign in zip(fit.phi, by, strict=True))
-        return replace(plain, own=loads, fit=replace(fit, phi=phi, found=replace(fit.found, h=fit.found.h * by)))
+    def rubbing(by: np.ndarray) -> Told:  # friction in proportion to the load has no unit and no sign of the wiring
+        return Told(by * plain.h, {key: by * x for key, x in values.items()} | {("load", -1): np.full(N, 0.13)})
 
-    for number, (one, other) in enumerate(zip(problem.motions, mirrored.motions, strict=True)):
-        expected, found = transmitted(one, number, rubbing(np.ones(N))), transmitted(other, number, rubbing(turned))
+    for one, other in zip(ready.sweeps, mirrored.sweeps, strict=True):
+        expected, found = transmitted(one, rubbing(np.ones(N))), transmitted(other, rubbing(turned))
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
@@ -110,27 +124,29 @@ def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_di
     logs = real_logs(Truth(compliance=(2e-4, 1.5e-4, 2e-4)), PAYLOADS, rng, noise=0.0)
     noisy = [replace(log, v=log.v + 0.05 * log.v.std(axis=0) * rng.standard_normal(log.v.shape)) for log in logs]
     ready, plain = fitted_to(problem_of(axes, logs))
-    loud = replace(ready, problem=problem_of(axes, noisy))
-    first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
-    beside = [{"spare": rng.standard_normal(len(each))} for each in first.softened]
-    quiet, found = (by_currents(each, first, plain, beside) for each in (ready, loud))
-    change = [
-        torques(ready.problem, motion, ready.shared, plain.fit.found.theta).softened(transmitted(motion, number, plain))
-        for each in (ready, loud)
-        for number, motion in enumerate(each.problem.motions)
+    problem, columns = problem_of(axes, noisy), ready.columns
+    loud = replace(ready, problem=problem, sweeps=tuple(replace(each, problem=problem) for each in ready.sweeps))
+    along = [torques_of(each, plain.theta) for each in (ready, loud)]
+    first, spare = compliance_columns(ready, along[0]), rng.standard_normal(len(columns.V))
+    quiet, found = (
+        transmitted_columns(each, plain, torques, first, [spare])
+        for each, torques in zip((ready, loud), along, strict=True)
+    )
+    whole = [
+        ready.of_logs([x.sweep.rows(x.softened(transmitted(x.sweep, plain)[x.sweep.behind.at])) for x in each])
+        for each in along
     ]
-    for j, (columns, own) in enumerate(zip(ready.columns, plain.own, strict=True)):
-        parts = [of_rows(ready.problem.motions[k % 2], each, j) for k, each in enumerate(change)]
-        whole = np.vstack(parts[2:]) - np.vstack(parts[:2])
-        directions = columns.shared.shape[1] + own.F.shape[1] + N + 2  # the payload's and the spare one
-        explained = np.linalg.norm(found[j] - quiet[j], axis=0) / np.linalg.norm(whole, axis=0)
+    W = np.column_stack((columns.shared, columns.known, plain.model.F, first, spare))
+    for j in range(N):
+        own = columns.joint == j
+        noise, left = (whole[1] - whole[0])[own], (whole[1] - found)[own]
+        directions = columns.shared.shape[1] + plain.model.F.shape[1] + N + 2  # the payload's and the spare one
+        explained = np.linalg.norm((found - quiet)[own], axis=0) / np.linalg.norm(noise, axis=0)
         # White noise of r rows has the share d / r of its power in d directions; of low-passed one it is up to thrice.
-        assert (explained**2 < 3.0 * directions / len(whole)).all()
+        assert (explained**2 < 3.0 * directions / len(noise)).all()
         assert (explained > 0.0).all()
-        left = np.vstack(parts[2:]) - found[j]
-        for exact in (columns.shared, columns.known[:, None], own.F, first.softened[j], beside[j]["spare"][:, None]):
-            size = np.linalg.norm(left, axis=0) * np.linalg.norm(exact, axis=0)[:, None]
-            assert (np.abs(exact.T @ left) <= 1e-9 * size).all()  # a regression's residual is orthogonal to each
+        size = np.linalg.norm(left, axis=0) * np.linalg.norm(W[own], axis=0)[:, None]
+        assert (np.abs(W[own].T @ left) <= 1e-9 * size).all()  # a regression's residual is orthogonal to each
 
 
 def swinging_logs() -> list[Recording]:

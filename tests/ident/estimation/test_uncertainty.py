@@ -5,8 +5,7 @@ import pytest
 from scipy import linalg
 
 from ident.estimation.identifiability import predicted_rel_std
-from ident.estimation.rows import Rows
-from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.estimation.intervals import UNCERTAINTIES, Rows
 
 
 @pytest.fixture

@@ -2,15 +2,16 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
+from ident.estimation.selection import AlternativeModel
 from ident.model.structure import structure_of
 from ident.parameters.arm import GainRatios, arm_in_SI, friction_unit, gain_ratios, rival_friction, surest
 from ident.support.errors import GainsError, NotIdentifiable
@@ -39,7 +40,7 @@ def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure,
     r = found.ratios.reference
     # Noise of 1e-6 of the rms currents, amplified by the condition number.
     np.testing.assert_allclose(found.ratios.value, gain / gain[r], rtol=1e-4)
-    np.testing.assert_array_equal(np.sign(found.selected.final.fit.found.h), np.sign(gain))  # so that friction brakes
+    np.testing.assert_array_equal(np.sign(found.selected.final.h), np.sign(gain))  # so that friction brakes
     assert found.ratios.rel_std[r] == 0.0
     assert found.ratios.given.all()
     true = base_values(structure, chi)
@@ -198,8 +199,8 @@ def test_what_a_rival_changes_of_inertial_parameters_counts_by_its_share(structu
     gains = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=np.zeros((6, 6)))
     plain = arm_in_SI(problem, options, gains)
     final, change = plain.selected.final, 0.1 * np.arange(1.0, 1.0 + len(plain.inertial))
-    theta = final.fit.found.theta + change
-    other = replace(final, fit=replace(final.fit, found=replace(final.fit.found, theta=theta)))
+    other = replace(final)
+    vars(other)["theta"] = final.theta + change
     selected = replace(plain.selected, rivals=(AlternativeModel(share=0.3, other=other, final=final),))
     monkeypatch.setattr("ident.parameters.arm.chosen_model", lambda *_: selected)
     added = arm_in_SI(problem, options, gains).inertial_covariance - plain.inertial_covariance
@@ -208,16 +209,11 @@ def test_what_a_rival_changes_of_inertial_parameters_counts_by_its_share(structu
 
 def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):
     final = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
-    own, phi = final.own[2], final.fit.phi[2]
-    assert list(zip(own.names, own.motion, strict=True))[:2] == [("Fv", 0), ("Fv", 1)]
+    own = final.friction(2)
+    assert list(own)[:2] == [("Fv", 0), ("Fv", 1)]
     kept, change = [4, 1, 0, 3], np.array([0.7, -0.2, 0.5, 0.3])  # without one, in another order, and with one more
-    renamed = replace(own, names=(*(own.names[k] for k in kept), "load"), motion=(*(own.motion[k] for k in kept), -1))
-    moved = np.append(phi[kept] + change, 0.06)
-    other = replace(
-        final,
-        own=(*final.own[:2], renamed, *final.own[3:]),
-        fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
-    )
+    moved = {list(own)[k]: list(own.values())[k] + by for k, by in zip(kept, change, strict=True)}
+    other = SimpleNamespace(friction=lambda joint: moved | {("load", -1): 0.06} if joint == 2 else {})
     found = rival_friction(AlternativeModel(share=0.4, other=other, final=final), 2, final)
     np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
 

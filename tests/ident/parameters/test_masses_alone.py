@@ -1,14 +1,13 @@
 """The mass that one joint alone shows, with its gain known."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from exact import GAIN
 from weighings import PLAIN, known
 
-from ident.estimation.all_joints.selection import AlternativeModel
+from ident.estimation.selection import AlternativeModel
 from ident.parameters.payload import Quantity, payload_of
 from ident.parameters.weighing import mass_alone, masses_alone
 from ident.payload.payload import standard_parameters
@@ -64,36 +63,32 @@ def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(wei
 def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
     found, j = payload_of(weighed_problem, known(), PLAIN), 3
     final = found.selected.final
-    own = final.own[j]
-    std = np.where(np.arange(len(own.std)) == 1, 0.02, np.where(np.arange(len(own.std)) == 2, 0.3, np.inf))
-    own = replace(own, mean=np.linspace(0.3, 0.7, len(std)), std=std)
-    rows = final.fit.rows
+    model, columns = final.model, found.ready.columns
+    std, mean = np.full(model.std.shape, np.inf), np.tile(np.linspace(0.3, 0.7, model.std.shape[1]), (6, 1))
+    std[j, 1], std[j, 2] = 0.02, 0.3
+    rows, at = final.rows, columns.joint == j
     weight = np.where(rows.motion == 1, 0.6, 1.7) * np.where(rows.joint == j, 1.0, 5.0)
-    noisy = replace(final.columns[j], V=final.columns[j].V + 0.02 * rng.normal(size=len(final.columns[j].V)))
-    fitted = replace(
-        final,
-        columns=(*final.columns[:j], noisy, *final.columns[j + 1 :]),
-        own=(*final.own[:j], own, *final.own[j + 1 :]),
-        fit=SimpleNamespace(found=final.fit.found, rows=replace(rows, weight=weight)),
-    )
+    V = rows.V + 0.02 * rng.normal(size=len(rows.V))
+    fitted = replace(final, model=replace(model, mean=mean, std=std))
+    vars(fitted)["rows"] = replace(rows, V=V, weight=weight)
     solved = mass_alone(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
     assert solved is not None
     shared = len(found.ready.shared.arm)
-    kilogram = noisy.payload[0] @ heavy.known_part().chi / 7.025 / GAIN[j]
-    W, w = np.column_stack((own.F, noisy.shared[:, :shared], kilogram)), weight[rows.of(j)]
+    kilogram = columns.payload[0][at] @ heavy.known_part().chi / 7.025 / GAIN[j]
+    W, w = np.column_stack((model.F[at], columns.shared[at, :shared], kilogram)), weight[at]
     size = len(W)
     believed = np.zeros((2, W.shape[1]))
     believed[0, 1], believed[1, 2] = 1.0 / 0.02, 1.0 / 0.3
     stacked = np.vstack((w[:, None] * W, believed))
     pseudo = np.linalg.pinv(stacked, rcond=1e-12)
-    z = pseudo @ np.concatenate((w * noisy.V, [own.mean[1] / 0.02, own.mean[2] / 0.3]))
+    z = pseudo @ np.concatenate((w * V[at], [mean[j, 1] / 0.02, mean[j, 2] / 0.3]))
     scale = np.abs(pseudo[-1]).max()
     # Two factorisations; columns have a condition of 1e4 at most.
     np.testing.assert_allclose(solved.mass, z[-1], rtol=1e-8)
     np.testing.assert_allclose(solved.influence, pseudo[-1, :size] * w, rtol=0, atol=1e-8 * scale * w.max())
     np.testing.assert_allclose(solved.belief, np.linalg.norm(pseudo[-1, size:]), rtol=1e-7)
     assert solved.belief > 1e-4
-    left = noisy.V - W @ z
+    left = V[at] - W @ z
     np.testing.assert_allclose(solved.rows.residual, left, rtol=0, atol=1e-8 * np.abs(left).max())
     shown = np.einsum("ij,ji->i", stacked, pseudo)[:size].sum()  # unknowns that the rows show, and not the beliefs
     np.testing.assert_allclose(solved.rows.unknowns[j], shown, rtol=1e-8)
@@ -105,13 +100,8 @@ def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_
 def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(weighed_problem, heavy, monkeypatch):
     plain = payload_of(weighed_problem, known(), PLAIN)
     final = plain.selected.final
-    theta = final.fit.found.theta
-    moved = 0.01 * np.arange(1.0, 1.0 + len(theta))
-    other = replace(
-        final,
-        columns=tuple(replace(each, V=1.05 * each.V) for each in final.columns),
-        fit=replace(final.fit, found=replace(final.fit.found, theta=theta + moved)),
-    )
+    moved, other = 0.01 * np.arange(1.0, 1.0 + len(final.theta)), replace(final)
+    vars(other).update(theta=final.theta + moved, rows=replace(final.rows, V=1.05 * final.rows.V))
     selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
     monkeypatch.setattr("ident.parameters.payload.chosen_model", lambda ready, options: selected)
     found = payload_of(weighed_problem, known(), PLAIN)

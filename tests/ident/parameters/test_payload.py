@@ -7,8 +7,7 @@ import pytest
 from exact import GAIN
 from weighings import PLAIN, UNKNOWN, known, weighed
 
-from ident.estimation.fixed_gains import Shares
-from ident.estimation.known_gains import KnownGains
+from ident.estimation.known_gains import KnownGains, Shares
 from ident.model.parameters import INERTIAL
 from ident.parameters.payload import Quantity, body_values, payload_of
 from ident.parameters.weighing import masses_alone, verified

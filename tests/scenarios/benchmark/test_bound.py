@@ -8,7 +8,7 @@ from protocols import protocol_setup
 from quick import RANDOM, quick_scenario
 from scipy import linalg
 
-from ident.estimation.all_joints.columns import JointColumns
+from ident.estimation.rows import Columns
 from scenarios.benchmark.bound import bound_of, gain_bound
 from scenarios.experiments.scenario import load_scenario, setup_of
 
@@ -18,17 +18,19 @@ def scenario(tmp_path_factory):
     return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, method="nls")
 
 
-def columns(joint: int, shared: np.ndarray, known: np.ndarray, own: dict[str, np.ndarray], V: np.ndarray):
-    r = len(V)
-    return JointColumns(
+def columns(A: list[np.ndarray], k: list[np.ndarray], F: list[np.ndarray], V: list[np.ndarray]) -> Columns:
+    """Rows of some joints, with up to two own columns each."""
+    joint = np.repeat(np.arange(len(V)), [len(each) for each in V])
+    own = [np.hstack((each, np.zeros((len(each), 3 - each.shape[1])))) for each in F]
+    return Columns(
         joint=joint,
-        V=V,
-        shared=shared,
-        known=known,
-        own=own,
-        payload=np.zeros((0, r, 10)),
-        motion=np.zeros(r, dtype=np.intp),
-        position=np.arange(r),
+        motion=np.zeros(len(joint), dtype=np.intp),
+        position=np.concatenate([np.arange(len(each)) for each in V]),
+        V=np.concatenate(V),
+        shared=np.vstack(A),
+        known=np.concatenate(k),
+        own=dict(zip(("Fv", "Fc", "off"), np.vstack(own).T, strict=True)),
+        payload=np.zeros((0, len(joint), 10)),
     )
 
 
@@ -47,16 +49,16 @@ def test_the_bound_is_the_inverse_of_the_information_of_the_whole_model(rng):
     V = [(A[j] @ theta + k[j]) * h[j] + F[j] @ phi[j] for j in (0, 1)]
     J = np.column_stack([(currents(truth + e) - currents(truth - e)) / 2e-5 for e in 1e-5 * np.eye(8)])
     expected = np.sqrt(np.diag(linalg.inv(J.T @ J)))[:2]
-    joints = tuple(columns(j, A[j], k[j], dict(zip(("Fv", "Fc"), F[j].T, strict=False)), V[j]) for j in (0, 1))
     # Central differences of a smooth function with steps of 1e-5: 1e-10, and rounding of 1e-11.
-    np.testing.assert_allclose(bound_of(joints, h, sigma), expected, rtol=1e-7)
+    np.testing.assert_allclose(bound_of(columns(A, k, F, V), h, np.concatenate(sigma)), expected, rtol=1e-7)
 
 
 def test_a_joint_that_nothing_known_reaches_has_no_bound(rng):
     A, known = rng.normal(size=(30, 2)), rng.normal(size=30)
-    seen = columns(0, np.hstack((A, np.zeros((30, 2)))), known, {}, A @ [1.0, 2.0] + known)
-    alone = columns(1, np.hstack((np.zeros((30, 2)), A)), np.zeros(30), {}, A @ [1.0, 2.0])
-    found = bound_of((seen, alone), np.array([1.0, 1.0]), [np.ones(30), np.ones(30)])
+    each = [np.hstack((A, np.zeros((30, 2)))), np.hstack((np.zeros((30, 2)), A))]
+    V = [A @ [1.0, 2.0] + known, A @ [1.0, 2.0]]
+    rows = columns(each, [known, np.zeros(30)], 2 * [np.zeros((30, 0))], V)
+    found = bound_of(rows, np.array([1.0, 1.0]), np.ones(60))
     assert found[0] < 1.0
     assert found[1] > 1e6
 

@@ -221,7 +221,7 @@ def imported(tmp_path_factory) -> dict[str, frozenset[str]]:
 def test_no_command_imports_what_is_slow_and_what_it_does_not_need(imported):
     for name, needed in (
         ("run", "sim.controller"),
-        ("identify", "ident.estimation.all_joints.search"),
+        ("identify", "ident.estimation.all_joints"),
         ("identify", "mujoco"),  # which confirms the kinematics, without a plant
         ("check", "ident.diagnosis.engine"),
     ):

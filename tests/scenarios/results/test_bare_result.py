@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ident.estimation.all_joints.terms import SHARES
 from ident.estimation.estimators.nls import FRICTION_TERMS
+from ident.estimation.terms import SHARES
 from scenarios.results.bare import TERMS, Link, LinkInertia, Links
 
 

@@ -1,0 +1,780 @@
+"""All joints at once: common link parameters, friction of each joint, logarithmic gains.
+
+    V_j = h_j (A_j theta + k_j) + F_j phi_j + e_j        h_j = 1 / g_j
+
+A_j, theta   columns and values of the shared parameters: the arm's base parameters without friction and offset, the
+             unknown parameters of each mounting, and appended ones such as errors of zeros and compliances [SI]
+k_j          torque of the known payload parameters [N m]
+F_j, phi_j   columns of the joint's own friction and offset, and their values in drive units
+
+Rows are weighted by 1 / sigma_j, from a fit of joint j alone: with weights from the residual at the estimated gains, an
+infinite gain would be a solution. phi, then theta are eliminated (variable projection), which leaves log|h|: with
+T_j = h_j (A_j theta + k_j), r the residual and Q an orthonormal basis of the columns of theta, a step solves
+
+    [T'(T - r) - (T - r)' Q Q' (T - r) + 1 / prior_std^2] ds = T' r - (s - mean) / prior_std^2        s = log|h|
+
+with r omitted on the left where that is not positive definite (Gauss and Newton). All sums are over cross products by
+joint and time block (`ident.estimation.blocks`), whose coordinates z, c stand for theta, phi.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ident.estimation.blocks import DEPENDENT_ALONE, ROUNDING, Blocks, Layout, Own, flat, flipped, orthonormalising
+from ident.estimation.estimate import GainSolution
+from ident.estimation.intervals import Rows
+from ident.estimation.joint_by_joint.joint_fit import JointFit, joint_fit
+from ident.estimation.problem import Problem
+from ident.estimation.rows import OWN, Columns, SharedParameters
+from ident.estimation.sweep import Sweep
+from ident.support.arrays import Array, Indices
+from ident.support.errors import NotIdentifiable
+
+GIVEN_STD = 1e-9
+"""Prior standard deviation of the logarithm of a given gain: negligible."""
+SURE_Z = 6.0
+"""Number of standard deviations at which a joint's own estimate of its gain is used as initial value."""
+NOTHING = 1e-10
+"""Relative norm below which a column is rounding error."""
+SMALL = 1e-12
+"""Relative eigenvalue of cross products below which initial values do not use a combination of parameters."""
+CONVERGED = 1e-10
+"""Largest norm of the last step."""
+LONGEST_STEP = 0.5
+"""Largest norm of the change of the logarithms in one step."""
+MOST_STEPS = 200
+POOR, GOOD = 0.25, 0.75
+"""Ratios of actual to predicted decrease below which damping increases, and above which it decreases."""
+SLOWER, FASTER = 4.0, 1.0 / 6.0
+UNDAMPED, DAMPED = 1e-9, 1e-3
+"""Initial and smallest damping, so that a free scale is not singular; damping after the first failed step."""
+SAME_COST = 1e-13
+"""Relative increase of the cost that is rounding error."""
+FAR = 3.0
+"""Largest difference between joints in the change of log|h| up to which columns count as orthonormal: the condition
+number of the cross products is then at most e^6, a loss of three of sixteen digits."""
+FREE_BLOCK = 1e-13
+"""Cross products added to those of all other blocks, for parameters that one time block alone determines."""
+
+
+@dataclass(frozen=True, slots=True)
+class GivenGain:
+    """A known gain, which sets the scale of the others: its joint, from 0, and its value [N m / drive unit]."""
+
+    joint: int
+    value: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Term:
+    """A further column of the friction of all joints.
+
+    Attributes:
+        column: Rows of all joints, shape (r,); zero in those of joints without the term.
+        mean: Prior mean of each joint's coefficient.
+        std: Prior standard deviation, infinite without a prior.
+    """
+
+    column: Array
+    mean: float = 0.0
+    std: float = float("inf")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """A problem, prepared for fits with various terms.
+
+    Attributes:
+        problem: Motions and payloads.
+        shared: The parameters that joints share.
+        columns: Rows of all joints.
+        names: Name and motion of the columns of friction and offset, b pairs.
+        blocks: The rows with cross products.
+        alone: 1/g of the joints that determine it alone, zero for the others, shape (n,).
+        start: Initial values of 1/g, shape (n,).
+        prior_std: Prior standard deviation of log|h| about the initial value.
+        given: Known gains.
+        sweeps: Torques along each motion, if all are recorded.
+    """
+
+    problem: Problem
+    shared: SharedParameters
+    columns: Columns
+    names: tuple[tuple[str, int], ...]
+    blocks: Blocks
+    alone: Array
+    start: Array
+    prior_std: float
+    given: tuple[GivenGain, ...]
+    sweeps: tuple[Sweep, ...]
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.alone)
+
+    @property
+    def recorded(self) -> bool:
+        """Whether every motion has its recording, which columns that follow from torques need."""
+        return bool(self.sweeps)
+
+    def of_logs(self, parts: Sequence[Array]) -> Array:
+        """Join the rows of each motion, as `Sweep.rows` gives them, to those of `columns`, shape (r, m)."""
+        out = np.empty((len(self.columns.V), *parts[0].shape[1:]))
+        for number, part in enumerate(parts):
+            out[self.columns.motion == number] = part
+        return out
+
+    def with_gains(self, given: Sequence[GivenGain]) -> "Setting":
+        """Return the same problem with other known gains."""
+        start = _start(self, given)
+        return replace(self, given=tuple(given), start=start, blocks=self.blocks.at(start / self.sigma))
+
+    def restarted(self) -> "Setting":
+        """Return the same problem with initial values from all its columns."""
+        return replace(self, start=_start(self, self.given))
+
+    def braked(self) -> GivenGain:
+        """Return a gain of size 1 of the joint with the most significant friction, signed so that friction brakes."""
+        z = friction_z(self)
+        surest = int(np.argmax(np.abs(z)))
+        return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
+
+    def with_currents(self, V: Array) -> "Setting":
+        """Return the same problem with other currents (r,)."""
+        return replace(self, columns=replace(self.columns, V=V), blocks=self.blocks.with_currents(V))
+
+    def widened(self, more: Array, std: Array | float = np.inf) -> "Setting":
+        """Append shared columns (r, m) with their prior standard deviations (m,)."""
+        columns = replace(self.columns, shared=np.hstack((self.columns.shared, more)))
+        return replace(self, columns=columns, blocks=self.blocks.widened(more, np.full(more.shape[1], std)))
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
+        return sigma_of(self.blocks, self.blocks.alone.left, self.blocks.alone.rank)
+
+
+def sigma_of(blocks: Blocks, left: Array, rank: Indices) -> Array:
+    """Return the standard deviation of each joint's residual (n, B w) of a fit of some rank, shape (n,)."""
+    counts = blocks.layout.counts
+    rms = np.linalg.norm(blocks.currents, axis=1) / np.sqrt(counts)
+    return np.maximum(np.linalg.norm(left, axis=1) / np.sqrt(np.maximum(counts - rank, 1)), ROUNDING * rms)
+
+
+def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
+    """Prepare the fits of a problem.
+
+    Args:
+        problem: Motions and payloads.
+        per_motion: Whether viscous and Coulomb friction differ between motions.
+        prior_std: Prior standard deviation of log|h| about the initial value.
+        given: Known gains.
+
+    Raises:
+        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
+    """
+    shared = SharedParameters.of(problem)
+    if not shared.known.any() and not given:
+        raise NotIdentifiable(
+            "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
+            "one, or give one gain (options gain_joint and gain_value)"
+        )
+    columns = Columns.of(problem, shared)
+    names, F = columns.friction(per_motion=per_motion)
+    h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
+    for j in range(len(h)) if known else ():
+        fit = joint_fit(problem, j, known)
+        if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
+            h[j] = fit.inverse
+    sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
+    layout = Layout.of(len(h), columns.joint, columns.motion, columns.position)
+    kV = np.column_stack((columns.known, columns.V))
+    blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
+    return Setting(
+        problem=problem,
+        shared=shared,
+        columns=columns,
+        names=names,
+        blocks=blocks,
+        alone=h,
+        start=h,
+        prior_std=prior_std,
+        given=(),
+        sweeps=sweeps if all(motion.observation.full_rate is not None for motion in problem.motions) else (),
+    ).with_gains(given)
+
+
+def friction_z(ready: Setting) -> Array:
+    """Return the more significant of Coulomb and viscous friction of each joint alone, in standard deviations.
+
+    Its sign is that of the gain, as friction brakes.
+
+    Returns:
+        Shape (n,); zero without friction.
+    """
+    blocks, inner = ready.blocks, ready.blocks.A.shape[2] + 1
+    C, gram = blocks.C[:, :, :inner], blocks.cross[:, :inner, :inner]
+    size = np.sqrt(np.einsum("jaa->ja", gram) + np.sum(C**2, axis=1))
+    size = np.where(size > 0.0, size, 1.0)
+    T = orthonormalising(gram / (size[:, :, None] * size[:, None]), DEPENDENT_ALONE) / size[:, :, None]
+    along, inverse = C @ T, np.linalg.inv(blocks.own.R)
+    phi = inverse @ (blocks.C[:, :, -1:] - along @ (flipped(T) @ blocks.cross[:, :inner, -1:]))
+    spread = np.linalg.norm(np.concatenate((inverse, inverse @ along), axis=2), axis=2) * ready.sigma[:, None]
+    friction = np.array([name != "off" for name, _ in ready.names]) & blocks.own.used
+    z = np.where(friction, phi[..., 0] / spread, 0.0)
+    return np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]
+
+
+def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
+    """Return 1/g of joints alone, and of the others from link parameters shared with these, shape (n,)."""
+    h = ready.alone.copy()
+    for each in given:
+        h[each.joint] = 1.0 / each.value
+    gram = ready.blocks.cross / (ready.sigma**2)[:, None, None]
+    A, V = gram[:, :-2], gram[:, -1]  # products with [A k V]
+    sign = np.where(h != 0.0, np.sign(h), np.where(friction_z(ready) < 0.0, -1.0, 1.0))
+    if not h.any():  # the scale is free: one joint has 1
+        loudest = int(np.argmax(V[:, -1]))
+        h[loudest] = sign[loudest]
+    while not h.all():
+        normal = np.tensordot(h**2, A[:, :, :-2], 1)
+        size = np.sqrt(np.diag(normal))
+        shown = size > NOTHING * size.max(initial=0.0)  # gravity about a vertical axis is rounding error
+        scale = np.where(shown, 1.0 / np.where(shown, size, 1.0), 0.0)
+        values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
+        inverse = np.where(values > SMALL * values[-1:], 1.0 / np.where(values > 0.0, values, 1.0), 0.0)
+        right = scale * (h @ A[:, :, -1] - h**2 @ A[:, :, -2])
+        theta = scale * (vectors @ (inverse * (vectors.T @ right)))
+        x = np.append(theta, 1.0)  # torque of each joint [A k] x
+        length = np.sqrt(np.maximum(np.einsum("a,jab,b->j", x, gram[:, :-1, :-1], x), 0.0))
+        along = V[:, :-1] @ x / np.where(length > 0.0, length, 1.0) ** 2
+        loud = np.maximum(np.sqrt(V[:, -1]), 1e-300)
+        explained = np.where(h == 0.0, np.abs(along) * length / loud, -1.0)
+        best = int(np.argmax(explained))  # the joint with the best fit is added first
+        size = abs(along[best]) if along[best] * sign[best] > 0.0 else loud[best] / max(length[best], 1e-300)
+        h[best] = sign[best] * (float(size) or 1.0)
+    return h
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Model:
+    """The model with some terms, f own columns and k shared coordinates, reduced to cross products.
+
+    Attributes:
+        blocks: Rows with their cross products.
+        names: Name and motion of each own column, f pairs.
+        own: Own columns, those of `blocks` first.
+        F: The columns as given, shape (r, f).
+        mean: Prior mean of each coefficient, shape (n, f).
+        std: Prior standard deviation, infinite without a prior, shape (n, f).
+    """
+
+    blocks: Blocks
+    names: tuple[tuple[str, int], ...]
+    own: Own
+    F: Array
+    mean: Array
+    std: Array
+
+    @classmethod
+    def of(cls, ready: Setting, terms: Mapping[str, Term]) -> "Model":
+        """Of a problem and further terms.
+
+        Raises:
+            NotIdentifiable: If a joint has fewer rows than unknowns.
+        """
+        blocks, n, b, e = ready.blocks, ready.n, len(ready.names), len(terms)
+        _, F = ready.columns.friction(per_motion=any(which >= 0 for _, which in ready.names))
+        F = np.column_stack((F, *(term.column for term in terms.values())))
+        own = blocks.own.extended(blocks.layout.padded(F[:, b:]))
+        for j, (rows, f) in enumerate(zip(blocks.layout.counts, own.used.sum(axis=1), strict=True)):
+            if rows <= (need := int(f) + blocks.A.shape[2] + 2):
+                raise NotIdentifiable.too_few_rows(int(rows), need, j)
+        mean, std = np.zeros((n, b + e)), np.full((n, b + e), np.inf)
+        for k, term in enumerate(terms.values(), b):
+            on = own.used[:, k]
+            mean[on, k], std[on, k] = term.mean, term.std
+        names = (*ready.names, *((name, -1) for name in terms))
+        return cls(blocks=blocks, names=names, own=own, F=F, mean=mean, std=std)
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
+        alone = self.blocks.alone
+        new = alone.outside(flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))
+        T = orthonormalising(flipped(new) @ new, DEPENDENT_ALONE)
+        new = new @ T
+        left = alone.left - (new @ (flipped(new) @ alone.left[..., None]))[..., 0]
+        return sigma_of(self.blocks, left, alone.rank + np.count_nonzero(T.any(axis=1), axis=1))
+
+    @cached_property
+    def FF(self) -> Array:
+        """Cross products of own columns, shape (n, B, f, f)."""
+        b = self.blocks.own.Q.shape[-1]
+        FF = np.zeros((*self.own.Q.shape[:2], len(self.names), len(self.names)))
+        FF[:, :, :b, :b] = self.blocks.FF
+        FF[:, :, b:] = flipped(self.own.Q[..., b:]) @ self.own.Q
+        FF[:, :, :b, b:] = flipped(FF[:, :, b:, :b])
+        return FF
+
+    @cached_property
+    def FR(self) -> Array:
+        """Cross products of own columns with [Z k V], shape (n, B, f, k + 2)."""
+        b = self.blocks.own.Q.shape[-1]
+        return np.concatenate((self.blocks.FR, flipped(self.own.Q[..., b:]) @ self.blocks.R), axis=2)
+
+    @cached_property
+    def inverse(self) -> Array:
+        """R^-1 of the own columns, phi = R^-1 c + .., shape (n, f, f)."""
+        return np.asarray(np.linalg.inv(self.own.R), np.float64)
+
+    @cached_property
+    def prior(self) -> Array:
+        """Rows of the priors of own coefficients by c, in standard deviations, shape (n, f, f); zero without one."""
+        return np.where(np.isfinite(self.std)[..., None], self.inverse / self.std[..., None], 0.0)
+
+    @cached_property
+    def eliminated(self) -> tuple[Array, Array, Array]:
+        """Cross products of c with priors, X with c = X rest, and weighted ones of [Z k V] without own columns."""
+        s2 = self.sigma[:, None, None] ** 2
+        G = self.prior
+        m = np.where(np.isfinite(self.std), self.mean / self.std, 0.0)[..., None]
+        FF = np.sum(self.FF, axis=1) + s2 * (flipped(G) @ G)
+        i = np.arange(FF.shape[1])
+        FF[:, i, i] += ~self.own.used
+        FR, RR = np.sum(self.FR, axis=1), self.blocks.total / s2
+        FR[:, :, -1:] += s2 * (flipped(G) @ m)
+        RR[:, -1:, -1:] += flipped(m) @ m
+        X = np.linalg.solve(FF, FR)
+        return FF, X, RR - flipped(FR) @ X / s2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Point:
+    """The model at h: coordinates z, factor of their cross products, Z'T, Z'r, T'T, T'V of each joint, and the cost."""
+
+    h: Array
+    z: Array
+    L: Array
+    ZT: Array
+    Zr: Array
+    TT: Array
+    TV: Array
+    cost: float
+
+
+def search(model: Model, start: Array, mean: Array, std: Array) -> tuple[Model, _Point]:
+    """Find the gains that minimise the sum of squares over all joints, with a prior of log|h|, shapes (n,).
+
+    Returns:
+        The model, with other coordinates if the gains are far from the initial ones, and the minimum.
+
+    Raises:
+        NotIdentifiable: If the search does not converge.
+    """
+    S, prior = model.eliminated[2], model.blocks.prior
+    Z, k, V = S[:, :-2, :-2], S[:, :-2, -2], S[:, :-2, -1]
+    flat, believed = Z.reshape(len(Z), -1), prior.T @ prior
+
+    def point(s: Array) -> _Point:
+        h = np.sign(start) * np.exp(s)
+        L = lapack.dpotrf((h**2 @ flat).reshape(believed.shape) + believed, lower=1)[0]
+        z = lapack.dpotrs(L, h @ V - h**2 @ k, lower=1)[0]
+        torque = Z @ z + k
+        TT = h**2 * (torque @ z + k @ z + S[:, -2, -2])
+        TV = h * (V @ z + S[:, -2, -1])
+        squares = S[:, -1, -1] - 2.0 * TV + TT
+        off = (s - mean) / std
+        ZT = h[:, None] * torque
+        return _Point(h, z, L, ZT, V - ZT, TT, TV, float(squares.sum() + z @ believed @ z + off @ off))
+
+    def curvature(at: _Point, Zr: Array, Tr: Array) -> Array:
+        along = lapack.dtrtrs(at.L, (at.h[:, None] * (at.ZT - Zr)).T, lower=1)[0]
+        return np.diag(at.TT - Tr + std**-2.0) - along.T @ along
+
+    s: Array = np.log(np.abs(start))
+    damping, at = UNDAMPED, point(s)
+    for _ in range(MOST_STEPS):
+        gradient = at.TV - at.TT - (s - mean) / std**2
+        H = curvature(at, at.Zr, at.TV - at.TT)
+        size = np.sqrt(np.maximum(np.diag(H), 0.0))
+        if not size.all() or np.linalg.eigvalsh(H / np.outer(size, size))[0] <= 0.0:
+            H = curvature(at, np.zeros_like(at.Zr), np.zeros_like(at.TT))
+        while True:
+            step = np.linalg.solve(H + damping * np.diag(np.diag(H)), gradient)
+            length = float(np.linalg.norm(step))
+            step *= min(1.0, LONGEST_STEP / max(length, 1e-300))
+            tried = point(s + step)
+            if length < CONVERGED:
+                return model, tried
+            if tried.cost <= at.cost * (1.0 + SAME_COST):
+                break
+            damping = max(8.0 * damping, DAMPED)
+        kept = (at.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # ratio of actual to predicted decrease
+        damping = max(UNDAMPED, damping * (SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0))
+        s, at = s + step, tried
+        if np.ptp(np.log(np.abs(at.h / model.sigma / model.blocks.weight))) > FAR:
+            model = replace(model, blocks=model.blocks.at(at.h / model.sigma))
+            return search(model, at.h, mean, std)
+    raise NotIdentifiable(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """A fitted model, linearised at the result: sensitivities of its unknowns s = log|h|, theta and phi.
+
+    The unknowns are u = (s, z), shape (n + k,), and c of each joint, shape (n, f). `J` is the derivative of a joint's
+    currents by u through [Z k].
+
+    Attributes:
+        ready: The problem.
+        model: The model.
+        h: 1/g with its sign, shape (n,).
+        z: Coordinates of the shared parameters, shape (k,).
+        mean: Prior mean of log|h|, shape (n,).
+        log_std: Its prior standard deviation, shape (n,).
+        cost: Sum of squares of weighted residuals and priors.
+    """
+
+    ready: Setting
+    model: Model
+    h: Array
+    z: Array
+    mean: Array
+    log_std: Array
+    cost: float
+
+    @cached_property
+    def theta(self) -> Array:
+        """Shared parameters, zero if not identifiable, shape (p,)."""
+        return self.model.blocks.U @ self.z
+
+    @cached_property
+    def rest(self) -> Array:
+        """Coefficients of [Z k V] in the residual, shape (n, k + 2)."""
+        h = self.h[:, None]
+        return np.concatenate((-h * self.z, -h, np.ones_like(h)), axis=1)
+
+    @cached_property
+    def c(self) -> Array:
+        """Coefficients of the orthonormal own columns, shape (n, f)."""
+        return (self.model.eliminated[1] @ self.rest[..., None])[..., 0]
+
+    @cached_property
+    def _to_phi(self) -> Array:
+        """Derivative of phi by the coefficients of [Z k V] in the residual, beside that through c, (n, f, k + 2)."""
+        blocks, f = self.model.blocks, len(self.model.names)
+        C = np.concatenate((blocks.C[:, :, :-2] @ blocks.U, blocks.C[:, :, -2:]), axis=2)
+        return self.model.inverse @ np.pad(C, ((0, 0), (0, f - C.shape[1]), (0, 0)))
+
+    @cached_property
+    def phi(self) -> Array:
+        """Values of the own columns [drive units], zero if they are left out, shape (n, f)."""
+        phi = self.model.inverse @ self.c[..., None] + self._to_phi @ self.rest[..., None]
+        return np.where(self.model.own.used, phi[..., 0], 0.0)
+
+    def friction(self, joint: int) -> dict[tuple[str, int], float]:
+        """Values of a joint's own columns by name and motion, -1 for all motions."""
+        own = zip(self.model.names, self.phi[joint].tolist(), self.model.own.used[joint], strict=True)
+        return {name: value for name, value, used in own if used}
+
+    def common(self, name: str, otherwise: float) -> Array:
+        """Values of an own column that is common to all motions, or a default for joints without it, shape (n,)."""
+        if (name, -1) not in self.model.names:
+            return np.full(len(self.h), otherwise)
+        k = self.model.names.index((name, -1))
+        return np.where(self.model.own.used[:, k], self.phi[:, k], otherwise)
+
+    @cached_property
+    def J(self) -> Array:
+        """Derivative of [Z k] (h z, h) by u, shape (n, k + 1, n + k)."""
+        n, k = len(self.h), len(self.z)
+        J, j = np.zeros((n, k + 1, n + k)), np.arange(n)
+        J[:, np.arange(k), n + np.arange(k)] = self.h[:, None]
+        J[j, :k, j], J[j, k, j] = self.h[:, None] * self.z, self.h
+        return J
+
+    @cached_property
+    def XJ(self) -> Array:
+        """Derivative of -c by u, shape (n, f, n + k)."""
+        return self.model.eliminated[1][:, :, :-1] @ self.J
+
+    @cached_property
+    def normal(self) -> Array:
+        """Cross products of the derivatives by u, without own columns, with priors, shape (n + k, n + k)."""
+        n, P, S = len(self.h), self.model.blocks.prior, self.model.eliminated[2][:, :-1, :-1]
+        N = np.sum(flipped(self.J) @ S @ self.J, axis=0)
+        N[n:, n:] += P.T @ P
+        N[:n, :n] += np.diag(self.log_std**-2.0)
+        return N
+
+    @cached_property
+    def _scale(self) -> Array:
+        return 1.0 / np.sqrt(np.diag(self.normal))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Inverse of `normal`."""
+        return np.linalg.inv(self.normal * np.outer(self._scale, self._scale)) * np.outer(self._scale, self._scale)
+
+    @cached_property
+    def without_blocks(self) -> tuple[Array, Array, Array]:
+        """Change of u (B, n + k) and of c (n, B, f) without each time block, and squares of its prediction (n, B).
+
+        The squares are those of the rows weighted by 1 / sigma_j. Own columns are eliminated joint by joint.
+        """
+        model, J, n, tz = self.model, self.J, len(self.h), np.append(self.z, 1.0)
+        RR, FR, FF = model.blocks.RR, model.FR, model.FF
+        eF, eR = -self.c[:, None, :, None], self.rest[:, None, :, None]
+        GF, GR = FF @ eF + FR @ eR, flipped(FR) @ eF + RR @ eR  # cross products with the residual of the block
+        HF, HR = model.eliminated[0][:, None] - FF, np.sum(FR, axis=1, keepdims=True)[..., :-1] - FR[..., :-1]
+        own, both = np.arange(HF.shape[-1]), np.arange(len(self.normal))
+        HF[:, :, own, own] += FREE_BLOCK
+        solved = np.linalg.solve(HF, np.concatenate((HR, GF), axis=3))
+        X, y = np.ascontiguousarray(solved[..., :-1]), solved[..., -1:]
+        S = model.blocks.total[:, None, :-1, :-1] - RR[:, :, :-1, :-1] - flipped(HR) @ X
+        weighted = (self.h / model.sigma)[:, None, None] ** 2 * (S @ tz)
+        N = np.zeros((S.shape[1], len(both), len(both)))
+        N[:, n:, n:] = np.tensordot((self.h / model.sigma) ** 2, S[..., :-1, :-1], 1)
+        N[:, :n, n:] = weighted[..., :-1].swapaxes(0, 1)
+        N[:, n:, :n] = flipped(N[:, :n, n:])
+        N[:, both[:n], both[:n]] = (weighted @ tz).T + self.log_std**-2.0
+        N[:, n:, n:] += model.blocks.prior.T @ model.blocks.prior
+        N *= np.outer(self._scale, self._scale)
+        N[:, both, both] += FREE_BLOCK
+        g = (GR[:, :, :-1] - flipped(HR) @ y)[..., 0] * (self.h / model.sigma**2)[:, None, None]
+        g = np.concatenate(((g @ tz).T, np.sum(g[..., :-1], axis=0)), axis=1)
+        du = np.linalg.solve(N, (self._scale * g)[..., None])[..., 0] * self._scale
+        dR = np.einsum("jxu,bu->jbx", J, du)[..., None]
+        dF = y - X @ dR
+        eF, eR = eF + dF, eR + np.pad(dR, ((0, 0), (0, 0), (0, 1), (0, 0)))
+        squares = np.sum(eF * (FF @ eF + 2.0 * (FR @ eR)), axis=(2, 3)) + np.sum(eR * (RR @ eR), axis=(2, 3))
+        return -du, -dF[..., 0], np.maximum(squares, 0.0) / model.sigma[:, None] ** 2
+
+    @cached_property
+    def residual(self) -> Array:
+        """Residuals [drive units], padded, shape (n, B, w)."""
+        R, Q = self.model.blocks.R, self.model.own.Q
+        return ((R @ self.rest[:, None, :, None]) - Q @ self.c[:, None, :, None])[..., 0]
+
+    @property
+    def fitted_currents(self) -> Array:
+        """Currents of the rows without their residuals [drive units], shape (r,)."""
+        blocks = self.model.blocks
+        return blocks.rows_of_currents - blocks.layout.rows(self.residual[..., None])[:, 0]
+
+    def predicted(self) -> Array:
+        """Errors of the prediction of each time block from the others [drive units], padded, shape (n, B, w)."""
+        du, dc, _ = self.without_blocks
+        R, Q = self.model.blocks.R[..., :-1], self.model.own.Q
+        moved = R @ np.einsum("jxu,bu->jbx", self.J, du)[..., None] + Q @ dc[..., None]
+        return self.residual - moved[..., 0]
+
+    @cached_property
+    def data(self) -> Array:
+        """Cross products of [Q Z k] without priors, shape (n, f + k + 1, f + k + 1)."""
+        FR = np.sum(self.model.FR, axis=1)[..., :-1]
+        top = np.concatenate((np.sum(self.model.FF, axis=1), FR), axis=2)
+        low = np.concatenate((flipped(FR), self.model.blocks.total[:, :-1, :-1]), axis=2)
+        return np.concatenate((top, low), axis=1)
+
+    @cached_property
+    def unknowns(self) -> Array:
+        """Number of unknowns of each joint, with a share of common ones and without what priors determine, (n,)."""
+        f = len(self.model.names)
+        inner = np.concatenate((-self.XJ, self.J), axis=1)
+        FF, own = self.model.eliminated[0], self.data[:, :f, :f]
+        shared = np.einsum("jxu,jxy,jyv,uv->j", inner, self.data, inner, self.covariance, optimize=True)
+        return np.einsum("jaa->j", np.linalg.solve(FF, own)) + shared / self.model.sigma**2
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Standard deviation of each joint's residual (eq. 19) [drive units], shape (n,)."""
+        return np.linalg.norm(self.residual, axis=(1, 2)) / np.sqrt(self.model.blocks.layout.counts - self.unknowns)
+
+    @cached_property
+    def log_h(self) -> "Sensitivity":
+        """Of log|h|, n quantities."""
+        n, k, f = len(self.h), len(self.z), len(self.model.names)
+        return Sensitivity(self, np.eye(n, n + k), np.zeros((n, n, f)))
+
+    def of_theta(self, at: Indices | slice = slice(None)) -> "Sensitivity":
+        """Of shared parameters."""
+        U = self.model.blocks.U[at]
+        n, f = len(self.h), len(self.model.names)
+        return Sensitivity(self, np.hstack((np.zeros((len(U), n)), U)), np.zeros((len(U), n, f)))
+
+    def of_phi(self, weights: Array) -> "Sensitivity":
+        """Of weighted sums of own coefficients, weights (q, n, f)."""
+        weights = weights * self.model.own.used
+        by_c = np.einsum("qjf,jfg->qjg", weights, self.model.inverse)
+        moved = self._to_phi[:, :, :-1] @ self.J
+        return Sensitivity(self, -np.einsum("qjf,jfu->qu", weights, moved), by_c)
+
+    def of_joint(self, joint: int) -> "Sensitivity":
+        """Of a joint's own coefficients, those of `friction`."""
+        used = np.flatnonzero(self.model.own.used[joint])
+        weights = np.zeros((len(used), *self.phi.shape))
+        weights[np.arange(len(used)), joint, used] = 1.0
+        return self.of_phi(weights)
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Rows of all joints with their residuals and the basis of their column space."""
+        columns, model, n = self.ready.columns, self.model, len(self.h)
+        f, k = len(model.names), len(self.z)
+        layout, sigma = model.blocks.layout, model.sigma
+        basis = np.zeros((len(layout.place), n * f + n + k))
+        root = np.linalg.inv(np.linalg.cholesky(self.normal * np.outer(self._scale, self._scale)))
+        inner = np.concatenate((-self.XJ, self.J), axis=1) * self._scale @ root.T / sigma[:, None, None]
+        own = np.linalg.inv(np.linalg.cholesky(model.eliminated[0])).swapaxes(1, 2)
+        Q, R = model.own.Q, model.blocks.R[..., :-1]
+        basis[:, n * f :] = layout.rows(Q @ inner[:, None, :f] + R @ inner[:, None, f:])
+        mine = layout.rows(Q @ own[:, None])
+        for j in range(n):
+            basis[layout.joint == j, j * f : (j + 1) * f] = mine[layout.joint == j]
+        return Rows(
+            V=model.blocks.rows_of_currents,
+            residual=layout.rows(self.residual[..., None])[:, 0],
+            joint=columns.joint,
+            motion=columns.motion,
+            position=columns.position,
+            row_period=self.ready.problem.row_period,
+            unknowns=dict(enumerate(self.unknowns.tolist())),
+            weight=1.0 / sigma[columns.joint],
+            explained=basis[:, basis.any(axis=0)],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Derivatives of q quantities by u and c, and from them by the currents of rows and by priors.
+
+    Attributes:
+        fit: The fit.
+        by_u: Shape (q, n + k).
+        by_c: Shape (q, n, f).
+    """
+
+    fit: Fit
+    by_u: Array
+    by_c: Array
+
+    @cached_property
+    def _solved(self) -> tuple[Array, Array]:
+        """Derivatives times the inverse of the normal matrix of all unknowns: u, and c (n, q, f)."""
+        fit, by_c = self.fit, self.by_c.swapaxes(0, 1)
+        FF = fit.model.eliminated[0]
+        u = (self.by_u - np.sum(by_c @ fit.XJ, axis=0)) @ fit.covariance
+        c = fit.model.sigma[:, None, None] ** 2 * np.linalg.solve(FF, flipped(by_c)).swapaxes(1, 2)
+        return u, c - u @ flipped(fit.XJ)
+
+    @cached_property
+    def _by_columns(self) -> Array:
+        """Coefficients of [Q Z k] in the derivative by the currents, shape (n, q, f + k + 1)."""
+        u, c = self._solved
+        return np.concatenate((c, u @ flipped(self.fit.J)), axis=2) / self.fit.model.sigma[:, None, None] ** 2
+
+    @cached_property
+    def influence(self) -> Array:
+        """Derivative by the current of each row, shape (q, r)."""
+        model, f = self.fit.model, self.by_c.shape[2]
+        x = flipped(self._by_columns)[:, None]
+        return model.blocks.layout.rows(model.own.Q @ x[:, :, :f] + model.blocks.R[..., :-1] @ x[:, :, f:]).T
+
+    @cached_property
+    def belief(self) -> Array:
+        """Change per standard deviation of each prior: of own parameters, shared ones, the n log|h|, (q, priors)."""
+        (u, c), fit, n = self._solved, self.fit, len(self.fit.h)
+        believed = np.isfinite(fit.model.std).ravel()
+        own = (c @ flipped(fit.model.prior)).swapaxes(0, 1).reshape(len(u), -1)[:, believed]
+        return np.hstack((own, u[:, n:] @ fit.model.blocks.prior.T, u[:, :n] / fit.log_std))
+
+    def classical(self) -> Array:
+        """Covariance for white residuals with one standard deviation per joint (eq. 20), shape (q, q)."""
+        x = self._by_columns * self.fit.sigma[:, None, None]
+        return np.sum(x @ self.fit.data @ flipped(x), axis=0)
+
+    def jackknife(self) -> Array:
+        """Covariance from fits without a time block, shape (q, q)."""
+        du, dc, _ = self.fit.without_blocks
+        changes = du @ self.by_u.T + np.einsum("jbf,qjf->bq", dc, self.by_c)
+        apart = changes - changes.mean(axis=0)
+        return (len(changes) - 1) / len(changes) * (apart.T @ apart)
+
+
+def fit_again(before: Fit, V: Array) -> Fit:
+    """Fit the same model with the same priors to other currents (r,), from the earlier solution.
+
+    Raises:
+        NotIdentifiable: If the search does not converge.
+    """
+    model = replace(before.model, blocks=before.model.blocks.with_currents(V))
+    model, found = search(model, before.h, before.mean, before.log_std)
+    return replace(before, model=model, h=found.h, z=found.z, cost=found.cost)
+
+
+def fit(ready: Setting, terms: Mapping[str, Term], before: Fit | None) -> Fit:
+    """Fit the model with further terms.
+
+    Args:
+        ready: The problem.
+        terms: Further friction terms.
+        before: An earlier fit with initial values, or None.
+
+    Raises:
+        NotIdentifiable: If a joint has fewer rows than unknowns, or the search does not converge.
+    """
+    model = Model.of(ready, terms)
+    std = np.full(ready.n, ready.prior_std)
+    std[[each.joint for each in ready.given]] = GIVEN_STD
+    h = ready.start if before is None else before.h
+    model, first = search(model, h, np.log(np.abs(h)), std)
+    mean = np.log(np.abs(first.h))  # the prior about the minimum does not bias identifiable gains
+    model, found = search(model, first.h, mean, std)
+    return Fit(ready=ready, model=model, h=found.h, z=found.z, mean=mean, log_std=std, cost=found.cost)
+
+
+def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
+    """Return the gains of a fit.
+
+    Args:
+        ready: The problem.
+        final: The fit; its currents may differ from those of the problem.
+        model: Relative change of each gain per standard deviation of each model assumption, shape (n, m); the priors of
+            the fit are added.
+    """
+    columns, rows, n, names = ready.columns, final.rows, ready.n, [name for name, _ in final.model.names]
+    F, joint = final.model.F, columns.joint
+    size = np.zeros((n, 2, n, len(names)))  # of both kinds of friction together, and of Coulomb friction
+    for j in range(n):
+        own, used = F[joint == j], final.model.own.used[j]
+        for k in (k for k, name in enumerate(names) if name != "off" and used[k] and name in OWN):
+            many = sum(name == names[k] and on for name, on in zip(names, used, strict=True))
+            size[j, : 2 if names[k] == "Fc" else 1, j, k] = rms(own[own[:, k] != 0.0, k]) / many
+    weights = size.reshape(2 * n, n, -1)
+    spread = [W_L @ F for W_L, F in zip(columns.payload, ready.shared.spread, strict=True)]
+    stated = final.h[joint][:, None] * np.hstack([np.zeros((len(joint), 0)), *spread])
+    loaded = columns.payload.any(axis=(0, 2))
+    return GainSolution(
+        rows=replace(rows, V=columns.V),
+        joints=np.arange(n),
+        inverse=final.h,
+        influence=final.h[:, None] * final.log_h.influence,
+        payload=final.log_h.influence @ stated,
+        model=np.hstack((final.log_h.belief, model)),
+        load_rms=np.array([rms(columns.known[loaded & (joint == j)]) for j in range(n)]),
+        friction=np.einsum("qjf,jf->q", weights, final.phi).reshape(n, 2),
+        friction_influence=final.of_phi(weights).influence.reshape(n, 2, -1),
+        unsolved={},
+    )
+
+
+def rms(x: Array) -> float:
+    """Root mean square, zero for an empty array."""
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0

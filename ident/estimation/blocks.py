@@ -1,0 +1,342 @@
+"""Least squares of all joints together, on cross products by joint and time block.
+
+The currents of joint j are V_j = h_j (A_j theta + k_j) + F_j phi_j + e_j. Rows are padded to (n, B, w): joint, time
+block, row in the block. Cross products have the square of the condition number of their columns, so they are formed of
+columns that are orthonormal: F_j = Q_j R_j joint by joint; [A_j k_j V_j] without its part in the first own columns; and
+theta = U z such that the columns of z, of all joints with the weights h_j / sigma_j, are orthonormal. Then
+
+    e_j = R_j rest_j - Q_j c_j        rest_j = (-h_j z, -h_j, 1),  R_j = [Z_j k_j V_j]
+
+Leaving out a time block changes all unknowns by (N - N_b)^-1 J_b' e_b, from the same cross products: this is the
+jackknife and, with e_b, the prediction of the block by a fit without it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg
+
+from ident.estimation.intervals import time_blocks
+from ident.numerics.least_squares import factors
+from ident.support.arrays import Array, Indices, Mask
+
+DEPENDENT_OWN = 1e-7
+"""Smallest norm of the new part of a unit column of a joint's friction that counts as independent."""
+DEPENDENT_ALONE = 5e-15
+"""Relative eigenvalue of the cross products of unit columns below which one joint does not show a combination."""
+DEPENDENT_SHARED = 1e-10
+"""Relative norm of the new part of a unit column below which a shared parameter is not identifiable."""
+SMALL_PIVOT = 1e-9
+"""Relative pivot of cross products below which the columns are factorised instead."""
+ROUNDING = 1e-6
+"""Smallest standard deviation of a joint's residual, as a share of its rms current: with a smaller one, rounding errors
+of cross products would exceed the priors."""
+
+
+def flipped(x: Array) -> Array:
+    """Transpose the last two axes."""
+    return x.swapaxes(-1, -2)
+
+
+def flat(x: Array) -> Array:
+    """Join time blocks, (n, B, w, m) to (n, B w, m)."""
+    return x.reshape(x.shape[0], x.shape[1] * x.shape[2], x.shape[3])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """Places of the rows of all joints in arrays of shape (n, B, w, ..).
+
+    Attributes:
+        shape: n joints, B time blocks of all motions, w rows of the longest block.
+        place: Place of each row, shape (r,).
+        joint: Its joint, shape (r,).
+        counts: Number of rows of each joint, shape (n,).
+    """
+
+    shape: tuple[int, int, int]
+    place: Indices
+    joint: Indices
+    counts: Indices
+
+    @classmethod
+    def of(cls, n: int, joint: Indices, motion: Indices, position: Indices) -> "Layout":
+        """Of rows sorted by joint and motion."""
+        block = time_blocks(motion, position)
+        many = int(block.max(initial=0)) + 1
+        group = joint * many + block
+        counts = np.bincount(group, minlength=n * many)
+        within = np.arange(len(group)) - (np.cumsum(counts) - counts)[group]
+        width = int(counts.max(initial=1))
+        return cls((n, many, width), group * width + within, joint, np.bincount(joint, minlength=n))
+
+    def padded(self, x: Array) -> Array:
+        """From rows (r, m) to (n, B, w, m), padded with zeros."""
+        out = np.zeros((int(np.prod(self.shape)), x.shape[1]))
+        out[self.place] = x
+        return out.reshape(*self.shape, -1)
+
+    def rows(self, x: Array) -> Array:
+        """From (n, B, w, m) to rows (r, m)."""
+        return x.reshape(-1, x.shape[-1])[self.place]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Own:
+    """Own columns of all joints, F_j = Q_j R_j; a column that is dependent on earlier ones is left out.
+
+    Attributes:
+        Q: Orthonormal or zero, shape (n, B, w, f).
+        R: Upper triangular, with 1 on the diagonal of columns that are left out, shape (n, f, f).
+        used: Mask of the columns that are not left out, shape (n, f).
+        largest: Largest norm of a column of each joint, shape (n,).
+    """
+
+    Q: Array
+    R: Array
+    used: Mask
+    largest: Array
+
+    @classmethod
+    def none(cls, layout: Layout) -> "Own":
+        """No column."""
+        n = layout.shape[0]
+        return cls(np.zeros((*layout.shape, 0)), np.zeros((n, 0, 0)), np.zeros((n, 0), np.bool_), np.zeros(n))
+
+    def extended(self, F: Array) -> "Own":
+        """Append columns, shape (n, B, w, m)."""
+        n, e = len(F), F.shape[-1]
+        f = self.Q.shape[-1]
+        given, Q = flat(F), flat(self.Q)
+        norms = np.linalg.norm(given, axis=1)
+        largest = np.maximum(self.largest, norms.max(axis=1, initial=0.0))
+        R, used = np.zeros((n, f + e, f + e)), np.zeros((n, f + e), np.bool_)
+        R[:, :f, :f], used[:, :f] = self.R, self.used
+        for k in range(e):
+            long = norms[:, k] > DEPENDENT_OWN * largest
+            size = np.where(long, norms[:, k], 1.0)[:, None]
+            new, inside = np.where(long[:, None], given[:, :, k], 0.0) / size, 0.0
+            for _ in range(2):  # the second pass removes rounding errors of the first
+                along = (flipped(Q) @ new[..., None])[..., 0]
+                new, inside = new - (Q @ along[..., None])[..., 0], inside + along
+            left = np.linalg.norm(new, axis=1)
+            used[:, f + k] = left > DEPENDENT_OWN
+            on = used[:, f + k, None]
+            R[:, : f + k, f + k] = np.where(on, inside * size, 0.0)
+            R[:, f + k, f + k] = np.where(on, left[:, None] * size, 1.0)[:, 0]
+            Q = np.concatenate((Q, np.where(on, new / np.where(on, left[:, None], 1.0), 0.0)[..., None]), axis=2)
+        return Own(Q.reshape(*self.Q.shape[:-1], f + e), R, used, largest)
+
+
+@dataclass(frozen=True, eq=False)
+class Alone:
+    """The fit of each joint alone, with all its columns and free payloads.
+
+    Attributes:
+        basis: Orthonormal or zero columns, without the first own columns, shape (n, B w, q).
+        rank: Number of nonzero ones, shape (n,).
+        left: Currents without their part in own columns and basis, shape (n, B w).
+    """
+
+    basis: Array
+    rank: Indices
+    left: Array
+
+    def extended(self, columns: Array, norms: Array) -> "Alone":
+        """Append columns without their own part, shape (n, B w, m), that had some norms, shape (n, m)."""
+        unit = columns / np.where(norms > 0.0, norms, 1.0)[:, None]
+        unit = self.outside(unit) if self.basis.shape[2] else unit
+        new = unit @ orthonormalising(flipped(unit) @ unit, DEPENDENT_ALONE)
+        new = new @ orthonormalising(flipped(new) @ new, 0.5)
+        rank = np.count_nonzero(new.any(axis=1), axis=1)
+        more = Alone(new, rank, self.left)
+        basis = np.concatenate((self.basis, new), axis=2)
+        return Alone(basis, self.rank + rank, more.outside(self.left[..., None])[..., 0])
+
+    def outside(self, x: Array) -> Array:
+        """Part of columns (n, B w, m) outside the basis."""
+        for _ in range(2):
+            x = x - self.basis @ (flipped(self.basis) @ x)
+        return x
+
+
+def orthonormalising(gram: Array, tol: float) -> Array:
+    """T such that the columns W T are orthonormal, from W'W (n, m, m); shape (n, m, largest rank)."""
+    values, vectors = np.linalg.eigh(gram)
+    kept = values > tol * np.maximum(values[:, -1:], 1.0) if values.shape[1] else values > 0.0
+    most = int(kept.sum(axis=1).max(initial=0))
+    T = vectors * np.where(kept, 1.0 / np.sqrt(np.where(kept, values, 1.0)), 0.0)[:, None]
+    return np.ascontiguousarray(T[:, :, T.shape[2] - most :])
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Rows of all joints, with cross products by time block. b own columns, k coordinates z of p shared parameters.
+
+    Attributes:
+        layout: Places of rows.
+        own: Friction and offset.
+        A: Shared columns without their own part, shape (n, B w, p).
+        C: Coordinates of [A k V] in the own columns, shape (n, b, p + 2).
+        std: Prior standard deviation of each shared parameter about zero, infinite without a prior, shape (p,).
+        weight: Weights of the joints with which the columns of z are orthonormal, shape (n,).
+        U: theta = U z, shape (p, k).
+        R: [Z k V] without their own part, shape (n, B, w, k + 2).
+        RR: Their cross products, shape (n, B, k + 2, k + 2).
+        FR: Cross products of own columns with them, shape (n, B, b, k + 2).
+        alone: The fit of each joint alone.
+    """
+
+    layout: Layout
+    own: Own
+    A: Array
+    C: Array
+    std: Array
+    weight: Array
+    U: Array
+    R: Array
+    RR: Array
+    FR: Array
+    alone: Alone
+
+    @cached_property
+    def FF(self) -> Array:
+        """Cross products of own columns, shape (n, B, b, b)."""
+        return flipped(self.own.Q) @ self.own.Q
+
+    @cached_property
+    def total(self) -> Array:
+        """Cross products of [Z k V] of all blocks, shape (n, k + 2, k + 2)."""
+        return np.sum(self.RR, axis=1)
+
+    @cached_property
+    def currents(self) -> Array:
+        """Currents of each joint, padded, shape (n, B w)."""
+        n = len(self.A)
+        return (flat(self.own.Q) @ self.C[:, :, -1:])[..., 0] + self.R[..., -1].reshape(n, -1)
+
+    @property
+    def rows_of_currents(self) -> Array:
+        """Currents of the rows, shape (r,)."""
+        return self.layout.rows(self.currents.reshape(*self.layout.shape, 1))[:, 0]
+
+    @property
+    def prior(self) -> Array:
+        """Rows of the priors of shared parameters, in standard deviations, shape (priors, k)."""
+        believed = np.isfinite(self.std)
+        return self.U[believed] / self.std[believed, None]
+
+    @classmethod
+    def of(cls, layout: Layout, F: Array, A: Array, kV: Array, payload: Array) -> "Blocks":
+        """Of own columns (r, b), shared columns (r, p), known torque and currents (r, 2), and payloads' columns."""
+        own = Own.none(layout).extended(layout.padded(F))
+        n, p = layout.shape[0], A.shape[1]
+        raw = flat(layout.padded(np.hstack((A, kV, payload))))
+        norms = np.linalg.norm(raw, axis=1)
+        free, C = _without(own, raw)
+        inner = [*range(p), *range(p + 2, free.shape[2])]
+        V = free[:, :, p + 1]
+        alone = Alone(np.zeros((n, V.shape[1], 0)), np.count_nonzero(own.used, axis=1), V)
+        return cls(
+            layout=layout, own=own, A=free[:, :, :p], C=C[:, :, : p + 2], std=np.full(p, np.inf), weight=np.ones(n),
+            U=np.zeros((p, 0)), R=free[:, :, p : p + 2].reshape(*layout.shape, 2), RR=np.zeros(0), FR=np.zeros(0),
+            alone=alone.extended(free[:, :, inner], norms[:, inner]),
+        )  # fmt: skip
+
+    @cached_property
+    def cross(self) -> Array:
+        """Cross products of [A k V], of all blocks, shape (n, p + 2, p + 2)."""
+        W = np.concatenate((self.A, flat(self.R[..., -2:])), axis=2)
+        return flipped(W) @ W
+
+    def at(self, weight: Array) -> "Blocks":
+        """The same with columns of z that are orthonormal with other weights of the joints, shape (n,)."""
+        p, believed = self.A.shape[2], np.isfinite(self.std)
+        gram = np.tensordot(weight**2, self.cross[:, :p, :p], 1)
+        gram[believed, believed] += self.std[believed] ** -2
+        U = _inverse_root(gram)
+        if U is None:
+            rows = np.zeros((np.count_nonzero(believed), p))
+            rows[np.arange(len(rows)), np.flatnonzero(believed)] = 1.0 / self.std[believed]
+            found = factors(np.vstack([*(weight[:, None, None] * self.A), rows]), rank_tol=DEPENDENT_SHARED)
+            U = np.zeros((p, len(found.columns)))
+            U[found.columns] = linalg.solve_triangular(found.R, np.eye(len(found.columns)))
+        Z = (self.A @ U).reshape(*self.layout.shape, -1)
+        R = np.concatenate((Z, self.R[..., -2:]), axis=3)
+        return replace(self, weight=weight, U=U, R=R, RR=flipped(R) @ R, FR=flipped(self.own.Q) @ R)
+
+    def widened(self, more: Array, std: Array) -> "Blocks":
+        """Append shared columns (r, m) with prior standard deviations (m,)."""
+        (p, k), m = self.U.shape, more.shape[1]
+        raw = flat(self.layout.padded(more))
+        free, C = _without(self.own, raw)
+        alone = self.alone.extended(free, np.linalg.norm(raw, axis=1))
+        wide = replace(
+            self,
+            A=np.concatenate((self.A, free), axis=2),
+            C=np.concatenate((self.C[:, :, :p], C, self.C[:, :, p:]), axis=2),
+            std=np.concatenate((self.std, std)),
+            alone=alone,
+        )
+        Z = flat(self.R[..., :k])
+        new, X = free, np.zeros((k, m))
+        for _ in range(2):
+            along = np.tensordot(self.weight**2, flipped(Z) @ new, 1) - self.prior.T @ (self.prior @ X)
+            new, X = new - Z @ along, X + along
+        moved = self.prior @ X  # in the old coordinates, the new columns also move what has a prior
+        gram = np.tensordot(self.weight**2, flipped(new) @ new, 1) + np.diag(std**-2.0) + moved.T @ moved
+        T = _inverse_root(gram)
+        if T is None:
+            return wide.at(self.weight)
+        U = np.zeros((p + m, k + m))
+        U[:p, :k], U[:p, k:], U[p:, k:] = self.U, -self.U @ X @ T, T
+        Z = (new @ T).reshape(*self.layout.shape, m)
+        R = np.concatenate((self.R[..., :k], Z, self.R[..., k:]), axis=3)
+        added = flipped(Z) @ R  # (n, B, m, k + m + 2)
+        old = [*range(k), k + m, k + m + 1]
+        RR = np.empty((*added.shape[:2], k + m + 2, k + m + 2))
+        RR[:, :, np.array(old)[:, None], old] = self.RR
+        RR[:, :, k : k + m] = added
+        RR[:, :, :, k : k + m] = flipped(added)
+        FR = np.concatenate((self.FR[..., :k], flipped(self.own.Q) @ Z, self.FR[..., k:]), axis=3)
+        return replace(wide, U=U, R=R, RR=RR, FR=FR)
+
+    def with_currents(self, V: Array) -> "Blocks":
+        """The same columns with other currents, shape (r,)."""
+        free, C = _without(self.own, flat(self.layout.padded(V[:, None])))
+        R = np.concatenate((self.R[..., :-1], free.reshape(*self.layout.shape, 1)), axis=3)
+        last = flipped(R) @ R[..., -1:]
+        RR = self.RR.copy()
+        RR[..., -1:], RR[..., -1, :] = last, last[..., 0]
+        return replace(
+            self,
+            C=np.concatenate((self.C[:, :, :-1], C), axis=2),
+            R=R,
+            RR=RR,
+            FR=np.concatenate((self.FR[..., :-1], flipped(self.own.Q) @ R[..., -1:]), axis=3),
+            alone=replace(self.alone, left=self.alone.outside(free)[..., 0]),
+        )
+
+
+def _without(own: Own, x: Array) -> tuple[Array, Array]:
+    """Part of columns (n, B w, m) outside the own ones, and their coordinates in these, (n, b, m)."""
+    Q, inside = flat(own.Q), 0.0
+    for _ in range(2):
+        along = flipped(Q) @ x
+        x, inside = x - Q @ along, inside + along
+    return x, np.asarray(inside)
+
+
+def _inverse_root(gram: Array) -> Array | None:
+    """Upper triangular T with T' gram T = 1; None if it is nearly singular."""
+    size = np.sqrt(np.diag(gram))
+    if not size.all():
+        return None
+    try:
+        L = np.linalg.cholesky(gram / np.outer(size, size))
+    except np.linalg.LinAlgError:
+        return None
+    if np.diag(L).min(initial=1.0) < SMALL_PIVOT**0.5:
+        return None
+    return np.asarray(linalg.solve_triangular(L, np.eye(len(L)), lower=True).T / size[:, None])

@@ -1,0 +1,177 @@
+"""Covariance estimators by name: functions `(rows, influence) -> covariance`, and the rows that they use.
+
+`rows` have residuals; `influence` is the derivative of k quantities by the current of each row, shape (k, r). The
+covariance has shape (k, k).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import lapack
+
+from ident.support.arrays import Array, Indices, readonly
+
+BLOCKS = 20
+"""Number of time blocks of each motion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rows:
+    """Rows of one or more joints, in order of joints, then of motions.
+
+    Attributes:
+        V: Currents [drive units], shape (r,).
+        residual: Residuals [drive units], shape (r,).
+        joint: Joint of each row, from 0, shape (r,).
+        motion: Motion of each row, an index into `Problem.motions`, shape (r,).
+        position: Number of each row in its motion, including omitted rows, shape (r,).
+        row_period: Time from one row to the next [s].
+        unknowns: Number of unknowns of each joint that has rows, by joint, including a share of common unknowns.
+        weight: Weight of each row in the fit, shape (r,).
+        explained: Orthonormal basis of the weighted column space, shape (r, u); of a fit with priors, its part on the
+            rows.
+    """
+
+    V: Array
+    residual: Array
+    joint: Indices
+    motion: Indices
+    position: Indices
+    row_period: float
+    unknowns: dict[int, float]
+    weight: Array
+    explained: Array
+
+    def of(self, joint: int) -> slice:
+        """The rows of a joint."""
+        start, stop = np.searchsorted(self.joint, [joint, joint + 1])
+        return slice(int(start), int(stop))
+
+    def sigma(self, joint: int) -> float:
+        """Standard deviation of a joint's residual (eq. 19) [drive units]."""
+        own = self.residual[self.of(joint)]
+        return float(np.linalg.norm(own) / np.sqrt(len(own) - self.unknowns[joint]))
+
+    def rms_current(self, joint: int) -> float:
+        """Root mean square of a joint's currents [drive units]."""
+        return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
+
+    def least_std(self, influence: Array, noise_floor: float) -> Array:
+        """Standard deviations from white residuals, of at least a share of each joint's rms current.
+
+        Args:
+            influence: Derivative of k quantities by the current of each row, shape (k, r).
+            noise_floor: That share.
+
+        Returns:
+            Shape (k,).
+        """
+        floor = np.empty(len(self.V))
+        for joint in self.unknowns:
+            floor[self.of(joint)] = noise_floor * self.rms_current(joint)
+        return np.linalg.norm(influence * floor, axis=1)
+
+    def residual_share(self, joint: int) -> float:
+        """Ratio of the norm of a joint's residual to that of its currents."""
+        rows = self.of(joint)
+        return float(np.linalg.norm(self.residual[rows]) / np.linalg.norm(self.V[rows]))
+
+    def runs(self) -> Iterator[slice]:
+        """Slices of rows of one joint and one motion."""
+        key = np.flatnonzero(np.diff(self.joint) | np.diff(self.motion)) + 1
+        edges = [0, *key.tolist(), len(self.V)]
+        for start, stop in pairwise(edges):
+            if start < stop:
+                yield slice(start, stop)
+
+
+def time_blocks(motion: Indices, position: Indices, blocks: int = BLOCKS) -> Indices:
+    """Return the number of each row's time block, of those with rows: `blocks` of each motion, shape (r,)."""
+    found, first = np.empty(len(motion), dtype=np.intp), 0
+    for which in np.unique(motion):
+        own = motion == which
+        at = position[own] - position[own].min()
+        numbers, found[own] = np.unique(at * blocks // (at.max() + 1), return_inverse=True)
+        found[own] += first
+        first += len(numbers)
+    return found
+
+
+def jackknife(rows: Rows, influence: Array) -> Array:
+    """Return the covariance from estimates without one time block of a motion, of all joints together.
+
+    The fit absorbs part of slow errors, which makes residuals look white; an estimate without a block is independent of
+    that block. To first order it differs by the influence of the block's rows times their residuals in a fit without
+    them, (1 - H_bb)^-1 e_b with H the hat matrix (Efron and Stein 1981; `docs/derivations.md`).
+
+    Arguments and shape as for all covariance estimators.
+    """
+    if not len(influence):  # of no joint; there may be no row either
+        return np.zeros((0, 0))
+    changes = np.array([influence[:, block] @ left for block, left in left_out(rows)])
+    apart = changes - changes.mean(axis=0)
+    return (len(changes) - 1) / len(changes) * (apart.T @ apart)
+
+
+@lru_cache(maxsize=1)
+def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
+    """Return the rows of each time block, and their residuals in a fit without the block [drive units].
+
+    Args:
+        rows: Rows with residuals; results are cached, as several covariances of an estimate need them.
+        blocks: Number of time blocks of each motion.
+    """
+    number, found = time_blocks(rows.motion, rows.position, blocks), list[tuple[Indices, Array]]()
+    for block in np.split(np.argsort(number, kind="stable"), np.cumsum(np.bincount(number))[:-1]):
+        explained, weight = rows.explained[block], rows.weight[block]
+        fresh = _not_fitted_to(explained[:, explained.any(axis=0)], weight * rows.residual[block])
+        found.append((block, readonly(fresh / weight)))
+    return tuple(found)
+
+
+def _not_fitted_to(Q: Array, e: Array) -> Array:
+    """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
+    rows, columns = Q.shape
+    if not columns:
+        return e
+    if rows <= columns:
+        return _solved(np.eye(rows) - Q @ Q.T, e)
+    return e + Q @ _solved(np.eye(columns) - Q.T @ Q, Q.T @ e)
+
+
+def _solved(A: Array, b: Array) -> Array:
+    """Solve A x = b for a positive definite A, or for one that is singular up to rounding."""
+    _, x, failed = lapack.dposv(A, b, lower=True)  # half the work of np.linalg.solve
+    return np.asarray(np.linalg.solve(A, b) if failed else x, np.float64)
+
+
+def classical(rows: Rows, influence: Array) -> Array:
+    """Return the covariance for white residuals with one standard deviation per joint (eq. 20), shape (k, k)."""
+    sigma = np.empty(len(rows.V))
+    for joint in rows.unknowns:
+        sigma[rows.of(joint)] = rows.sigma(joint)
+    spread = influence * sigma
+    return spread @ spread.T  # eq. 20: influence @ influence.T is (W^T W)^-1
+
+
+def larger_of(covariance: Array, other: Array) -> Array:
+    """Return the covariance with the larger of both standard deviations and the correlations of the first, (k, k)."""
+    own = np.diag(covariance)
+    factor = np.sqrt(np.maximum(own, np.diag(other)) / np.where(own > 0.0, own, 1.0))
+    return covariance * np.outer(factor, factor)
+
+
+def max_of_classical_and_jackknife(rows: Rows, influence: Array) -> Array:
+    """Return the covariance with the larger of both standard deviations and the classical correlations."""
+    return larger_of(classical(rows, influence), jackknife(rows, influence))
+
+
+UNCERTAINTIES: dict[str, Callable[[Rows, Array], Array]] = {
+    "classical": classical,
+    "jackknife": jackknife,
+    "cautious": max_of_classical_and_jackknife,
+}
+"""`classical`: eq. 20, white residuals; `jackknife`: delete-a-block; `cautious`: maximum of both."""

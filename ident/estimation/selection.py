@@ -1,0 +1,346 @@
+"""Model selection by cross-validation: a term is added if it improves the prediction of omitted time blocks.
+
+load        friction proportional to torque, always, with a common prior of all joints' coefficients, estimated from the
+            joints, as drives of one arm are similar; it hardly affects a joint with accurate data
+form        proportional to the torque of the motor, in the gears or at their output: the best prediction is selected;
+            the others contribute to the interval, by the largest share that a mixture can have of them
+cbrt        viscous friction that grows less than linearly with speed, joint by joint
+compliance  of all joints, or of none; a joint whose compliance is significantly negative stays rigid, as no joint is
+            like that: a delay of its currents or its friction explains the same currents
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.all_joints import Fit, Setting, Term, fit
+from ident.estimation.intervals import larger_of
+from ident.estimation.terms import (
+    LINKS,
+    LOAD_FORMS,
+    LOAD_MEAN,
+    LOAD_STD,
+    MOTOR,
+    OFFSET,
+    SHARES,
+    SPEED_TERMS,
+    STRONGEST,
+    compliance_columns,
+    load_terms,
+    speed_terms,
+    torques_of,
+    transmitted_columns,
+)
+from ident.support.arrays import Array, Indices, Mask
+from ident.support.naming import joint_list
+
+BETTER = 2.0
+"""Number of standard errors by which the prediction of omitted time blocks must improve for a term to be selected.
+
+It applies to each joint's term, without a correction for multiple tests: in 100 runs of `nominal` no useless term was
+selected on a joint with a gain. 2.9, by Bonferroni's inequality for twelve tests, changes no error there, on `field` or
+with load-dependent friction, but omits two cube roots of a real arm, whose standard deviations then grow by a tenth.
+"""
+SUSPECTED = 1.0
+"""Number of standard errors by which first-order compliance must improve the prediction for the exact column to be
+computed.
+
+It only saves time: where the first order fails, at 8 Hz, the improvement is 1.5 or more; a sixth of rigid arms exceed
+the limit.
+"""
+FIRST_ORDER = 0.15
+"""Possible relative error of the correction for compliance: its column is of first order in the deflection, and a rotor
+inertia that is regrouped with that of its link moves with the link (`docs/derivations.md`)."""
+LEAST_LOAD = 5e-3
+"""Smallest load-dependent friction that is reported."""
+SPREAD_SHARE = 0.3
+"""Smallest standard deviation of load-dependent friction between joints, as a share of its mean."""
+LEAST_STD, BEGIN, MOST_STD = 1e-3, 1e-2, 1.0
+"""Smallest standard deviation between joints, the one at which the search is split, and the largest."""
+MEANS = (0.0, 1.0)
+"""Smallest and largest mean of all joints."""
+SETTLED = 1e-13
+"""Tolerance of the logarithm of the standard deviation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """A normal prior of a parameter."""
+
+    mean: float
+    std: float
+
+
+ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AlternativeModel:
+    """An alternative model: a share of its difference from the selected one counts as a standard deviation.
+
+    Attributes:
+        share: That share.
+        other: Its fit.
+        final: The fit of the selected model.
+    """
+
+    share: float
+    other: Fit
+    final: Fit
+
+    @property
+    def log_ratio(self) -> Array:
+        """Relative difference of the gains of both fits, shape (n,)."""
+        return np.log(np.abs(self.other.h / self.final.h))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Selected:
+    """The model selected by the data.
+
+    Attributes:
+        final: Its fit.
+        rivals: Alternative models.
+        remarks: What was selected, in words.
+        stiff: The same model with rigid joints if the data selected elastic ones, else None.
+    """
+
+    final: Fit
+    remarks: tuple[str, ...]
+    rivals: tuple[AlternativeModel, ...] = ()
+    stiff: Fit | None = None
+
+    @property
+    def model(self) -> Array:
+        """Relative change of each gain per standard deviation, one column for each alternative model, shape (n, m)."""
+        nothing = np.zeros((len(self.final.h), 0))
+        return np.column_stack([nothing, *(each.share * each.log_ratio for each in self.rivals)])
+
+
+def improvement(better: Fit, than: Fit) -> Array:
+    """Reduction of the squares of predictions of omitted blocks, by the weights of the worse fit, shape (n, B)."""
+    same = (better.model.sigma / than.model.sigma)[:, None] ** 2
+    return than.without_blocks[2] - same * better.without_blocks[2]
+
+
+def z_of(gain: Array) -> float:
+    """Mean of an improvement by block (n, B), summed over joints, in standard errors."""
+    total = gain.sum(axis=0)
+    return float(total.mean() / max(total.std(ddof=1) / np.sqrt(len(total)), 1e-300))
+
+
+def selected(ready: Setting, *, yielding: bool = False) -> Selected:
+    """Select the model of a problem with recorded motions.
+
+    Args:
+        ready: The problem.
+        yielding: Whether joints are known to be elastic; else the data decide.
+    """
+    plain = fit(ready, {}, None)
+    along = torques_of(ready, plain.theta)
+    loads = load_terms(ready, plain, along, tuple(LOAD_FORMS))
+    softened = compliance_columns(ready, along)
+    speeds = speed_terms(ready, tuple(SPEED_TERMS))
+    elastic, wide = np.arange(ready.n), ready.widened(softened)
+    soft = fit(wide, {}, plain)
+    if yielding or z_of(improvement(soft, plain)) > SUSPECTED:
+        beside = [*(term.column for term in speeds.values()), *(loads[form][form] for form in LOAD_FORMS)]
+        exact = transmitted_columns(ready, plain, along, softened, beside)
+        rigid = np.zeros(ready.n, dtype=bool)
+        while True:
+            elastic = elastic[~rigid]
+            wide = ready.widened(exact[:, elastic])
+            soft = fit(wide, {}, plain) if len(elastic) else plain
+            if yielding or not len(elastic) or not (rigid := of_negative_compliance(soft, len(elastic))).any():
+                break
+    yields = yielding or z_of(improvement(soft, plain)) > BETTER
+    base, of_base = (soft, wide) if yields else (plain, ready)
+    elastic = elastic if yields else elastic[:0]
+    bent, chosen = dict[str, list[int]](), dict[str, Term]()
+    for law, term in speeds.items():
+        gain = improvement(fit(of_base, {law: term}, base), base)
+        bent[law] = [j for j in range(ready.n) if z_of(gain[j : j + 1]) > BETTER]
+        if bent[law]:
+            chosen[law] = Term(np.where(np.isin(ready.columns.joint, bent[law]), term.column, 0.0))
+    found = {form: _with_load(ready, of_base, chosen, loads[form], elastic, base, form) for form in LOAD_FORMS}
+    best = max(found, key=lambda name: improvement(found[name].fit, base).sum())
+    form = best if z_of(improvement(found[best].fit, found[MOTOR].fit)) > BETTER else MOTOR
+    final = found[form]
+    rivals = [mixture(final.fit, each.fit) for other, each in found.items() if other != form]
+    if yields:
+        rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain, final=soft))
+    remarks = [_load_note(form, final.belief)]
+    remarks += [f"{SPEED_TERMS[law].words} on {joint_list(joints)}" for law, joints in bent.items() if joints]
+    if yields:
+        stiff = np.setdiff1d(np.arange(ready.n), elastic).tolist()
+        but = f" (but not of {joint_list(stiff)}, whose compliance would be negative)" if stiff else ""
+        remarks.append(f"joint elasticity detected and modelled{but}")
+    return Selected(
+        final=final.fit,
+        rivals=tuple(rivals),
+        remarks=tuple(remarks),
+        stiff=fit(ready, final.terms, final.fit) if yields and not yielding else None,
+    )
+
+
+def of_negative_compliance(soft: Fit, count: int) -> Mask:
+    """Mask of the compliances, the last shared parameters of a fit, that are significantly negative, shape (count,)."""
+    own = np.arange(len(soft.theta) - count, len(soft.theta))
+    found = soft.of_theta(own)
+    variance = np.diag(larger_of(found.classical(), found.jackknife()))
+    return soft.theta[own] < -BETTER * np.sqrt(variance)
+
+
+def _load_note(form: str, belief: Belief) -> str:
+    mean, spread = 100.0 * belief.mean, 100.0 * belief.std
+    if belief.mean < LEAST_LOAD:
+        allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
+        return f"no load-dependent friction detected; the gains' intervals allow for an undetected one of {allowed}"
+    return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
+
+
+def mixture(best: Fit, other: Fit) -> AlternativeModel:
+    """Return another form of load-dependent friction as an alternative: the truth may be a mixture of both.
+
+    With a share w of the other form, the sum of squares changes by a w^2 - 2 b w, where a is that of the difference of
+    both predictions and b is due to noise. Its minimum is at w = b / a, with standard error sd(b) / a; the other form
+    alone, w = 1, has a - 2 b more. If the data do not distinguish them, both are equally probable, and the rms error is
+    sqrt(1/2) of the difference.
+    """
+    apart = np.sum(((best.predicted() - other.predicted()) / other.model.sigma[:, None, None]) ** 2)
+    share = mixture_share(improvement(best, other).sum(axis=0), float(apart))
+    return AlternativeModel(share=share, other=other, final=best)
+
+
+def mixture_share(more: Array, apart: float) -> float:
+    """Return the share of `mixture`, from the improvement by block (B,) and a."""
+    noise = np.sqrt(len(more)) * more.std(ddof=1) / 2.0
+    part = np.hypot(max(0.0, apart - more.sum()) / 2.0, noise) / max(apart, 1e-300)
+    return float(min(part, np.sqrt(0.5)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Loaded:
+    """A fit with load-dependent friction, its terms, and the prior of its coefficients."""
+
+    fit: Fit
+    terms: Mapping[str, Term]
+    belief: Belief
+
+
+def _with_load(
+    ready: Setting,
+    of_base: Setting,
+    chosen: Mapping[str, Term],
+    first: Mapping[str, Array],
+    elastic: Indices,
+    base: Fit,
+    form: str,
+) -> _Loaded:
+    """Fit load-dependent friction of one form, with torques from an earlier fit that included it.
+
+    If the estimated share of the offset that is not a torque is impossible, data cannot separate it from the friction,
+    and all of the joint's offset counts as torque.
+
+    Args:
+        ready: The problem with rigid joints.
+        of_base: The problem with the elastic joints of `base`.
+        chosen: Other terms.
+        first: Columns from the torques of rigid joints.
+        elastic: The elastic joints.
+        base: An earlier fit.
+        form: A name in `LOAD_FORMS`.
+    """
+
+    def again(before: Fit) -> tuple[Setting, Mapping[str, Array]]:
+        along = torques_of(ready, before.theta)
+        columns = load_terms(ready, before, along, [form])[form]
+        if not len(elastic):
+            return ready, columns
+        softened = compliance_columns(ready, along)
+        return ready.widened(transmitted_columns(ready, before, along, softened, [columns[form]])[:, elastic]), columns
+
+    def terms(columns: Mapping[str, Array], belief: Belief, offsets: Mask) -> dict[str, Term]:
+        priors = SHARES | {form: (belief.mean, belief.std)}
+        where = {OFFSET: offsets[ready.columns.joint]}
+        return {**chosen, **{x: Term(np.where(where.get(x, True), c, 0.0), *priors[x]) for x, c in columns.items()}}
+
+    def found(offsets: Mask) -> tuple[_Loaded, Mask]:
+        free = fit(of_base, terms(first, ANY_DRIVE, offsets), base)
+        where, columns = again(free)
+        free = fit(where, terms(columns, ANY_DRIVE, offsets), free)
+        where, columns = again(free)
+        belief = _belief(free, form)
+        final = fit(where, known := terms(columns, belief, offsets), free)
+        return _Loaded(final, known, belief), offsets & _is_possible(free, form) & _is_possible(final, form)
+
+    offsets = np.full(ready.n, form != LINKS)
+    loaded, possible = found(offsets)
+    return loaded if (possible == offsets).all() else found(possible)[0]
+
+
+def _is_possible(fitted: Fit, form: str) -> Mask:
+    """Whether each joint's friction coefficient and the share of its offset that is not a torque are possible, (n,)."""
+    mean, std = SHARES[OFFSET]
+    off = fitted.common(OFFSET, mean) - mean
+    return (np.abs(fitted.common(form, 0.0)) < STRONGEST) & (np.abs(off) < BETTER * std)
+
+
+def _belief(free: Fit, form: str) -> Belief:
+    """Return the prior of the joints' coefficients from a fit with a wide one."""
+    k = free.model.names.index((form, -1))
+    joints = np.flatnonzero(free.model.own.used[:, k])
+    weights = np.zeros((len(joints), *free.phi.shape))
+    weights[np.arange(len(joints)), joints, k] = 1.0
+    found, seen = free.of_phi(weights), free.phi[joints, k]
+    variance = np.diag(larger_of(found.classical(), found.jackknife()))
+    noise = np.hypot(np.sqrt(variance), np.linalg.norm(found.belief, axis=1))
+    return prior_of_drives(seen, noise)
+
+
+def prior_of_drives(seen: Array, noise: Array) -> Belief:
+    """Return the prior of a coefficient from estimates of single joints, and the standard deviations of their noise.
+
+    A joint without a gain may end at c = 1, where V = |V| s holds for any torque: it is excluded.
+    """
+    shown = np.abs(seen) < STRONGEST
+    if not shown.any():
+        return ANY_DRIVE
+    belief = fitted_prior(seen[shown], noise[shown])
+    return Belief(belief.mean, max(belief.std, SPREAD_SHARE * belief.mean))
+
+
+def fitted_prior(seen: Array, noise: Array) -> Belief:
+    """Return the normal distribution of maximum likelihood of a parameter over the drives (empirical Bayes).
+
+    Args:
+        seen: Noisy values, shape (k,).
+        noise: Standard deviation of the noise of each, positive, shape (k,).
+    """
+    ends = (LEAST_STD, BEGIN) if likelihood_slope(seen, noise, BEGIN) > 0.0 else (BEGIN, MOST_STD)
+    slopes = [likelihood_slope(seen, noise, std) for std in ends]
+    if slopes[0] >= 0.0 or slopes[1] <= 0.0:
+        std = ends[0] if slopes[0] >= 0.0 else ends[1]
+    else:
+        low, high = np.log(ends).tolist()
+        while high - low > SETTLED:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if likelihood_slope(seen, noise, float(np.exp(middle))) < 0.0 else (low, middle)
+        std = float(np.exp(0.5 * (low + high)))
+    return Belief(_mean(seen, noise, std), std)
+
+
+def likelihood_slope(seen: Array, noise: Array, std: float) -> float:
+    """Derivative of -2 log L by log std, at the most likely mean.
+
+    -2 log L = sum log v + (x - mean)^2 / v, v = noise^2 + std^2. If its derivative by the mean is not zero, the mean is
+    at a limit of `MEANS`; so a change of the mean does not contribute.
+    """
+    v = noise**2 + std**2
+    return float(np.sum((1.0 - (seen - _mean(seen, noise, std)) ** 2 / v) / v)) * 2.0 * std**2
+
+
+def _mean(seen: Array, noise: Array, std: float) -> float:
+    weight = 1.0 / (noise**2 + std**2)
+    return float(np.clip(weight @ seen / weight.sum(), *MEANS))

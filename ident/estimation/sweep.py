@@ -1,0 +1,328 @@
+"""One pass along a motion at one set of parameters: torques and their derivatives, at rows or at the full rate.
+
+Torques are evaluated at fewer samples than the recording has; splines interpolate. A cubic spline is linear in its
+values y and slopes s, so that the masked and decimated rows are
+
+    rows_j = D M_j (H_0 y_j + H_1 s_j)
+
+with D the decimation, M_j the mask of joint j, and H the cubic Hermite polynomials.
+
+An elastic joint's link lags its motor, where the encoder is, by the transmitted torque times the compliance; likewise
+velocity and acceleration. The rotor is not affected, if its inertia is identified separately. If an encoder reads d too
+much, its joint is at q - d. A tilted base rotates gravity about an axis perpendicular to it.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import linalg, sparse
+
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.rows import SharedParameters
+from ident.model.arm import Arm
+from ident.model.displacement import Dynamics, States
+from ident.model.parameters import STANDARD
+from ident.model.regressor import drive_torques, inverse_dynamics
+from ident.model.structure import Structure
+from ident.numerics.signals import FILTER_ORDER, low_passed, power_density
+from ident.numerics.splines import CubicSpline, slopes
+from ident.observation.full_rate import FullRate
+from ident.support.arrays import Array, Indices, Mask
+
+ROTOR_SHARE = 0.5
+"""Assumed share of a rotor in a joint's inertia if the data do not separate them: gears match rotor and load
+inertia."""
+STATES = 16
+"""Number of positions along a motion over which inertia is averaged."""
+RESONANCE_HZ = 25.0
+"""Assumed resonance of a rotor on its transmission [Hz]; measured ones of geared drives are 20 to 31 Hz."""
+LEAST_ROTOR = 0.1
+"""Smallest share of a rotor in a joint's inertia; a smaller estimate is an error of the fit."""
+NOISE_SHARE = 1e-3
+"""Largest share of encoder noise in the power of the effect of a joint's compliance on its own torque.
+
+Only a small part of that power separates compliance from inertia, so a small share of noise causes a large bias:
+compliances of an arm with 2e-5 rad of noise at 500 Hz have errors of 2 to 7 % with this share, of 30 % with three times
+as much.
+"""
+AVERAGED_BLOCK = 60.0
+"""Length of the segments whose spectra are averaged, in periods of the cut-off of the positions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A recorded motion, with what does not depend on the parameters.
+
+    Attributes:
+        problem: The problem.
+        shared: The parameters that joints share.
+        number: Number of the motion in the problem.
+    """
+
+    problem: Problem
+    shared: SharedParameters
+    number: int
+
+    @property
+    def motion(self) -> ObservedMotion:
+        """The motion."""
+        return self.problem.motions[self.number]
+
+    @property
+    def behind(self) -> FullRate:
+        """The motion at full rate."""
+        return self.motion.observation.recorded
+
+    @property
+    def structure(self) -> Structure:
+        """The arm's structure."""
+        return self.problem.structure
+
+    @cached_property
+    def sign(self) -> Array:
+        """Signs of the speeds, shape (N, n)."""
+        return np.sign(self.behind.dq)
+
+    @cached_property
+    def knots(self) -> Array:
+        """Times at which torques are evaluated [s], shape (S,)."""
+        return self.behind.t[self.behind.at]
+
+    def at_full_rate(self, y: Array) -> Array:
+        """Interpolate from the samples (S, m) to the full rate, (N, m)."""
+        at, h = self.behind.at, np.diff(self.knots)
+        stride, s, end = int(at[1]), slopes(self.knots, y), int(at[-2])
+        H = _hermite(np.arange(stride) / stride, h[0])
+        parts = np.stack((y[:-2], s[:-2], y[1:-1], s[1:-1]))  # (4, pieces, m)
+        out = np.empty((int(at[-1]) + 1, y.shape[1]))
+        out[:end] = np.tensordot(H, parts, 1).swapaxes(0, 1).reshape(end, -1)
+        last = _hermite(np.arange(len(out) - end) / (len(out) - 1 - end), h[-1])
+        out[end:] = last @ np.stack((y[-2], s[-2], y[-1], s[-1]))
+        return out
+
+    @cached_property
+    def _row_filters(self) -> list[tuple[sparse.csr_array, sparse.csr_array]]:
+        """D M_j H_0 and D M_j H_1 of the rows of each joint, shape (r_j, S)."""
+        behind, at, h = self.behind, self.behind.at, np.diff(self.knots)
+        D, sample = behind.decimator, np.arange(len(behind.q))
+        piece = np.minimum(sample // int(at[1]), len(at) - 2)
+        H = _hermite((sample - at[piece]) / np.diff(at)[piece], h[piece])  # (N, 4)
+        lag = np.arange(len(D.kernel))
+        found = list[tuple[sparse.csr_array, sparse.csr_array]]()
+        for j, each in enumerate(self.motion.observation.joints):
+            within = D.factor * each.position[:, None] + lag  # samples of each row, (r_j, l)
+            weight = D.kernel * behind.moving[within, j]
+            first = piece[within[:, 0]]
+            width = int((piece[within[:, -1]] - first).max(initial=0)) + 2
+            place = (np.arange(len(first)) * width)[:, None] + piece[within] - first[:, None]
+            size = len(first) * width
+            of_value, of_slope = (
+                np.bincount(place.ravel(), (weight * H[within, k]).ravel(), size)
+                + np.bincount(place.ravel() + 1, (weight * H[within, k + 2]).ravel(), size)[:size]
+                for k in (0, 1)
+            )
+            columns = np.minimum(first[:, None] + np.arange(width), len(at) - 1).ravel()
+            ends = width * np.arange(len(first) + 1)
+            shape = (len(first), len(at))
+            K, L = (sparse.csr_array((data, columns, ends), shape=shape) for data in (of_value, of_slope))
+            found.append((K, L))
+        return found
+
+    def rows(self, change: Array) -> Array:
+        """Convert torques (S, n, m) to rows, masked and decimated like the currents, joint by joint, (rows, m)."""
+        y, s = (np.ascontiguousarray(x.swapaxes(0, 1)) for x in (change, slopes(self.knots, change)))
+        return np.vstack([K @ y[j] + L @ s[j] for j, (K, L) in enumerate(self._row_filters)])
+
+    def decimated(self, x: Array) -> Array:
+        """Mask and decimate signals at full rate (N, n, m) like the currents, joint by joint, (rows, m)."""
+        behind = self.behind
+        rows = behind.decimator.applied(np.where(behind.moving[:, :, None], x, 0.0))
+        return np.vstack([rows[each.position, j] for j, each in enumerate(self.motion.observation.joints)])
+
+    def at(self, theta: Array) -> "Torques":
+        """The motion with the fitted parameters (p,), without friction and offset."""
+        structure, arm = self.problem.structure, len(self.shared.arm)
+        chi = np.zeros(structure.base.regrouping.shape[1])
+        chi[structure.base.columns[self.shared.arm]] = theta[:arm]
+        for mounted, values in zip(self.problem.payloads, self.shared.payload_values(theta), strict=True):
+            if self.motion.payload is mounted:
+                chi[structure.payload_columns] += values
+        return Torques(self, chi)
+
+
+def _hermite(x: Array, h: Array | float) -> Array:
+    """Weights of value and slope at the start, then at the end, of an interval h at its share x, shape (N, 4)."""
+    y = 1.0 - x
+    return np.stack(((1.0 + 2.0 * x) * y**2, x * y**2 * h, x**2 * (3.0 - 2.0 * x), -(x**2) * y * h), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Torques:
+    """Torques of an arm along a motion, without friction and offset.
+
+    Attributes:
+        sweep: The motion.
+        chi: Standard parameters of the arm with its payload, shape (14 n + 3 c,); names as in `parameters.labels`.
+    """
+
+    sweep: Sweep
+    chi: Array
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.sweep.structure.arm
+
+    @cached_property
+    def sampled(self) -> Array:
+        """Torques of rigid joints at the samples where they are evaluated [N m], shape (S, n)."""
+        return self.sweep.motion.observation.link_motions.torques(self.chi)
+
+    @cached_property
+    def rotors(self) -> Array:
+        """The parameters with all but separate rotor inertias set to zero."""
+        at = separate_rotors(self.sweep.structure)
+        rotors = np.zeros_like(self.chi)
+        rotors[at] = self.chi[at]
+        return rotors
+
+    @cached_property
+    def links(self) -> Dynamics:
+        """Dynamics of the links, without rotors."""
+        return Dynamics.of(self.sweep.motion.observation.kinematics, self.chi - self.rotors)
+
+    def softened(self, torque: Array | None = None) -> Array:
+        """Change of the torques per unit of each joint's compliance, shape (S, n, n), torque first.
+
+        Args:
+            torque: Drive torques without friction [N m], shape (S, n); None for those of rigid joints.
+        """
+        behind = self.sweep.behind
+        given = self.sampled if torque is None else torque
+        states = behind.states
+        links = given - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
+        transmitted = CubicSpline.through(self.sweep.knots, links)
+        return self.links.displaced(States(*(-transmitted(self.sweep.knots, order) for order in range(3))))
+
+    def slowed(self, softened: Array) -> Array:
+        """Convert changes by compliance (S, n, n) to rows, low-passed below frequencies of encoder noise, (rows, n)."""
+        sweep, behind = self.sweep, self.sweep.behind
+        rows = sweep.rows(softened)
+        own = sweep.at_full_rate(np.ascontiguousarray(np.einsum("skk->sk", softened)))
+        inertia = np.mean(inertia_matrices(self.arm, self.links.chi, behind.states.q) ** 2, axis=0)
+        limits = shown_hz(behind, own, inertia)
+        for k in np.flatnonzero(limits < behind.cutoff_hz):
+            full = sweep.at_full_rate(np.ascontiguousarray(softened[:, :, k]))
+            rows[:, k] = sweep.decimated(low_passed(full, behind.period, float(limits[k]))[..., None])[:, 0]
+        return rows
+
+    def misplaced(self) -> Array:
+        """Change per error of each joint's zero, then per tilt of the base [N m/rad; N m/m], shape (S, n, n + 2)."""
+        states = self.sweep.behind.states
+        still = np.zeros_like(states.q)
+        turned = self.links.displaced(States(np.ones_like(states.q), still, still))
+        return np.concatenate((-turned, self.tilted()), axis=2)
+
+    def tilted(self) -> Array:
+        """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
+        q = self.sweep.behind.states.q
+        still = np.zeros_like(q)
+        # a rotation of the base rotates gravity the other way
+        turned = (replace(self.arm, gravity=np.cross(self.arm.gravity, axis)) for axis in across(self.arm))
+        return np.stack([inverse_dynamics(arm, self.chi, q, still, still) for arm in turned], axis=2)
+
+
+def across(arm: Arm) -> Array:
+    """Two unit vectors perpendicular to gravity, shape (2, 3); none without gravity, shape (0, 3)."""
+    return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
+
+
+def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
+    """Return the frequency up to which encoder noise in the effect of each joint's compliance is small.
+
+    The effect depends on fourth derivatives of the positions. This noise is correlated with that of the accelerations
+    and partly cancels it, so that without a limit compliances are estimated too small, and those of rigid joints
+    significantly negative (`docs/derivations.md`). White noise of density N_l in the positions gives M_kk^2 (sum over l
+    of M_kl^2 N_l) (2 pi f)^8, reduced by the low-pass of the positions.
+
+    Args:
+        behind: The motion, n joints.
+        own: Change of each joint's torque per compliance of itself, shape (N, n).
+        inertia: Mean squares of the inertia matrix of the links, shape (n, n).
+
+    Returns:
+        Frequencies [Hz], shape (n,); the cut-off of the positions if noise is small up to it.
+    """
+    length = min(len(own), round(AVERAGED_BLOCK / (behind.cutoff_hz * behind.period)))
+    f, power = power_density(own, behind.period, length)
+    inside = (f > 0.0) & (f <= behind.cutoff_hz)
+    f, power = f[inside], power[inside]
+    kept = (1.0 + (f / behind.cutoff_hz) ** (2 * FILTER_ORDER)) ** -2
+    density = np.diag(inertia) * (inertia @ behind.noise)
+    noise = ((2.0 * np.pi * f) ** 8 * kept)[:, None] * density
+    little = np.cumsum(noise, axis=0) <= NOISE_SHARE * np.cumsum(power, axis=0)
+    last = len(f) - 1 - np.argmax(little[::-1], axis=0)
+    highest = np.where(little.any(axis=0), f[last], f[0])
+    return np.where(little[-1], behind.cutoff_hz, highest)
+
+
+def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
+    """Return the inertia matrices at some positions of a motion.
+
+    Args:
+        arm: The arm, n joints.
+        chi: Standard parameters; names as in `parameters.labels`.
+        q: Positions of a motion, shape (N, n).
+
+    Returns:
+        [kg m^2, kg m or kg], shape (STATES, n, n).
+    """
+    q = q[np.linspace(0, len(q) - 1, STATES).astype(np.intp)]
+    ddq = np.tile(np.vstack((np.zeros(arm.n), np.eye(arm.n))), (STATES, 1))
+    states = np.repeat(q, arm.n + 1, axis=0)
+    torque = inverse_dynamics(arm, chi, states, np.zeros_like(states), ddq).reshape(STATES, arm.n + 1, arm.n)
+    return (torque[:, 1:] - torque[:, :1]).swapaxes(1, 2)
+
+
+def rotor_inertia(sweep: Sweep, theta: Array, *, least: float = 0.0) -> Array:
+    """Return each rotor inertia, joint side [kg m^2] or [kg], estimated or, if confounded, assumed, shape (n,).
+
+    Args:
+        sweep: The first motion.
+        theta: Shared parameters, shape (p,).
+        least: Smallest share of a rotor in its joint's inertia; a smaller estimate is an error of the fit.
+    """
+    structure, arm = sweep.structure, len(sweep.shared.arm)
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[sweep.shared.arm]] = theta[:arm]
+    whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, sweep.behind.q)), axis=0)
+    found = np.maximum(chi[own_rotors(structure)], least * whole)
+    return np.where(rotor_identifiable(structure), found, ROTOR_SHARE * whole)
+
+
+def assumed_compliance(sweep: Sweep, theta: Array) -> Array:
+    """Return the compliance of each joint by its rotor's inertia and an assumed resonance on its transmission.
+
+    Returns:
+        [rad / (N m)] or [m / N], shape (n,); zero without an inertia.
+    """
+    stiffness = rotor_inertia(sweep, theta, least=LEAST_ROTOR) * (2.0 * np.pi * RESONANCE_HZ) ** 2
+    return np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
+
+
+def rotor_identifiable(structure: Structure) -> Mask:
+    """Mask of the joints whose rotor inertia is identifiable separately from that of links, shape (n,)."""
+    return np.isin(own_rotors(structure), separate_rotors(structure))
+
+
+def own_rotors(structure: Structure) -> Indices:
+    """Indices of the inertias of the joints' own motors among the standard parameters, shape (n,)."""
+    return np.asarray(len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia"), np.intp)
+
+
+def separate_rotors(structure: Structure) -> Indices:
+    """Indices of the rotor inertias that are not regrouped with link inertias, among the standard parameters."""
+    base = structure.base
+    alone = np.count_nonzero(base.regrouping, axis=1) == 1
+    return base.columns[alone & np.array([name.startswith("Ia") for name in base.names])]

@@ -1,0 +1,208 @@
+"""What may act on a joint besides viscous and Coulomb friction: laws of the speed, of the load, and compliance.
+
+Columns of load-dependent friction and of compliance follow from the torques of an earlier fit.
+
+A link that is deflected by the share x = (f / f0)^2 of its motion transmits 1 / (1 - x) times the torque of a rigid
+joint; columns from the torques of rigid joints give 1 + x. Currents contain the exact torque, but also noise, and
+friction at reversals whose timing the filters blur. Such columns are therefore replaced by their regression on all
+columns from positions (two-stage least squares), which current noise does not affect.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.all_joints import Fit, Setting, Term
+from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
+from ident.numerics.least_squares import factors
+from ident.numerics.signals import delayed, low_passed
+from ident.support.arrays import Array
+
+STRONGEST = 0.5
+"""Largest share of friction in the motor torque during the iteration."""
+MOTOR, LINKS, THROUGH = "load-motor", "load", "load-through"
+LOAD_FORMS = {
+    MOTOR: "the motor torque",
+    LINKS: "the torque of links and payload",
+    THROUGH: "the torque of links, payload and other friction",
+}
+"""Torques that load-dependent friction can be proportional to: at the input of the gears, at their output, or in the
+gears without their loss. The torque that accelerates the rotor does not pass through the gears."""
+OFFSET, ROTOR = "offset-share", "rotor-share"
+"""Columns of two shares that load-dependent friction depends on: the part of a joint's offset that is not a torque,
+unlike that of a spring, and the part of a joint's inertia that is the rotor's, if the data do not separate the two."""
+LOAD_MEAN, LOAD_STD = 0.05, 0.1
+"""Initial prior of load-dependent friction: published drives lose 6 to 15 % of their torque.
+
+If friction dominates, the gain and the load-dependent friction of a joint are confounded; without a prior the
+coefficient, the gain and the torques of its column would diverge.
+"""
+SHARES = {OFFSET: (0.5, 0.5), ROTOR: (0.0, 0.5)}
+"""Prior means and standard deviations of their coefficients: a share is between 0 and 1, and nothing else is known. The
+column of load-dependent friction includes all of the offset, and half of the inertia as the rotor's."""
+RANK_TOL = 1e-10
+"""Relative norm of the new part of a unit column below which it is zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedTerm:
+    """A friction law of the speed: its function and its description."""
+
+    law: Callable[[Array], Array]
+    words: str
+
+
+SPEED_TERMS = {
+    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than linearly with speed"),
+    "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
+}
+"""Friction laws of the speed besides viscous and Coulomb friction, by name."""
+LAWS: Mapping[str, Callable[[Array], Array]] = {
+    "Fv": np.positive,
+    "Fc": np.sign,
+    "off": np.ones_like,
+    **{name: term.law for name, term in SPEED_TERMS.items()},
+}
+
+
+def speed_terms(ready: Setting, laws: Collection[str]) -> dict[str, Term]:
+    """Return the friction terms of all joints that depend on the speed alone, by name, without priors."""
+    if not laws:
+        return {}
+    rows = ready.of_logs(
+        [
+            sweep.decimated(np.stack([SPEED_TERMS[name].law(sweep.behind.dq) for name in laws], axis=2))
+            for sweep in ready.sweeps
+        ]
+    )
+    return {name: Term(rows[:, k]) for k, name in enumerate(laws)}
+
+
+def torques_of(ready: Setting, theta: Array) -> tuple[Torques, ...]:
+    """Return the torques of the fitted arm along each motion."""
+    return tuple(sweep.at(theta) for sweep in ready.sweeps)
+
+
+def load_terms(
+    ready: Setting, fit: Fit, along: Sequence[Torques], forms: Collection[str]
+) -> dict[str, dict[str, Array]]:
+    """Return the column of each form of load-dependent friction, then those of its `SHARES`, of all joints, (r,) each.
+
+    Their coefficients have no unit, and are positive where friction brakes.
+
+    Args:
+        ready: The problem.
+        fit: An earlier fit.
+        along: Its torques along each motion.
+        forms: Names in `LOAD_FORMS`.
+    """
+    if not forms:
+        return {}
+    h, unseen = fit.h, ~rotor_identifiable(ready.problem.structure)
+    spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
+    names = [
+        (form, name)
+        for form in forms
+        for name in (form, *([OFFSET] if form != LINKS else []), *([ROTOR] if form != MOTOR and unseen.any() else []))
+    ]
+    parts = list[Array]()
+    for sweep, torques in zip(ready.sweeps, along, strict=True):
+        against = np.sign(h) * sweep.sign  # the current of a negative gain has the opposite sign
+        rotor = spun * sweep.behind.ddq
+        links = h * sweep.at_full_rate(torques.sampled)
+        braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
+        columns = list[Array]()
+        for form in forms:
+            given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
+            c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
+            load = _size(form, given, c, against)
+            columns.append(load * against)
+            if form != LINKS:
+                columns.append(scale * (_size(form, given - fit.common("off", 0.0), c, against) - load) * against)
+            if form != MOTOR and unseen.any():
+                less = _size(form, given - np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor, c, against) - load
+                columns.append(scale * less * against)
+        parts.append(sweep.decimated(np.stack(columns, axis=2)))
+    rows, found = ready.of_logs(parts), {form: dict[str, Array]() for form in forms}
+    for k, (form, name) in enumerate(names):
+        found[form][name] = rows[:, k]
+    return found
+
+
+def _size(form: str, given: Array, c: Array, against: Array) -> Array:
+    """Magnitude of the current that friction is proportional to, (N, n); that of the motor includes this friction.
+
+    Args:
+        form: One of `LOAD_FORMS`.
+        given: Current without that friction, shape (N, n).
+        c: Friction as a share of the motor's torque, shape (n,).
+        against: Sign of the current that opposes friction, shape (N, n).
+    """
+    if form != MOTOR:
+        return np.abs(given)
+    return np.abs(given / (1.0 - np.clip(c, -STRONGEST, STRONGEST) * against * np.sign(given)))  # W = x + c |W| against
+
+
+def braking(dq: Array, fit: Fit, motion: int) -> Array:
+    """Return the current of speed-dependent friction and offset at some speeds in a motion, shape (N, n)."""
+    total = np.zeros_like(dq)
+    for k, (name, which) in enumerate(fit.model.names):
+        if name in LAWS and which in (-1, motion):
+            total += fit.phi[:, k] * LAWS[name](dq)
+    return total
+
+
+def compliance_columns(ready: Setting, along: Sequence[Torques]) -> Array:
+    """Return the change of torque of all joints' rows per compliance of each, from torques of rigid joints, (r, n)."""
+    return ready.of_logs([each.slowed(each.softened()) for each in along])
+
+
+def transmitted_columns(
+    ready: Setting, before: Fit, along: Sequence[Torques], first: Array, beside: Collection[Array]
+) -> Array:
+    """Return the change of torque of all joints' rows per compliance of each, from the torques of the currents, (r, n).
+
+    Args:
+        ready: The problem, without compliances.
+        before: A fit whose gains and friction convert currents to torques.
+        along: Its torques along each motion.
+        first: The same from the torques of rigid joints.
+        beside: Columns of friction terms that joints may have, each of shape (r,).
+    """
+    parts = list[Array]()
+    for sweep, torques in zip(ready.sweeps, along, strict=True):
+        parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
+    rows, columns = ready.of_logs(parts), ready.columns
+    W = np.column_stack((columns.shared, before.model.F, first, columns.known, *beside))
+    for j in range(ready.n):
+        own = columns.joint == j
+        Q = factors(W[own], rank_tol=RANK_TOL).Q
+        rows[own] = Q @ (Q.T @ rows[own])
+    return rows
+
+
+def transmitted(sweep: Sweep, before: Fit) -> Array:
+    """Return drive torques without friction, low-passed like the positions, at full rate [N m], shape (N, n)."""
+    behind = sweep.behind
+    V = delayed(behind.recording.v, behind.current_delay / behind.recording.period)
+    links = without_friction(V, behind.dating, before, sweep.number) / before.h
+    return behind.sampled(low_passed(links, behind.recording.period, behind.cutoff_hz))
+
+
+def without_friction(V: Array, dq: Array, before: Fit, motion: int) -> Array:
+    """Return currents (N, n) at some speeds in a motion without the friction of a fit.
+
+    Gear friction is computed from the torque of links and rotor together, which neglects its error from the rotor's
+    torque.
+    """
+    against = np.sign(before.h) * np.sign(dq)
+
+    def carried(current: Array, form: str) -> Array:
+        c = np.clip(before.common(form, 0.0), -STRONGEST, STRONGEST)
+        return current / (1.0 + c * against * np.sign(current)) if c.any() else current
+
+    share = before.common(OFFSET, 0.0)
+    load = (1.0 - share) * np.abs(V) + share * np.abs(V - before.common("off", 0.0))
+    V = V - before.common(MOTOR, 0.0) * load * against
+    return carried(carried(V, THROUGH) - braking(dq, before, motion), LINKS)

@@ -1,0 +1,129 @@
+"""The columns of all joints and their cross products: nothing is lost, and what depends on others is left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import exact_problem
+from three_joints import TRUE, N, case
+
+from ident.estimation.all_joints import Model, Term, setting
+from ident.estimation.blocks import flat, flipped
+from ident.estimation.intervals import time_blocks
+from ident.estimation.rows import Columns, SharedParameters
+
+
+def test_rows_are_the_columns_times_their_coordinates(small, unsure):
+    given = case(small, unsure, 0.02)
+    model, columns = given.model, given.ready.columns
+    blocks, layout = model.blocks, model.blocks.layout
+    C = np.concatenate((blocks.C[:, :, :-2] @ blocks.U, blocks.C[:, :, -2:]), axis=2)
+    found = layout.rows(blocks.R + blocks.own.Q @ C[:, None])
+    expected = np.column_stack((columns.shared @ blocks.U, columns.known, columns.V))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+    F = layout.rows(model.own.Q @ model.own.R[:, None])
+    np.testing.assert_allclose(F, model.F, rtol=0, atol=1e-12 * np.abs(F).max())
+    Q, R = flat(model.own.Q), flat(blocks.R)
+    np.testing.assert_allclose(flipped(Q) @ Q, np.tile(np.eye(Q.shape[2]), (N, 1, 1)), atol=1e-13)
+    assert np.abs(flipped(flat(blocks.own.Q)) @ R).max() < 1e-12 * np.abs(R).max()
+    weighed = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
+    np.testing.assert_allclose(weighed, np.eye(len(weighed)), atol=1e-9)  # of columns with a condition number of 1e3
+
+
+def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):
+    ready = case(small, unsure, 0.02).ready
+    more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * ready.columns.shared[:, :1]
+    std = np.array([np.inf, 0.3, 1e-3])
+    once = ready.widened(more, std).with_currents(ready.columns.V[::-1].copy())
+    each = ready.with_currents(ready.columns.V[::-1].copy())
+    for k in range(3):
+        each = each.widened(more[:, k : k + 1], std[k])
+    anew = replace(each, blocks=each.blocks.at(each.blocks.weight))
+    for one in (each, anew):
+        model, other = Model.of(one, {}), Model.of(once, {})
+        np.testing.assert_allclose(model.sigma, other.sigma, rtol=1e-10)
+        for x, y in zip((model, other), (other, model), strict=True):  # the same values at the same parameters
+            T = np.linalg.lstsq(x.blocks.U, y.blocks.U)[0]
+            turn = np.zeros((len(T) + 2, len(T) + 2))
+            turn[:-2, :-2], turn[-2:, -2:] = T, np.eye(2)
+            S = turn.T @ x.eliminated[2] @ turn
+            np.testing.assert_allclose(S, y.eliminated[2], rtol=0, atol=1e-8 * np.abs(S).max())
+
+
+def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave(small, unsure):
+    given = case(small, unsure, 0.02)
+    columns, model = given.ready.columns, given.model
+    for j in range(N):
+        own = columns.joint == j
+        W = np.hstack((model.F, columns.shared, *columns.payload))[own]
+        unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
+        x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
+        expected = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
+        np.testing.assert_allclose(model.sigma[j], expected, rtol=1e-9)
+
+
+def test_a_residual_of_rounding_is_no_weight(small, unsure):
+    columns = case(small, unsure, 0.0).ready.columns
+    expected = [1e-6 * np.sqrt(np.mean(columns.V[columns.joint == j] ** 2)) for j in range(N)]
+    np.testing.assert_allclose(case(small, unsure, 0.0).ready.sigma, expected, rtol=1e-12)
+
+
+def test_each_mounting_has_its_own_share_of_what_is_known_and_what_was_found(small, unsure, rng):
+    loaded = [unsure, *(replace(unsure, known="mass") for _ in range(2))]
+    chi = rng.uniform(0.5, 2.0, 14 * N)
+    motions = [(chi, None, None), *((chi, unsure, each) for each in loaded)]
+    problem = exact_problem(small, motions, TRUE, rng, rows=60)
+    shared = SharedParameters.of(problem)
+    a, count, theta = len(shared.arm), len(shared.free[1]), 1.0 + np.arange(shared.count)
+    assert shared.count == a + 2 * count
+    assert not shared.free[0].size
+    assert 9 not in shared.free[1]  # the mass is known
+    found = shared.payload_values(theta)
+    np.testing.assert_array_equal(found[0], unsure.known_part().chi)
+    np.testing.assert_array_equal(found[1:, 9], unsure.mass)
+    np.testing.assert_array_equal(np.concatenate([found[k, shared.free[k]] for k in (1, 2)]), theta[a:])
+    columns = Columns.of(problem, shared)  # the columns of the one are zero where the other is
+    assert not columns.shared[columns.motion != 2, a : a + count].any()
+    assert not columns.shared[columns.motion != 3, a + count :].any()
+    assert columns.shared[columns.motion == 3, a + count :].any(axis=0).all()
+
+
+def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, unsure):
+    ready = case(small, unsure, 0.02).ready
+    columns = ready.columns
+    still = (columns.motion == 1) & (columns.joint == 1)
+    moved = replace(columns, own={**columns.own, "Fc": np.where(still, 0.0, columns.own["Fc"])})
+    names, F = moved.friction(per_motion=True)
+    assert [name for name, _ in names] == ["Fv"] * 3 + ["Fc"] * 3 + ["off"]
+    assert [which for _, which in names] == [0, 1, 2, 0, 1, 2, -1]
+    for (name, which), column in zip(names, F.T, strict=True):
+        np.testing.assert_array_equal(column, np.where((moved.motion == which) | (which < 0), moved.own[name], 0.0))
+    own = type(ready.blocks.own).none(ready.blocks.layout).extended(ready.blocks.layout.padded(F))
+    np.testing.assert_array_equal(own.used[1], [name != "Fc" or which != 1 for name, which in names])
+    assert own.used[[0, 2]].all()
+    common, F = columns.friction(per_motion=False)
+    assert common == (("Fv", -1), ("Fc", -1), ("off", -1))
+    np.testing.assert_array_equal(F, np.column_stack(list(columns.own.values())))
+
+
+@pytest.mark.parametrize("twin", ["Fv", "Fc", "off"])
+def test_a_column_with_a_prior_never_replaces_an_equal_one_without(small, unsure, twin):
+    # A rank decision by pivots would take either of two equal columns, whichever rounding makes the longer one.
+    rng = np.random.default_rng(7)
+    given = case(small, unsure, 0.02).ready.problem
+    ready = setting(given, per_motion=False, prior_std=1.0)
+    own = ready.columns.own
+    for scale in (-0.37, 2.6, 41.0):
+        column = scale * own[twin] * (1.0 + 1e-12 * rng.normal(size=len(own[twin])))
+        terms = {"twin": Term(column, mean=0.4, std=0.3), "sum": Term(own["off"] - 1.7 * own["Fv"], 0.2, 0.1)}
+        model = Model.of(ready, terms | {"new": Term(own["Fv"] ** 3)})
+        np.testing.assert_array_equal(model.own.used, N * [[True, True, True, False, False, True]])
+        assert not np.isfinite(model.std).any()
+
+
+def test_time_blocks_have_equal_lengths_of_each_motion_and_no_empty_one_has_a_number():
+    motion = np.array([0] * 9 + [1] * 5 + [0] * 3)
+    position = np.array([3, 4, 5, 9, 10, 11, 12, 21, 22, 0, 4, 5, 6, 9, 3, 12, 22])
+    # Of motion 0 the rows 3 to 22 are four times five, of which the third has none; of motion 1 ten.
+    expected = [0, 0, 0, 1, 1, 1, 1, 2, 2, 3, 4, 5, 5, 6, 0, 1, 2]
+    np.testing.assert_array_equal(time_blocks(motion, position, 4), expected)

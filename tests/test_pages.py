@@ -14,8 +14,8 @@ from places import ROOT
 from ident.model.arm import load_arm
 from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS, command
-from scenarios.experiments.gains_file import read_gains
 from scenarios.experiments.robots import robot
+from scenarios.results.gains_file import read_gains
 
 LEARNT = [
     ROOT / "README.md",

@@ -63,7 +63,7 @@ MODULES = {
             "experiments.scenario",
             "experiments.schema",
             "experiments.motions",
-            "experiments.gains_file",
+            "results.gains_file",
         ),
         "Studies": (
             "experiments.study",

@@ -308,7 +308,7 @@ def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
     """Return the gains of an arm, from a file or from numbers, which are taken as exact; an error if of another arm."""
     from ident.estimation.known_gains import stated_gains
     from ident.support.errors import GainsError
-    from scenarios.experiments.gains_file import read_gains
+    from scenarios.results.gains_file import read_gains
 
     if isinstance(given, Path):
         return read_gains(given).of(arm)

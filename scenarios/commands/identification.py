@@ -9,7 +9,7 @@ from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.experiments.gains_file import GainsFile
+    from scenarios.results.gains_file import GainsFile
 
 TEXT, FIGURES = "paper.md", ("figure3.png", "figure3.svg")
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import Diagnosed
     from ident.parameters.payload import FoundPayload
     from ident.preparation import Prepared
-    from scenarios.experiments.gains_file import GainsFile
+    from scenarios.results.gains_file import GainsFile
 
 REL_STD = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
 
@@ -55,8 +55,8 @@ def verify_command(options: argparse.Namespace) -> Status:
 def _compared(options: argparse.Namespace) -> Status:
     """Compare two files of gains."""
     from ident.estimation.gain_comparison import compared
-    from scenarios.experiments.gains_file import check_units, read_gains
     from scenarios.gains_in_use.validation import GainComparison
+    from scenarios.results.gains_file import check_units, read_gains
 
     if len(options.files) != 2:
         raise ScenarioError(f"{options.files[0]}: expected two files of gains, or --gains G with recordings")
@@ -76,9 +76,9 @@ def _weighed(options: argparse.Namespace, mounted: Sequence[inputs.Mounting]) ->
     from ident.parameters.weighing import verified
     from ident.payload.payload import read_payload
     from ident.unseen import predict_with
-    from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.known_gains import check_unseen
     from scenarios.gains_in_use.weighing import Verification
+    from scenarios.results.gains_file import read_gains
 
     loaded = [each for each in mounted if each.payload is not None]
     if len(loaded) != 1 or loaded[0].payload is None:
@@ -157,8 +157,8 @@ def payload_of_arguments(parser: argparse.ArgumentParser) -> None:
 def payload_of_command(options: argparse.Namespace) -> Status:
     """Estimate an unknown payload with known gains."""
     from ident.parameters.weighing import joint_agreement
-    from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.weighing import FoundPayload
+    from scenarios.results.gains_file import read_gains
 
     file = read_gains(options.gains)
     with output.under_way(options, "weighing"):
@@ -184,10 +184,9 @@ def torque_command(options: argparse.Namespace) -> Status:
     held = output.right_to_write(options, options.out, command="rx90 torque")
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
-    from scenarios.experiments.gains_file import read_gains
     from scenarios.gains_in_use.known_gains import Torques, check_currents
     from scenarios.rendering.content import joints_named
-    from scenarios.results.gains_file import write_torque
+    from scenarios.results.gains_file import read_gains, write_torque
 
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
@@ -246,11 +245,10 @@ def patch_command(options: argparse.Namespace) -> Status:
     held = [output.right_to_write(options, path, command="rx90 patch") for path in written]
     from ident.estimation.known_gains import check_unit
     from ident.model.structure import structure_of
-    from scenarios.experiments.gains_file import read_gains
     from scenarios.experiments.robots import nominal_links, read_arm
     from scenarios.gains_in_use.model_patch import patched_model
     from scenarios.gains_in_use.patch import Patched, joint_values, link_values, predicted_by_models, read_bare
-    from scenarios.results.gains_file import ros_parameters
+    from scenarios.results.gains_file import read_gains, ros_parameters
 
     structure, gains = structure_of(read_arm(model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)

@@ -24,10 +24,9 @@ from ident.recordings.recording import Motion, Recording
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
-from scenarios.experiments.gains_file import TURNING, GainsFile
 from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
 from scenarios.rendering.result import ResultModel
-from scenarios.results.gains_file import recording_digest
+from scenarios.results.gains_file import TURNING, GainsFile, recording_digest
 from scenarios.support.errors import ScenarioError
 
 Options = TypeVar("Options")

@@ -28,7 +28,6 @@ from ident.support.arrays import Array
 from ident.support.files import LARGEST, read_bytes
 from ident.support.naming import one_line
 from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
-from scenarios.experiments.gains_file import GainEntry, GainsFile
 from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains import check_unseen, gain_options, options_of
 from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
@@ -36,6 +35,7 @@ from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column,
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.bare import FAR, BareParameter, BareResult, Link
 from scenarios.results.diagnoses import TOLD, unseen_parts, unseen_verdict
+from scenarios.results.gains_file import GainEntry, GainsFile
 from scenarios.support.errors import ScenarioError
 
 NO_NOMINAL = "no data-sheet gains are given (--nominal)"

@@ -12,7 +12,6 @@ from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_comparison import Moved, Together
 from ident.identification import Identification
 from ident.unseen import Unseen
-from scenarios.experiments.gains_file import TURNING, GainsFile
 from scenarios.rendering.content import (
     NONE,
     Cell,
@@ -35,6 +34,7 @@ from scenarios.results.diagnoses import (
     unseen_verdict,
 )
 from scenarios.results.gains import common_unit, gain_units
+from scenarios.results.gains_file import TURNING, GainsFile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

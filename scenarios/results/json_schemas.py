@@ -22,7 +22,7 @@ FILES = {
     "payload": "scenarios.results.json_schemas:PayloadFile",
     "motion": "scenarios.experiments.motions:MotionFile",
     "robot": "sim.robot:RobotTable",
-    "gains": "scenarios.experiments.gains_file:GainsFile",
+    "gains": "scenarios.results.gains_file:GainsFile",
 }
 """Models of TOML files, whose schemas are in the package, for editors that complete and check keys."""
 RESULTS = {

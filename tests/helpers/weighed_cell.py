@@ -9,7 +9,7 @@ from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
+from scenarios.results.gains_file import read_gains
 
 TWO_WEIGHTS = """
 [experiment.controller]

@@ -13,8 +13,8 @@ from weighed_cell import PLAIN, identified, off
 
 from ident.payload.payload import read_payload
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
 from scenarios.results.gains import Result
+from scenarios.results.gains_file import read_gains
 from scenarios.results.record import read_result
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

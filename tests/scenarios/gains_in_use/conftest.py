@@ -9,7 +9,7 @@ import pytest
 from bare_documents import bare_document
 from weighed_cell import MODEL, light, off
 
-from scenarios.experiments.gains_file import read_gains
+from scenarios.results.gains_file import read_gains
 
 
 @pytest.fixture

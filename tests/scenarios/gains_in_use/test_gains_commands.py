@@ -11,7 +11,7 @@ from printed import printed
 from weighed_cell import MODEL, PLAIN, identified, light, off, with_other
 
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
+from scenarios.results.gains_file import read_gains
 from scenarios.results.json_schemas import schema
 
 

@@ -10,8 +10,8 @@ from weighed_cell import MODEL, PLAIN, heavier, identified, light
 import ident
 from ident.estimation.estimators.nls import AllJointsOptions
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
 from scenarios.results.gains import Result
+from scenarios.results.gains_file import read_gains
 from scenarios.results.record import read_result
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

@@ -14,11 +14,11 @@ from printed import printed
 
 from ident.model.structure import structure_of
 from scenarios.cli import main
-from scenarios.experiments.gains_file import GainEntry, GainsFile, read_gains
 from scenarios.experiments.robots import read_arm
 from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.patch import joint_values, unstated_parameters
 from scenarios.results.bare import BareResult
+from scenarios.results.gains_file import GainEntry, GainsFile, read_gains
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
 GAIN = {0: 11.9, 1: 11.6, 2: -9.8, 3: 10.3, 4: 9.1}

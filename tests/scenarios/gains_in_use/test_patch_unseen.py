@@ -19,9 +19,9 @@ from ident.parameters.arm import Quantity
 from ident.parameters.links import nearest_links
 from ident.recordings.files import write_recording
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
 from scenarios.experiments.robots import PLACEHOLDER, is_placeholder, model_base, nominal_links
 from scenarios.results.bare import Links
+from scenarios.results.gains_file import read_gains
 from sim.errors import PlantError
 
 pytestmark = pytest.mark.usefixtures("_computed_once")

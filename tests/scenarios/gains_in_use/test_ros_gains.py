@@ -18,7 +18,7 @@ from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
+from scenarios.results.gains_file import read_gains
 
 PAGE = ROOT / "docs" / "how-to" / "ros.md"
 

@@ -8,8 +8,8 @@ from printed import printed
 from ident.recordings.files import read_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
 from scenarios.gains_in_use.known_gains import check_currents
+from scenarios.results.gains_file import read_gains
 from scenarios.support.errors import ScenarioError
 
 

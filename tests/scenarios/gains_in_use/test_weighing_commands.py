@@ -10,8 +10,8 @@ from weighed_cell import MODEL, PLAIN, elsewhere, heavier, identified, light, of
 
 from ident.observation.observation import ObserveOptions
 from scenarios.cli import main
-from scenarios.experiments.gains_file import read_gains
 from scenarios.gains_in_use.known_gains import model_options, options_of
+from scenarios.results.gains_file import read_gains
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 

@@ -18,8 +18,7 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
-from scenarios.experiments.gains_file import SLIDING, TURNING, read_gains
-from scenarios.results.gains_file import gains_file, gains_text, recording_digest
+from scenarios.results.gains_file import SLIDING, TURNING, gains_file, gains_text, read_gains, recording_digest
 from scenarios.results.json_schemas import schema
 from scenarios.results.record import Origin
 from scenarios.support.errors import ScenarioError

@@ -8,12 +8,12 @@ import pytest
 
 from ident.estimation.joint_torque import JointTorque
 from ident.unseen import Unseen, UnseenJoint
-from scenarios.experiments.gains_file import SLIDING, GainEntry, GainsFile
 from scenarios.gains_in_use.known_gains import Torques
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity
 from scenarios.rendering.content import Mood, Paragraph, Table
 from scenarios.results.diagnoses import unseen_verdict
 from scenarios.results.gains import budget_verdict
+from scenarios.results.gains_file import SLIDING, GainEntry, GainsFile
 
 
 @pytest.mark.parametrize(

@@ -237,7 +237,13 @@ def mass_alone(ready: Setting, fitted: Fit, j: int, gain: float, known: KnownPay
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Departure:
-    """A joint, from 0, with the ratio of its mass to that of the others minus one, and its standard deviation."""
+    """A joint whose mass differs from that of the others.
+
+    Attributes:
+        joint: The joint, from 0.
+        rel_error: Relative error, the ratio of its mass to that of the others minus one.
+        rel_std: Standard deviation of `rel_error`, relative.
+    """
 
     joint: int
     rel_error: float

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
-from ident.model.parameters import INERTIAL, UNITS
+from ident.model.parameters import INERTIAL
 from ident.support.naming import one_line
 from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, column, number, sentence, table
 from scenarios.rendering.plot import Plot
@@ -270,26 +270,10 @@ class PaperResult(_Finite):
             column("Paper's\n2 sigma", lambda _: f"{SECOND_MASS_2SIGMA:.3f}"),
             title="The second payload with the gains of case 2 [kg]",
         )
-        yield table(
-            INERTIAL,
-            column("Parameter", lambda name: f"{name} [{UNITS[name]}]", words=True),
-            column("True", lambda name: f"{self.cases[0][name].true:.4f}"),
-            column("Case 1", lambda name: _about(self.cases[0][name])),
-            column("Case 2", lambda name: _about(self.cases[1][name])),
-            column("Case 3", lambda name: _about(self.cases[2][name])),
-            column("Second, true", lambda name: f"{self.second_payload[name].true:.4f}"),
-            column("Second", lambda name: _about(self.second_payload[name])),
-            title="All ten parameters, ± 2 sigma; * essential: relative standard deviation under 10 %",
-            file_only=True,
-        )
 
 
 def _printed(values: tuple[float, ...], gain: PaperGain) -> str:
     return f"{values[gain.joint - 1]:.4f}" if gain.joint <= IDENTIFIED else NONE
-
-
-def _about(own: PaperParameter) -> str:
-    return f"{own.estimate:z.4f} ± {2 * own.std:.4f}{' *' if own.essential else ''}"
 
 
 def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:

@@ -64,9 +64,7 @@ FAR = 4.0
 class BareParameter(ResultModel):
     """A parameter identified from bare motions."""
 
-    parameter: str = Field(
-        description="Name of the parameter, numbered by joint; several names if only their sum is identifiable"
-    )
+    parameter: str = Field(description="Name, numbered by joint; several names if only their sum is identifiable")
     unit: str = Field(description="Unit of the values")
     estimate: float = Field(description="Estimate, in `unit`")
     std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
@@ -114,9 +112,7 @@ class ExpectedJoint(ResultModel):
     """Expected accuracy of a joint's gain with a payload."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
-    rel_std: float | None = Field(
-        description="Predicted relative standard deviation of the gain, null if it would be refused"
-    )
+    rel_std: float | None = Field(description="Predicted relative standard deviation, null if refused")
     reason: str | None = Field(description="Why the gain would be refused, null if it would not")
 
 
@@ -162,9 +158,7 @@ class Link(_Open):
     motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
     carried: Ten = Field(description="Parameters of bodies fixed to the link, from the model [kg m^2, kg m, kg]")
     place: Vector = Field(description="Position of the joint in the frame of the preceding one [m]")
-    orientation: tuple[Vector, Vector, Vector] = Field(
-        description="Rotation matrix of the frame in the preceding one, row by row"
-    )
+    orientation: tuple[Vector, Vector, Vector] = Field(description="Rotation in the preceding frame, row by row")
     axis: Vector = Field(description="Axis of the joint, a unit vector")
 
     def has_frame_of(self, arm: Arm, carried: Array, *, tolerance: float) -> bool:
@@ -180,9 +174,7 @@ class Links(_Open):
 
     links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
     farthest_parameter: str = Field(description="Base parameter that differs most from its unconstrained estimate")
-    farthest_deviations: float = Field(
-        ge=0.0, description="Difference of that parameter, in standard deviations of the estimate"
-    )
+    farthest_deviations: float = Field(ge=0.0, description="Difference of that parameter, in standard deviations")
 
     @classmethod
     def of(cls, found: FoundLinks, nominal: ModelLinks, arm: Arm) -> "Links":
@@ -240,22 +232,14 @@ class Links(_Open):
 class BareResult(DiagnosedResult):
     """What `rx90 identify --json` prints for bare recordings alone."""
 
-    reference: int = Field(
-        ge=1, description="Number of the reference joint, from 1: the one that gives the most accurate ratios"
-    )
+    reference: int = Field(ge=1, description="Reference joint, from 1, with the most accurate ratios")
     joints: list[BareJoint] = Field(description="One entry per joint, in order")
-    base_parameters: list[BareParameter] = Field(
-        description="Base parameters of the arm, divided by the gain of the reference joint"
-    )
+    base_parameters: list[BareParameter] = Field(description="Base parameters over the gain of the reference joint")
     base_parameters_si: list[BareParameter] | None = Field(
-        description="Base parameters in SI units, with the given gains; null without gains"
+        description="Base parameters in SI units; null without gains"
     )
     if_loaded: ExpectedGains | None = Field(description="Expected gains with a payload, null without `--if-loaded`")
-    consistent: Links | None = Field(
-        description=(
-            "Physically consistent links nearest to the model's; null without `--gains`, or if the model has no masses"
-        )
-    )
+    consistent: Links | None = Field(description="Physically consistent links nearest to the model's, null without any")
     consistent_reason: str | None = Field(description="Why there are no such links, null if there are")
     notes: list[str] = Field(description="What the method selected, and remarks")
 

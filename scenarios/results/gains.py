@@ -81,9 +81,7 @@ class ResultGain(ResultModel):
     payload_std: float | None = Field(None, description="Contribution of the payload's uncertainty, in `unit`")
     model_std: float | None = Field(None, description="Contribution of the model's assumptions, in `unit`")
     predicted_rel_std: float | None = Field(None, description="Predicted relative standard deviation of the gain")
-    residual_share: float | None = Field(
-        None, description="Ratio of the norms of the joint's residuals and currents, null without rows"
-    )
+    residual_share: float | None = Field(None, description="Ratio of the norms of residuals and currents")
 
     @classmethod
     def of(cls, joint: int, estimate: GainEstimate, unit: str) -> "ResultGain":
@@ -151,12 +149,8 @@ class Result(DiagnosedResult):
     fit: ResultFit = Field(description="Quality of the fit")
     timing: ResultTiming = Field(description="Wall times")
     notes: list[str] = Field(default_factory=list[str], description="What the method selected, and remarks")
-    cost: ResultCost | None = Field(
-        None, description="Results with a-priori and with identified gains, null if not requested"
-    )
-    unseen: FromOne[Unseen] | None = Field(
-        None, description="Prediction of a motion that was not used in any fit, null if none is given"
-    )
+    cost: ResultCost | None = Field(None, description="Results with a-priori gains, null if not requested")
+    unseen: FromOne[Unseen] | None = Field(None, description="Prediction of an unseen motion, null if none is given")
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":

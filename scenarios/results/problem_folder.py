@@ -51,7 +51,7 @@ class RobotTable(_Table):
 
     model: Name = Field(description="File in the same folder")
     couplings: tuple[tuple[Number, Number], ...] = Field(
-        (), description="Pairs of joints, from 1, whose second motor turns with the sum of both"
+        (), description="Joints, from 1, whose second motor turns with both"
     )
 
 
@@ -71,9 +71,7 @@ class ProblemFile(_Table):
     format: Literal[1] = Field(description="Version of the file format")
     robot: RobotTable = Field(description="The arm")
     motions: tuple[MotionTable, ...] = Field(min_length=1, description="Recordings, in order of time within a mounting")
-    observe: dict[str, float | str] = Field(
-        {}, description="Options of `rx90 identify`: filters and rows of the linear system"
-    )
+    observe: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: filters and rows")
     gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: limits for accepting a gain")
 
 

@@ -5,6 +5,7 @@ other files. It is written last: a folder without it is incomplete.
 """
 
 import hashlib
+import json
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -217,7 +218,7 @@ def read_json(path: Path, kind: type[Kept], complaint: str, advice: str = "") ->
         ScenarioError: If it is not valid: path, complaint, the first errors, advice.
     """
     try:
-        return kind.model_validate_json(path.read_bytes())
+        return kind.model_validate(json.loads(path.read_text(encoding="utf-8")))  # names may be no text
     except (OSError, ValueError) as error:  # of pydantic too
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ScenarioError(f"{one_line(path)}: {complaint}: {first}{advice}") from error

@@ -146,3 +146,16 @@ def test_mass_and_centre_are_known_with_their_own_deviations_alone():
         expected[6 + k, 0], expected[6 + k, 1 + k] = payload.com[k] * 0.02, 3.4 * payload.com_std[k]
     expected[9, 0] = 0.02
     np.testing.assert_allclose(known.spread, expected, rtol=0, atol=1e-12)  # differences of polynomials
+
+
+@pytest.mark.parametrize(
+    ("mass", "moment", "fits"), [(8.0, 32.5, False), (7.0, 8.7, False), (7.0, 0.6, True), (300.0, 2000.0, True)]
+)
+def test_an_inertia_that_no_body_of_that_mass_has_is_refused(mass, moment, fits):
+    # sqrt(I / m) of 2.0, 1.11, 0.29 and 2.6 m beside 0.35 + 0.15 sqrt(m) = 0.77, 0.75, 0.75 and 2.95 m
+    table = {"mass": mass, "known": "mass", "inertia": {"ixx": 0.9 * moment, "iyy": moment, "izz": 0.8 * moment}}
+    if fits:
+        assert payload_from_table(table).mass == mass
+        return
+    with pytest.raises(PayloadError, match=r"inertia\.iyy = .* a radius of gyration of .* kg m\^2"):
+        payload_from_table(table)

@@ -80,12 +80,6 @@ def test_an_episode_of_an_openarm_is_read_in_degrees_and_newton_metres(tmp_path,
     )  # fmt: skip
 
 
-def test_joints_are_in_the_order_that_is_said_or_else_in_that_of_the_dataset(tmp_path):
-    folder = so101(tmp_path / "set")
-    assert_episode(folder, replace(CURRENT, joints=(JOINTS[2], JOINTS[0])), 1, joints=(2, 0))
-    assert_episode(folder, replace(CURRENT, joints=None), 1, joints=(0, 1, 2))
-
-
 @pytest.mark.parametrize(
     ("kind", "names"), [("effort", list(JOINTS)), ("torque", [list(JOINTS)]), ("current", {"motors": list(JOINTS)})]
 )
@@ -95,20 +89,24 @@ def test_currents_may_be_a_feature_of_their_own(tmp_path, kind, names):
     assert_episode(folder, said, 2, q_scale=1.0)
 
 
-def test_entries_without_names_are_said_by_their_numbers(tmp_path):
+def test_entries_without_names_are_said_by_their_numbers_and_those_of_two_kinds_by_a_pattern(tmp_path):
     folder = apart(tmp_path / "set", None)
     with pytest.raises(RecordingError, match=r"entries of observation\.state have no names of joints; declare which"):
         read_recording(folder, of(CURRENT, 0))
+    said = replace(CURRENT, signal="current", v=Channels(columns=("observation.state.{joint}.current",), unit=("A",)))
+    assert_episode(two_kinds(tmp_path / "two"), said, 1)
     q, v = (tuple(f"observation.{name}[{k}]" for k in (1, 0)) for name in ("state", "effort"))
     said = LogDescription(signal="current", q=Channels(columns=q, unit=("deg",)), v=Channels(columns=v, unit=("A",)))
     assert_episode(folder, said, 1, joints=(1, 0))
 
 
-def test_an_episode_split_over_files_is_whole(tmp_path):
+def test_an_episode_split_over_files_is_whole_and_joints_are_in_the_order_that_is_said(tmp_path):
     parts = [[(0, slice(None)), (1, slice(0, 33))], [(1, slice(33, 50))], [(1, slice(50, None)), (2, slice(None))]]
     folder = so101(tmp_path / "set", files=parts)
     for episode in range(3):
         assert_episode(folder, CURRENT, episode)
+    assert_episode(folder, replace(CURRENT, joints=(JOINTS[2], JOINTS[0])), 1, joints=(2, 0))
+    assert_episode(folder, replace(CURRENT, joints=None), 1, joints=(0, 1, 2))  # that of the dataset
     (folder / "data/chunk-000/file-001.parquet").unlink()
     assert_episode(folder, CURRENT, 0)
     with pytest.raises(RecordingError, match=r"episode 1 has 63 of its 80 frames; a file of data/ is missing"):
@@ -221,8 +219,3 @@ def test_what_is_wrong_with_a_dataset_is_one_line(tmp_path, name):
         read_recording(folder, said)
     assert re.match(rf"{re.escape(str(folder))}[^\n]*$", str(caught.value))
     assert len(str(caught.value)) < 500 + len(str(folder))
-
-
-def test_a_current_of_each_kind_is_chosen_by_its_pattern(tmp_path):
-    said = replace(CURRENT, signal="current", v=Channels(columns=("observation.state.{joint}.current",), unit=("A",)))
-    assert_episode(two_kinds(tmp_path / "set"), said, 1)

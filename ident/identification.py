@@ -6,15 +6,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
-from ident.diagnosis.estimate_model import NO_RESULT, Estimate
-from ident.diagnosis.excitation import excitation, predicted_rel_std
-from ident.diagnosis.friction_sign import friction_sign
-from ident.diagnosis.gain_symptoms import symptoms
-from ident.diagnosis.joint_limits import beyond_limits
-from ident.diagnosis.link_masses import link_mass_consistency
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits, worst_first
+from ident.diagnosis.estimate_evidence import NO_RESULT, Estimate
+from ident.diagnosis.gain_checks import link_mass_consistency, symptoms
+from ident.diagnosis.hypothesis import beyond_limits
+from ident.diagnosis.joint_fits import excitation, friction_sign, predicted_rel_std
 from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, temperature
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain

@@ -12,7 +12,7 @@ import numpy as np
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
-from ident.diagnosis.logs import Logs, observed_logs
+from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
 from ident.estimation.gain_options import GainOptions

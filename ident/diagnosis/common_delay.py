@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.engine import Fault, faults, survey
+from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.limits import bounds
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.search import Exact, Fault, faults, survey
 
 NAME = "delay"
 
@@ -21,7 +20,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
         The delay to correct [s], 0 for none, and its diagnosis.
     """
     seen = survey(logs)
-    first = next((each for each in faults(seen) if isinstance(each.found, Compared)), None)
+    first = next((each for each in faults(seen) if isinstance(each.found, Exact)), None)
     if first is not None:
         return _believed(first, logs)
     own = [each for each in seen.directions if each.family == NAME and _is_common(each.joints, each.logs, logs)]
@@ -32,7 +31,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
 
 def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
     """Return the delay and its diagnosis from the first fault of the logs."""
-    assert isinstance(first.found, Compared), "a fault of the logs"
+    assert isinstance(first.found, Exact), "a fault of the logs"
     found = first.found.alternative
     if found.family != NAME or found.value is None or not _is_common(found.joints, found.logs, logs):
         return 0.0, _delay_diagnosis(f"delay not corrected, because another fault is more significant: {found.words}")

@@ -8,18 +8,24 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.encoder_noise import encoder_noise
-from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
-from ident.diagnosis.estimate_lacks import lacks_of
-from ident.diagnosis.estimate_model import Estimate, Stated, between, consequence, severity_of, stated
+from ident.diagnosis.estimate_evidence import (
+    Estimate,
+    HeldOutEstimate,
+    between,
+    consequence,
+    lacks_of,
+    severity_of,
+    stated,
+)
+from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.families import scaled
 from ident.diagnosis.fitted_currents import Reference, reference
-from ident.diagnosis.friction_sign import opposed
+from ident.diagnosis.gain_checks import encoder_noise
+from ident.diagnosis.hypothesis import Logs, scored_as
+from ident.diagnosis.joint_fits import opposed
 from ident.diagnosis.limits import centres_excluded, exclusions, undetectable, undetectable_together, undetected_sizes
-from ident.diagnosis.logs import Logs, scored_as
+from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, compared, directions, faults, survey
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.intervals import max_of_classical_and_jackknife
@@ -43,12 +49,12 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
     found = list(faults(seen) if known is None else faults(seen, known.confirms))
-    of_logs = [each for each in found if isinstance(each.found, Compared)]
+    of_logs = [each for each in found if isinstance(each.found, Exact)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if not of_logs:
         diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
     if known is None or base is None:
-        diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
+        diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, FirstOrder)]
     elif of_logs:
         diagnoses += _of_mended(of_logs[-1], known, logs.names)
     else:
@@ -67,7 +73,7 @@ def horizon(logs: Logs) -> Diagnosed:
     return _horizon(survey(logs), None)
 
 
-def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
+def _horizon(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
     sizes = undetected_sizes(seen)
     return Diagnosed(
         excluded=(*exclusions(seen, sizes), *(() if base is None else centres_excluded(base))),
@@ -97,11 +103,11 @@ class _Known:
     """
 
     now: GainEstimate
-    base: Stated | None
+    base: HeldOutEstimate | None
     reestimate: Estimate | None
     others: dict[int, GainEstimate | None] = field(default_factory=dict[int, "GainEstimate | None"])
 
-    def of(self, found: Compared) -> GainEstimate | None:
+    def of(self, found: Exact) -> GainEstimate | None:
         """Return the estimate under a hypothesis, computed once; None if it fails."""
         if self.reestimate is None:
             return None
@@ -112,7 +118,7 @@ class _Known:
                 self.others[id(found)] = None
         return self.others[id(found)]
 
-    def confirms(self, found: Compared) -> bool:
+    def confirms(self, found: Exact) -> bool:
         """Whether a fault improves the predictions of the estimate itself, or cannot be tested by it.
 
         The estimate has more information than the free model, which short motions hardly determine.
@@ -121,11 +127,11 @@ class _Known:
         if self.base is None or other is None or not _linear(other):
             return True
         read = scored_as(stated(found.read.problem, other).by_joint, found.alternative.hypothesis)
-        return bool(gains(self.base.by_joint, read).sum() > 0.0)
+        return bool(log_density_improvement(self.base.by_joint, read).sum() > 0.0)
 
-    def effects(self, found: Compared | Small) -> Iterator[Effect]:
+    def effects(self, found: Exact | FirstOrder) -> Iterator[Effect]:
         """Error of the gains due to a fault of the logs, or to a term that the model lacks."""
-        if isinstance(found, Small):
+        if isinstance(found, FirstOrder):
             if self.base is not None:
                 yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
         elif (other := self.of(found)) is not None:
@@ -135,7 +141,7 @@ class _Known:
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """Return the diagnosis of a fault of the logs."""
     logs = seen.logs
-    assert isinstance(fault.found, Compared), "a fault of the logs"
+    assert isinstance(fault.found, Exact), "a fault of the logs"
     alternative = fault.found.alternative
     effects = _effects(fault, seen, known)
     consequences = consequence(effects, "ratios of gains" if known is None else "gains")
@@ -170,7 +176,7 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
     Without gains it is the effect of a small fault on their ratios or, if these are unknown, the share of the currents
     that it explains.
     """
-    assert isinstance(fault.found, Compared), "a fault of the logs"
+    assert isinstance(fault.found, Exact), "a fault of the logs"
     moved = list[Effect]()
     if known is not None:
         moved += (effect for each in (fault.found, *fault.rivals) for effect in known.effects(each))
@@ -183,7 +189,7 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
     return tuple(_of_currents(fault.before, fault.found))
 
 
-def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
+def _of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
@@ -193,7 +199,7 @@ def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
 
 
-def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
+def _of_ratios(fit: Reference, small: FirstOrder) -> Iterator[Effect]:
     """Error of the ratio of each gain to the one that gives the most accurate ratios."""
     found, influence = fit.fitted, fit.fitted.log_h.influence
     currents = np.concatenate(
@@ -213,7 +219,7 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
 
 def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     """Return the diagnosis of a term that the free model lacks, without gains that it could change."""
-    assert isinstance(fault.found, Small), "a term is a direction"
+    assert isinstance(fault.found, FirstOrder), "a term is a direction"
     direction = fault.found.direction
     return Diagnosis(
         name=direction.family, severity=Severity.GOOD, sentence=direction.message(fault.found.found.value, names).words,
@@ -223,7 +229,7 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
 
 def _of_mended(last: Fault, known: _Known, names: Sequence[str]) -> Iterator[Diagnosis]:
     """Return what the estimate still lacks after the faults of the logs are corrected."""
-    assert isinstance(last.found, Compared), "a fault of the logs"
+    assert isinstance(last.found, Exact), "a fault of the logs"
     read, mended = last.found.read, known.of(last.found)
     if mended is not None and _linear(mended):
         small = directions(reference(read.problem), read)

@@ -90,7 +90,7 @@ class Diagnosis:
 
 
 def finding(
-    log: str,
+    log: str | None,
     name: str,
     sentence: str,
     advice: str | None = None,
@@ -100,14 +100,14 @@ def finding(
     value: float | None = None,
     unit: str | None = None,
 ) -> Diagnosis:
-    """Return a diagnosis of one log; without a severity it is weak if it has advice, otherwise good."""
+    """Return a diagnosis of one log, None for all; without a severity it is weak if it has advice, otherwise good."""
     return Diagnosis(
         name=name,
         severity=severity or (Severity.WEAK if advice else Severity.GOOD),
         sentence=sentence,
         advice=advice,
         joints=tuple(joints),
-        logs=(log,),
+        logs=() if log is None else (log,),
         value=None if value is None else float(value),
         unit=unit,
     )
@@ -168,3 +168,8 @@ def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:
     """Return each diagnosis once, the worst first, otherwise in their order."""
     order = tuple(Severity)
     return tuple(sorted(dict.fromkeys(diagnoses), key=lambda each: -order.index(each.severity)))
+
+
+def two_digits(value: float, *, sign: str = "") -> str:
+    """A number with two digits, or all digits before the decimal point."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"

@@ -11,10 +11,18 @@ from itertools import combinations, product
 import numpy as np
 
 from ident.diagnosis import terms
-from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes, two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.fitted_currents import STEP, Reference
-from ident.diagnosis.joint_limits import beyond_limits, within_limits
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.hypothesis import (
+    Alternative,
+    Direction,
+    Logs,
+    beyond_limits,
+    in_logs,
+    in_rows,
+    scopes,
+    within_limits,
+)
 from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
 
@@ -43,7 +51,7 @@ class Family:
     Attributes:
         name: Name of its directions.
         alternatives: Large ones, as hypotheses.
-        directions: Small ones, as columns of currents; none if all are large.
+        directions: FirstOrder ones, as columns of currents; none if all are large.
         seldom: Whether it is a rare fault, so that it comes last of alternatives that predict equally well.
         limits: Sizes that are bounded. Its own large alternatives are then not reported as excluded.
         excluded: Names of its large alternatives that are excluded as a whole or by joint, with their wording.

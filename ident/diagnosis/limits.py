@@ -10,13 +10,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ident.diagnosis.alternative import Alternative, Direction
-from ident.diagnosis.candidates import SHOWN
-from ident.diagnosis.comparison import Fits, each_z, gains
 from ident.diagnosis.diagnosis import Exclusion
-from ident.diagnosis.engine import Survey
-from ident.diagnosis.estimate_model import Stated
+from ident.diagnosis.estimate_evidence import HeldOutEstimate
+from ident.diagnosis.evidence import Fits, each_z, log_density_improvement
 from ident.diagnosis.families import FAMILIES, Limit
+from ident.diagnosis.hypothesis import Alternative, Direction
+from ident.diagnosis.search import SHOWN, Survey
 from ident.diagnosis.terms import CENTRE
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.naming import enumerated
@@ -61,7 +60,7 @@ def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
         x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (directions, 2, 1, 1)
         moved = score.squares - 2.0 * x * cross[:, None] + x**2 * square[:, None]
         moved = np.where(felt[:, None, :, None], moved, score.squares)
-        z = each_z(gains(score, replace(score, squares=moved)))  # (directions, 2)
+        z = each_z(log_density_improvement(score, replace(score, squares=moved)))  # (directions, 2)
         return z.max(axis=1) < -SHOWN
 
     below, above = (
@@ -125,7 +124,7 @@ def exclusions(seen: Survey, sizes: Sizes) -> Iterator[Exclusion]:
             yield Exclusion(family=name, sentence=f"{sentence}{many}")
 
 
-def centres_excluded(base: Stated) -> Iterator[Exclusion]:
+def centres_excluded(base: HeldOutEstimate) -> Iterator[Exclusion]:
     """Return excluded errors of specified centres of payloads, along any axis."""
     for each in base.payload_errors:
         if each.family == CENTRE and each.prior_std is None:
@@ -140,7 +139,7 @@ def centres_excluded(base: Stated) -> Iterator[Exclusion]:
                 yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
 
 
-def undetectable(seen: Survey, sizes: Sizes, base: Stated | None = None) -> Iterator[str]:
+def undetectable(seen: Survey, sizes: Sizes, base: HeldOutEstimate | None = None) -> Iterator[str]:
     """Return faults of single joints, and factors of time and currents, that these logs cannot reveal.
 
     Args:
@@ -175,7 +174,7 @@ def undetectable_together(seen: Survey, sizes: Sizes) -> Iterator[str]:
         yield f"whether {', or '.join(words[:NAMED])}{more}"
 
 
-def _largest_effect(base: Stated, currents: Sequence[Array]) -> float:
+def _largest_effect(base: HeldOutEstimate, currents: Sequence[Array]) -> float:
     """Largest change of a gain [%] by any of some currents."""
     return max((abs(effect.percent) for each in currents for effect in base.effects(each)), default=0.0)
 

@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.diagnosis.alternative import Alternative
-from ident.diagnosis.logs import Hypothesis, Logs
+from ident.diagnosis.hypothesis import Alternative, Hypothesis, Logs
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor_blocks

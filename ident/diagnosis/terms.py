@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from ident.diagnosis.alternative import Direction, Term, two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.free_model import COUPLED
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.hypothesis import Direction, Logs, Term
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.joint_by_joint.gain_system import JointRows, joint_rows
 from ident.estimation.problem import Problem

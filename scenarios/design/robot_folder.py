@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from pydantic import Field
 
-from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.estimators import DEFAULT
 from ident.model.structure import structure_of
 from ident.payload.payload import payload_to_table

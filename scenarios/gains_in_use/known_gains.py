@@ -10,7 +10,7 @@ from pydantic import Field, JsonValue
 
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.diagnosis.link_masses import OTHER_UNIT
+from ident.diagnosis.gain_checks import OTHER_UNIT
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions

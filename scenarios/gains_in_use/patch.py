@@ -14,9 +14,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from pydantic import Field, ValidationError
 
-from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import Severity, worst_first
-from ident.diagnosis.link_masses import link_mass_factor
+from ident.diagnosis.diagnosis import Severity, two_digits, worst_first
+from ident.diagnosis.gain_checks import link_mass_factor
 from ident.diagnosis.plausibility import LARGE_RESIDUAL
 from ident.estimation.cross_validation import JointPrediction
 from ident.model.arm import Arm

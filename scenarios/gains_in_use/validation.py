@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 import ident.estimation.gain_comparison as gain_comparison
-from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_comparison import Moved, Together
 from ident.identification import Identification

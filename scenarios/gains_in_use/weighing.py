@@ -8,8 +8,7 @@ from pydantic import Field
 
 import ident.parameters.payload as payload
 import ident.parameters.weighing as weighing
-from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import Diagnosed
+from ident.diagnosis.diagnosis import Diagnosed, two_digits
 from ident.estimation.known_gains import OTHER_UNIT
 from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError
 from ident.support.naming import joint_list

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.model.arm import Arm
 from ident.parameters.arm import Quantity

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.estimate import IdentifiedGain, JointResult
 from ident.parameters.payload import UNITS, Quantity
 from ident.parameters.weighing import GainsOutcome

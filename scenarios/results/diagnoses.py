@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity, two_digits
 from ident.unseen import Unseen, UnseenJoint
 from scenarios.rendering.content import (
     Cell,

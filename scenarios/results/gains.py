@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import SPOILS, Severity
+from ident.diagnosis.diagnosis import SPOILS, Severity, two_digits
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS

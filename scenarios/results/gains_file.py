@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, JsonValue
 
-from ident.diagnosis.gain_symptoms import negative
+from ident.diagnosis.gain_checks import negative
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.joint_torque import JointTorque
 from ident.estimation.known_gains import KnownGains, estimated_gains

@@ -6,7 +6,7 @@ import numpy as np
 from known_logs import BRICK
 from real_friction import Truth, real_logs
 
-from ident.diagnosis.logs import Logs, observed_logs
+from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains

@@ -10,9 +10,8 @@ from io import BytesIO
 import pytest
 
 import ident.diagnosis.diagnose as diagnosing
-from ident.diagnosis.candidates import Compared
-from ident.diagnosis.engine import Fault, Survey, faults, survey
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.hypothesis import Logs
+from ident.diagnosis.search import Exact, Fault, Survey, faults, survey
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS, Estimator
 from ident.estimation.problem import ObservedMotion, Problem
@@ -52,9 +51,9 @@ def computed_once() -> Iterator[None]:
             surveys[key] = seen, list(faults(seen))
         return surveys[key][0]
 
-    def found(seen: Survey, confirms: Callable[[Compared], bool] = lambda _: True) -> Iterable[Fault]:
+    def found(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> Iterable[Fault]:
         kept = next(found for own, found in surveys.values() if own is seen)
-        confirmed = all(not isinstance(each.found, Compared) or confirms(each.found) for each in kept)
+        confirmed = all(not isinstance(each.found, Exact) or confirms(each.found) for each in kept)
         return kept if confirmed else faults(seen, confirms)
 
     def once(name: str, method: Estimator) -> Estimator:

@@ -8,8 +8,8 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
 from weighings import weighed
 
-from ident.diagnosis.engine import Survey, survey
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.hypothesis import Logs
+from ident.diagnosis.search import Survey, survey
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.model.structure import Structure, structure_of

@@ -9,7 +9,7 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
-from ident.diagnosis.logs import as_logged, read_as
+from ident.diagnosis.hypothesis import as_logged, read_as
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation.observation import ObserveOptions
 from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare, spoilt_samples

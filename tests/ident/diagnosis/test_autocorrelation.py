@@ -8,7 +8,7 @@ from consistency_logs import LOOSE, all_joints, logs_of, problem_of, with_curren
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.gain_symptoms import MUCH, autocorrelation, lag_one
+from ident.diagnosis.gain_checks import MUCH, autocorrelation, lag_one
 from ident.estimation.intervals import Rows, classical
 from ident.estimation.problem import Problem
 

@@ -7,14 +7,13 @@ import pytest
 from consistency_logs import at, changed, doubted, exchanged, logs_of, problem_of
 from real_friction import Truth
 
-from ident.diagnosis import engine, families, terms
-from ident.diagnosis.added import Added
-from ident.diagnosis.alternative import in_logs, scopes
-from ident.diagnosis.candidates import Compared, Small
-from ident.diagnosis.engine import directions
+from ident.diagnosis import families, search, terms
+from ident.diagnosis.evidence import Evidence
 from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.fitted_currents import reference
+from ident.diagnosis.hypothesis import in_logs, scopes
 from ident.diagnosis.screening import Screened
+from ident.diagnosis.search import Exact, FirstOrder, directions
 from ident.estimation.sweep import across
 
 
@@ -118,10 +117,10 @@ def test_a_scale_from_the_grid_takes_smaller_steps_than_a_natural_one(axes, monk
         for joint, scale, searched in ((0, 4.7, True), (1, -1.0, False))
     )
     monkeypatch.setattr(
-        engine, "_refined", lambda logs, alternative, least: asked.update({alternative.value: least}) or None
+        search, "_refined", lambda logs, alternative, least: asked.update({alternative.value: least}) or None
     )
-    assert not engine._in_full(engine.Survey(logs, None, (), (), gross))
-    assert asked == {4.7: engine.SETTLED, -1.0: engine.SHOWN}
+    assert not search._in_full(search.Survey(logs, None, (), (), gross))
+    assert asked == {4.7: search.SETTLED, -1.0: search.SHOWN}
 
 
 def test_a_searched_scale_is_likeliest_beside_refits_of_every_scale(axes):
@@ -229,14 +228,14 @@ def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
 
 def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or_a_sign(sound, found):
     zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
-    small = Small(zero, Added(u=np.ones(40), value=np.array([0.06]), covariance=np.eye(1)))
+    small = FirstOrder(zero, Evidence(u=np.ones(40), value=np.array([0.06]), covariance=np.eye(1)))
     assert small.near(families.turned(sound, 1, (0, 1), 1.0, 0.09))
     assert not small.near(families.turned(sound, 1, (0, 1), 1.0, 0.06 + np.pi / 2))
     assert not small.near(families.turned(sound, 1, (0, 1), -1.0, 0.06))
     assert not small.near(families.turned(sound, 2, (0, 1), 1.0, 0.06))
     assert not small.near(families.turned(sound, 1, (1,), 1.0, 0.06))
     scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
-    small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
+    small = FirstOrder(scale, Evidence(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
     assert small.near(families.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
 
@@ -251,20 +250,18 @@ def test_currents_have_times_of_their_own_in_one_log_only(found):
 
 def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
     for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
-        full = Compared(families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
+        full = Exact(families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
         np.testing.assert_allclose(full.std, np.rad2deg(0.01), rtol=1e-9)
-    assert Compared(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
+    assert Exact(families.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
     apart = families.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
-    assert (
-        Compared(apart, np.ones(40), sound, np.array([1e-3, 2e-3, 3e-3])).std is None
-    )  # of three sizes there is no one
+    assert Exact(apart, np.ones(40), sound, np.array([1e-3, 2e-3, 3e-3])).std is None  # of three sizes there is no one
 
 
 @pytest.mark.parametrize(("share", "within"), [(0.97, True), (-0.97, True), (1.03, False), (-1.03, False)])
 def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found, share, within):
     delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
     value = np.array([share * families.LARGEST_DELAY])
-    assert Small(delay, Added(u=np.ones(40), value=value, covariance=np.eye(1))).within is within
+    assert FirstOrder(delay, Evidence(u=np.ones(40), value=value, covariance=np.eye(1))).within is within
 
 
 def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_them_at_the_ends(sound, found):

@@ -13,8 +13,8 @@ from real_friction import Truth
 import ident.diagnosis.common_delay as measuring
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.engine import faults, survey
 from ident.diagnosis.limits import exclusions, undetected_sizes
+from ident.diagnosis.search import faults, survey
 from ident.identification import Identification, check, identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, prepare

@@ -7,25 +7,26 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.diagnosis.added import Added, each_added
-from ident.diagnosis.comparison import (
+from ident.diagnosis.evidence import (
     BLOCKS,
+    Evidence,
     Fits,
     Score,
+    each_added,
     fits_of,
     free_fit,
-    gains,
     held_out,
     numbered_blocks,
     regrouped,
     z_of,
 )
+from ident.diagnosis.evidence import log_density_improvement as improvement
 
 RIDGE = 1e-6
 """Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
 
 
-def added(fits: Fits, columns) -> Added | None:
+def added(fits: Fits, columns) -> Evidence | None:
     """What one set of columns adds."""
     return each_added(fits, [columns])[0]
 
@@ -177,7 +178,7 @@ def test_what_the_model_knows_of_columns_does_not_depend_on_the_unit_of_the_curr
 
 @pytest.mark.parametrize("together", [1, 1 << 19])
 def test_many_sets_of_columns_add_what_each_adds_alone(made, together, monkeypatch):
-    monkeypatch.setattr("ident.diagnosis.added.TOGETHER", together)
+    monkeypatch.setattr("ident.diagnosis.evidence.TOGETHER", together)
     one, three = [each[:, :1] for each in made.columns], made.columns
     other = [each[:, 1:2] for each in made.columns]
     choices = [three, one, [None, one[1], None], [None, None, other[2]], [other[0], None, None], other, [None] * 3]
@@ -192,7 +193,7 @@ def test_many_sets_of_columns_add_what_each_adds_alone(made, together, monkeypat
 
 def test_columns_that_improve_the_fit_less_than_they_are_worth_are_not_compared(made):
     fits, fitted = made.fits, (0, 2)  # joint 2 has no fit
-    best = np.sqrt(fits.score.log_variance.min(axis=1))  # of the log with the smaller residual
+    best = np.sqrt(fits.score.by_log.min(axis=1))  # of the log with the smaller residual
 
     def left(columns, width: int) -> float:
         """Sum of squares of a fit of both joints, in units of `best`."""
@@ -238,22 +239,22 @@ def test_the_gain_of_a_block_is_the_difference_of_normal_log_densities(rng):
                     -0.5 * each.rows[j, own] * np.log(2.0 * np.pi * variance) - 0.5 * each.squares[j, own] / variance
                 )
                 expected[own] += sign * density
-    np.testing.assert_allclose(gains(one, other), expected, rtol=1e-10, atol=1e-10)
-    np.testing.assert_allclose(gains(other, one), -expected, rtol=1e-10, atol=1e-10)
-    np.testing.assert_array_equal(gains(one, one), np.zeros(40))
+    np.testing.assert_allclose(improvement(one, other), expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(improvement(other, one), -expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_array_equal(improvement(one, one), np.zeros(40))
 
 
 def test_the_gain_does_not_depend_on_the_unit_of_a_joint_or_a_log(rng):
     one, other = score(rng), score(rng)
     unit = np.repeat([[2.0, 1e6], [0.03, 7.0]], 20, axis=1)
     scaled = [replace(each, squares=unit**2 * each.squares) for each in (one, other)]
-    np.testing.assert_allclose(gains(*scaled), gains(one, other), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(improvement(*scaled), improvement(one, other), rtol=1e-9, atol=1e-9)
 
 
 def test_rows_that_a_reading_leaves_out_are_no_gain(rng):
     one = score(rng)
     fewer = replace(one, squares=0.5 * one.squares, rows=0.5 * one.rows)  # as much a row
-    np.testing.assert_allclose(gains(one, fewer).sum(), 0.0, atol=1e-9)
+    np.testing.assert_allclose(improvement(one, fewer).sum(), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -267,22 +268,22 @@ def test_rows_of_both_readings_alone_are_counted(rng, swapped):
             variance = [each.squares[j, own].sum() / each.rows[j, own].sum() for each in (one, other)]
             both = np.minimum(one.rows[j, own], other.rows[j, own]).sum()
             expected += 0.5 * both * np.log(variance[0] / variance[1])
-    np.testing.assert_allclose(gains(one, other).sum(), expected, rtol=1e-9)
+    np.testing.assert_allclose(improvement(one, other).sum(), expected, rtol=1e-9)
 
 
 def test_joints_that_either_reading_explains_to_the_last_digit_or_not_at_all_gain_nothing(rng):
     one, other = score(rng), score(rng)
     exact = replace(other, squares=np.where([[True], [False]], 0.0, other.squares))
     np.testing.assert_allclose(
-        gains(one, exact),
-        gains(*(replace(each, squares=each.squares[1:], rows=each.rows[1:]) for each in (one, exact))),
+        improvement(one, exact),
+        improvement(*(replace(each, squares=each.squares[1:], rows=each.rows[1:]) for each in (one, exact))),
     )
 
 
 def test_a_gross_fault_is_as_sure_where_its_residual_varies_much_between_blocks(rng):
     sound = replace(score(rng), rows=np.full((2, 40), 20.0))
     wrong = replace(sound, squares=1e6 * sound.squares * rng.lognormal(0.0, 1.6, 40))
-    assert z_of(gains(wrong, sound)) > 20.0  # gains of log(1000) a row beside some ten per cent of scatter
+    assert z_of(improvement(wrong, sound)) > 20.0  # gains of log(1000) a row beside some ten per cent of scatter
 
 
 def test_z_is_the_sum_of_gains_over_its_standard_error():

@@ -12,14 +12,12 @@ from known_logs import BRICK
 from once import computed_once
 from real_friction import Truth
 
-from ident.diagnosis.added import Added, each_added
-from ident.diagnosis.candidates import Compared, Small, likeliest
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import Fault, compared, faults
-from ident.diagnosis.estimate_lacks import beyond_prior
-from ident.diagnosis.estimate_model import between, consequence, severity_of
+from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of
+from ident.diagnosis.evidence import Evidence, each_added
 from ident.diagnosis.families import scaled
+from ident.diagnosis.search import Exact, Fault, FirstOrder, compared, faults, select_hypothesis
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.intervals import max_of_classical_and_jackknife
@@ -126,7 +124,7 @@ def test_a_fault_that_the_estimate_cannot_test_is_diagnosed_from_the_logs(axes):
 
 
 def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():
-    found, rival = (Compared(None, np.ones(40), None) for _ in range(2))
+    found, rival = (Exact(None, np.ones(40), None) for _ in range(2))
     told = {found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)], rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)]}
     known = SimpleNamespace(effects=told.get)
     fault = Fault(found=found, small=None, rivals=(rival,), before=None)
@@ -136,7 +134,7 @@ def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever
 def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
-    small = Small(zero, each_added(sound_survey.logs.model.fits, [zero.columns])[0])
+    small = FirstOrder(zero, each_added(sound_survey.logs.model.fits, [zero.columns])[0])
     rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
     moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])
@@ -171,7 +169,7 @@ def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(de
     stated, found = np.array([0.03, 0.2]), np.array([[0.0016, 0.0], [0.0, 0.3]])
     value = np.array([deviations * 0.05, 0.0])  # of 0.03 stated and 0.04 found
     given = SimpleNamespace(prior_std=stated)
-    assert beyond_prior(given, Added(u=np.ones(40), value=value, covariance=found)) is beyond
+    assert beyond_prior(given, Evidence(u=np.ones(40), value=value, covariance=found)) is beyond
 
 
 def test_the_consequence_is_told_of_the_gains_that_matter():
@@ -259,7 +257,7 @@ def test_a_fault_that_the_estimate_does_not_bear_out_is_chance(axes, monkeypatch
     bare, heavy = logs_of(Truth())
     logs = doubted(axes, [bare, changed(heavy, v=factor * heavy.v)])
     certain = replace(compared(logs, scaled(logs, (1,), (), 1.3)), u=np.linspace(0.9, 1.1, 40))
-    monkeypatch.setattr("ident.diagnosis.engine._in_full", lambda seen: [certain] if seen.logs is logs else [])
+    monkeypatch.setattr("ident.diagnosis.search._in_full", lambda seen: [certain] if seen.logs is logs else [])
     said = diagnose(logs, all_joints(logs.problem), all_joints)
     assert [each.name for each in said.diagnoses] == told
     assert bool(said.excluded) == (not told)
@@ -273,10 +271,10 @@ def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(so
         for factor, gain in ((1.3, 3.0), (1.2, 1.0))
     )
     full = lambda seen: [next_best, best] if seen is sound_survey else []  # noqa: E731
-    monkeypatch.setattr("ident.diagnosis.engine._in_full", full)
+    monkeypatch.setattr("ident.diagnosis.search._in_full", full)
     assert next(faults(sound_survey)).found is best
     assert next(faults(sound_survey, lambda each: each is not best)).found is next_best
-    assert not any(isinstance(each.found, Compared) for each in faults(sound_survey, lambda _: False))
+    assert not any(isinstance(each.found, Exact) for each in faults(sound_survey, lambda _: False))
 
 
 def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):
@@ -320,19 +318,19 @@ def shown(family: str, parameters: int, gain: float, logs: tuple[int, ...] = (0,
 def test_of_alternatives_that_predict_as_well_lengths_come_last():
     lengths, delay = shown("lengths", 1, 91.0), shown("delay", 1, 85.0, wave=-1.0)
     zero, base = shown("zero", 1, 87.0, wave=2.0), shown("base", 2, 88.0, wave=-2.0)
-    assert likeliest([delay, lengths]) == (delay, (lengths,))
-    assert likeliest([lengths]) == (lengths, ())
-    assert likeliest([lengths, shown("delay", 1, 85.0)]) == (lengths, ())  # a sure difference is no tie
-    assert likeliest([zero, base, delay]) == (base, (zero, delay))  # of other families what predicts best
+    assert select_hypothesis([delay, lengths]) == (delay, (lengths,))
+    assert select_hypothesis([lengths]) == (lengths, ())
+    assert select_hypothesis([lengths, shown("delay", 1, 85.0)]) == (lengths, ())  # a sure difference is no tie
+    assert select_hypothesis([zero, base, delay]) == (base, (zero, delay))  # of other families what predicts best
 
 
 @pytest.mark.parametrize(("more", "believed"), [(18.0, False), (20.0, True)])  # 3.79 is a standard error
 def test_more_sizes_are_believed_where_they_predict_surely_better_than_one(more, believed):
     one, each = shown("delay", 1, 85.0, (1,), wave=0.0), shown("delay", 6, 85.0 + more, (1,))
-    assert likeliest([one, each]) == ((each, ()) if believed else (one, ()))
-    assert likeliest([each]) == (each, ())
+    assert select_hypothesis([one, each]) == ((each, ()) if believed else (one, ()))
+    assert select_hypothesis([each]) == (each, ())
     of_another_log = shown("delay", 1, 85.0, (0,), wave=0.0)
-    assert likeliest([of_another_log, each]) == (each, ())
+    assert select_hypothesis([of_another_log, each]) == (each, ())
 
 
 def test_more_sizes_are_no_rival_of_the_one_that_they_contain_and_one_of_other_logs_is():
@@ -341,4 +339,4 @@ def test_more_sizes_are_no_rival_of_the_one_that_they_contain_and_one_of_other_l
         shown("delay", 6, 84.0, (1,), -1.0),
         shown("delay", 1, 83.0, wave=3.0),
     )
-    assert likeliest([one, each, other]) == (one, (other,))
+    assert select_hypothesis([one, each, other]) == (one, (other,))

@@ -9,7 +9,7 @@ from known_logs import BRICK, mounted
 from real_friction import GAIN, Truth, real_logs
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.encoder_noise import noise_in_load
+from ident.diagnosis.gain_checks import noise_in_load
 from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification, identify
 from ident.model.regressor import inverse_dynamics
@@ -59,7 +59,7 @@ def test_the_effect_is_the_difference_from_the_method_without_this_bias_in_devia
 
 
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):
-    monkeypatch.delattr("ident.diagnosis.encoder_noise.instrumental_gains")
+    monkeypatch.delattr("ident.diagnosis.gain_checks.instrumental_gains")
     logs = logs_with(1e-6)
     assert not any(each.name == "encoder noise" for each in found(axes, logs).diagnoses)
 

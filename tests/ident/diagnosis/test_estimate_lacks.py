@@ -9,14 +9,21 @@ from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of
 from known_logs import BRICK
 from real_friction import Truth
 
-from ident.diagnosis import estimate_lacks, terms
-from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.comparison import z_of
-from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.engine import survey
-from ident.diagnosis.estimate_lacks import _unexplained, diagnosis_of, imitated, lacks_of, shown_beside
-from ident.diagnosis.estimate_model import claimed, consequence, stated
+from ident.diagnosis import estimate_evidence, terms
+from ident.diagnosis.diagnosis import Severity, two_digits
+from ident.diagnosis.estimate_evidence import (
+    _unexplained,
+    claimed,
+    consequence,
+    diagnosis_of,
+    imitated,
+    lacks_of,
+    shown_beside,
+    stated,
+)
+from ident.diagnosis.evidence import z_of
 from ident.diagnosis.fitted_currents import reference
+from ident.diagnosis.search import survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.joint_by_joint.gain_system import joint_rows
@@ -47,8 +54,8 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     (centre, *_) = payload_errors(problem, estimate)
     (found,) = imitated(base, base.solution.stiff, (), [centre, elastic(axes, logs)])
     assert found.best.direction is centre
-    np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
-    assert found.best.z > z_of(base.added(centre).u) + 1.0
+    np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).each_added([centre])[0].u), rtol=1e-9)
+    assert found.best.z > z_of(base.each_added([centre])[0].u) + 1.0
     for each in found.base.effects(found.base.stacked(centre.columns) @ found.best.found.value):
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)  # of joint 2, a third of it is what yielding joints changed
@@ -74,7 +81,7 @@ def test_what_is_unexplained_beside_a_term_that_the_model_lacks_refuses_no_gain(
     problem, seen = problem_of(axes, logs), doubted(axes, logs)
     strict = replace(problem, options=replace(problem.options, max_rel_std=1e-3))
     base = replace(stated(problem, all_joints(problem)), problem=strict)
-    monkeypatch.setattr(estimate_lacks, "_leaves", lambda *_: True)
+    monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
     found = list(lacks_of(base, [elastic(axes, logs)], seen.names, seen.model, stiff=None))
     assert [(each.name, each.severity) for each in found] == [
         (terms.ELASTICITY, Severity.WRONG),
@@ -183,9 +190,12 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
     assert times > 1.5
     np.testing.assert_allclose(said.value, times, rtol=1e-9)
-    assert f"the residual is {two_digits(times)} times as large on joint 2 as" in said.sentence
+    assert f"the residual of joint 2 is {two_digits(times)} times as large" in said.sentence
     (beside,) = _unexplained(base, free, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
+    score = replace(base.by_joint, squares=base.by_joint.squares / 1.03**2)  # what a log shows by its length alone
+    (slight,) = _unexplained(base, replace(free, fits=replace(free.fits, score=score)), beside_faults=False)
+    assert "is 3 % larger than in a fit" in slight.sentence
     assert not list(lacks_of(base, (), ("a", "b"), stiff=None))
     right = stated(problem, all_joints(problem))  # friction of each log its own
     assert not list(lacks_of(right, (), ("a", "b"), free, stiff=None))
@@ -195,7 +205,7 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
     base = stated(problem, joint_by_joint(problem))
     (centre, *_) = payload_errors(problem, base.estimate)
-    size = np.abs(base.added(centre).value).max()
+    size = np.abs(base.each_added([centre])[0].value).max()
 
     def said(largest: float) -> list[str]:
         term = replace(centre, family="spring", largest=largest)

@@ -12,12 +12,11 @@ from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
 from ident.diagnosis import terms
-from ident.diagnosis.alternative import Direction, Term
-from ident.diagnosis.candidates import Small
-from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.estimate_lacks import Lack, diagnosis_of
-from ident.diagnosis.estimate_model import FINEST, claimed, stated
+from ident.diagnosis.estimate_evidence import FINEST, Lack, claimed, diagnosis_of, stated
+from ident.diagnosis.evidence import log_density_improvement
+from ident.diagnosis.hypothesis import Direction, Term
+from ident.diagnosis.search import FirstOrder
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.gain_options import GainOptions
 from ident.payload.payload import standard_parameters
@@ -120,7 +119,7 @@ def test_columns_of_joints_stand_at_their_rows_with_their_weights(made, rng):
 def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, rng, m):
     base, left_of, _ = made
     columns = [None, rng.normal(size=(60, m))] if m == 1 else [rng.normal(size=(60, m)) for _ in range(2)]
-    found = base.added(direction(columns))
+    found = base.each_added([direction(columns)])[0]
     rows, more = base.estimate.solution.rows, base.stacked(columns)
     block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
     every = np.ones(120, dtype=bool)
@@ -130,7 +129,7 @@ def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, 
         after[b] = np.sum((rows.weight * left_of(~own, more))[own] ** 2)
     before = base.fits.score.squares[0]
     score = base.fits.score
-    expected = gains(score, replace(score, squares=after[None]))  # by hand in the test of `gains`
+    expected = log_density_improvement(score, replace(score, squares=after[None]))  # by hand in the test of `gains`
     assert before.sum() > 0.0
     np.testing.assert_allclose(found.u, expected, rtol=1e-7, atol=1e-9)
     # residual of all rows, with coefficients fitted to the residual of the model alone
@@ -144,19 +143,20 @@ def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
     base = made[0]
     one, other = (direction([rng.normal(size=(60, 1)), rng.normal(size=(60, 1))]) for _ in range(2))
     beside = base.beside(one)
-    again = beside.added(one)  # at most rounding, where it is a belief that leaves something of it
+    again = beside.each_added([one])[0]  # at most rounding, where it is a belief that leaves something of it
     assert again is None or np.abs(again.value).max() < 1e-9
-    both = base.added(direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)]))
+    together = direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)])
+    (both,) = base.each_added([together])
     # The second coefficient of a fit with both is that of a fit beside the first.
-    np.testing.assert_allclose(beside.added(other).value, both.value[1:], rtol=1e-6)
+    np.testing.assert_allclose(beside.each_added([other])[0].value, both.value[1:], rtol=1e-6)
 
 
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
     columns = [rng.normal(size=(60, 1)) for _ in range(2)]
     term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
     drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
-    more = made[0].added(drift)
-    said = diagnosis_of(Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
+    more = made[0].each_added([drift])[0]
+    said = diagnosis_of(Lack(made[0], FirstOrder(drift, more), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")
@@ -179,7 +179,7 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
     assert (centre.family, centre.logs, centre.unit) == ("payload centre", (1,), "mm")
-    found = base.added(centre)
+    found = base.each_added([centre])[0]
     std = np.sqrt(np.diag(found.covariance))
     # Four deviations: once in 5000 a component; a fifth of the size for the second order of 1 cm in 14.
     assert (np.abs(found.value + off) < 4.0 * std + 0.2 * np.linalg.norm(off)).all()

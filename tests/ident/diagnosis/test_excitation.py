@@ -8,7 +8,7 @@ from known_logs import BRICK
 from real_friction import GAIN
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.excitation import excitation, predicted_rel_std
+from ident.diagnosis.joint_fits import excitation, predicted_rel_std
 from ident.estimation.gain_options import GainOptions
 from ident.payload.payload import Payload
 

@@ -8,11 +8,10 @@ from consistency_logs import all_joints, doubted, logs_of, problem_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from real_friction import Truth
 
-from ident.diagnosis.candidates import SHOWN
-from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
-from ident.diagnosis.engine import Survey, compared, survey
-from ident.diagnosis.estimate_model import Stated, stated
+from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
+from ident.diagnosis.evidence import Score, log_density_improvement, z_of
+from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.limits import (
     SIZES,
     bounds,
@@ -22,8 +21,8 @@ from ident.diagnosis.limits import (
     undetectable_together,
     undetected_sizes,
 )
-from ident.diagnosis.logs import Logs
 from ident.diagnosis.screening import SURELY_WORSE, Screened
+from ident.diagnosis.search import SHOWN, Survey, compared, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimate import GainEstimate
 from ident.payload.payload import Payload
@@ -34,12 +33,12 @@ def excluded(seen: Survey) -> list[Exclusion]:
     return list(exclusions(seen, undetected_sizes(seen)))
 
 
-def hidden(seen: Survey, base: Stated | None = None) -> list[str]:
+def hidden(seen: Survey, base: HeldOutEstimate | None = None) -> list[str]:
     """What the logs cannot reveal of single joints and of scales."""
     return list(undetectable(seen, undetected_sizes(seen), base))
 
 
-def untold(seen: Survey, base: Stated | None = None) -> list[str]:
+def untold(seen: Survey, base: HeldOutEstimate | None = None) -> list[str]:
     """All that is untold."""
     return [*hidden(seen, base), *undetectable_together(seen, undetected_sizes(seen))]
 
@@ -92,7 +91,7 @@ def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_i
                 e = part.fit.residual[:, None]
                 for k, left in enumerate((e, e - sign * x * part.fit.without(found.columns[j]))):
                     squares[k][j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
-            z.append(z_of(gains(*(Score(each, logs.model.fits.score.rows) for each in squares))))
+            z.append(z_of(log_density_improvement(*(Score(each, logs.model.fits.score.rows) for each in squares))))
         return max(z)
 
     step = SIZES[1] / SIZES[0]
@@ -221,7 +220,7 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
 def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
     logs = logs_of(Truth(), seed=4)
 
-    def base(weighed: Payload) -> Stated:
+    def base(weighed: Payload) -> HeldOutEstimate:
         problem = problem_of(axes, logs, (None, weighed))
         return stated(problem, all_joints(problem))
 
@@ -238,8 +237,8 @@ def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
     for axis in np.eye(3):
         off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))
         (centre,) = (each for each in payload_errors(off.problem, off.estimate) if each.family == "payload centre")
-        assert z_of(off.added(centre).u) > SHOWN
+        assert z_of(off.each_added([centre])[0].u) > SHOWN
     (centre,) = (each for each in payload_errors(sound.problem, sound.estimate) if each.family == "payload centre")
-    assert z_of(sound.added(centre).u) < SHOWN
+    assert z_of(sound.each_added([centre])[0].u) < SHOWN
     known = replace(BRICK, com_std=(0.01, 0.01, 0.01))
     assert list(centres_excluded(base(known))) == []

@@ -10,7 +10,7 @@ from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.fitted_currents import STEP, Reference, reference
-from ident.diagnosis.logs import Hypothesis, as_logged
+from ident.diagnosis.hypothesis import Hypothesis, as_logged
 from ident.estimation.sweep import across
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD

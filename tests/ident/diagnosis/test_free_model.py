@@ -8,7 +8,7 @@ from consistency_logs import doubted, logs_of
 from known_logs import BRICK
 from real_friction import Truth
 
-from ident.diagnosis.comparison import BLOCKS
+from ident.diagnosis.evidence import BLOCKS
 from ident.diagnosis.free_model import free_columns, free_model, row_counts
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 

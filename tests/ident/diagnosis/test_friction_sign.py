@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ident.diagnosis.friction_sign import backward_joints, friction_z, opposed
+from ident.diagnosis.joint_fits import backward_joints, friction_z, opposed
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.joint_by_joint.gain_system import JointRows
@@ -30,7 +30,7 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
     W = rng.normal(size=(80, 4)) * [3.0, 0.9, 1.0, 40.0]
     W[:, 3] += 30.0 * W[:, 1]  # speed, and its sign
     V = W @ [0.2, dry, -0.3, viscous / 40.0] + 0.3 * np.where(np.arange(80) % 2, 1.0, -1.0) * rng.uniform(0.5, 1.5, 80)
-    monkeypatch.setattr("ident.diagnosis.friction_sign.joint_rows", lambda problem, joint: rows_of(W, V))
+    monkeypatch.setattr("ident.diagnosis.joint_fits.joint_rows", lambda problem, joint: rows_of(W, V))
     # The larger deviation: that of white residuals (eq. 20), or of fits without each of twenty blocks of four rows.
     found, (square,) = np.linalg.lstsq(W, V)[:2]
     covariance = square / (80 - 4) * np.linalg.inv(W.T @ W)
@@ -49,9 +49,7 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
 def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
     W, V = rng.normal(size=(5, 4)), rng.normal(size=5)
     for r, told in ((5, True), (4, False)):
-        monkeypatch.setattr(
-            "ident.diagnosis.friction_sign.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r])
-        )
+        monkeypatch.setattr("ident.diagnosis.joint_fits.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r]))
         assert (friction_z(PROBLEM, 2) is not None) == told
 
 
@@ -70,7 +68,7 @@ def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_
         found = told[joint][problem.log]
         return None if found is None else FRICTION_Z * found
 
-    monkeypatch.setattr("ident.diagnosis.friction_sign.friction_z", z)
+    monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
     problems = [SimpleNamespace(log=k, structure=SimpleNamespace(arm=SimpleNamespace(n=7))) for k in (0, 1)]
     assert backward_joints(problems, None) == (0, 1, 3)
     about = np.array([2.0, -3.0, 2.0, -4.0, 2.0, 2.0, -5.0])  # friction of a drive that is wired backwards is negative
@@ -87,7 +85,7 @@ def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_
         5: (-2.0, -1.1, None),
     }
     monkeypatch.setattr(
-        "ident.diagnosis.friction_sign.total_and_coulomb_z",
+        "ident.diagnosis.joint_fits.total_and_coulomb_z",
         lambda problem, joint, _: (
             None if (z := told[joint][problem.motions[0]]) is None else FRICTION_Z * np.array([0.9 * z, z])
         ),

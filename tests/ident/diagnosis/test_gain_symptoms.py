@@ -7,7 +7,7 @@ import pytest
 from estimates import gain_estimate
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.gain_symptoms import FAR, SURE_LOAD_Z, UNEXPLAINED, far_off, gain_diagnoses, negative
+from ident.diagnosis.gain_checks import FAR, SURE_LOAD_Z, UNEXPLAINED, far_off, gain_diagnoses, negative
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.gain_signs import FRICTION_Z
 
@@ -50,7 +50,7 @@ def test_signs_by_load_and_by_friction_contradict_each_other_where_both_are_sure
     class Signs:
         load_z, friction_z = np.array([30.0, load]), np.array([30.0, friction])
 
-    monkeypatch.setattr("ident.diagnosis.gain_symptoms.joint_signs", lambda _: Signs)
+    monkeypatch.setattr("ident.diagnosis.gain_checks.joint_signs", lambda _: Signs)
     found = [each for each in gain_diagnoses(estimate(3.0, None, 2.0)) if each.name == "sign of the gain"]
     assert [(each.severity, each.joints) for each in found] == ([(Severity.WRONG, (2,))] if contradicted else [])
 

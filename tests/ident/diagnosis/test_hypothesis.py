@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_logs import arm_of, ur_like
 
-from ident.diagnosis.logs import LogHypothesis, as_logged
+from ident.diagnosis.hypothesis import LogHypothesis, as_logged
 from ident.recordings.recording import Recording
 
 RATE = 100.0

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from known_logs import arm_of, scara
 
-from ident.diagnosis.joint_limits import SLACK, STILL, beyond_limits, within_limits
-from ident.diagnosis.logs import as_logged
+from ident.diagnosis.hypothesis import SLACK, STILL, as_logged, beyond_limits, within_limits
 from ident.recordings.recording import Recording
 
 T = 0.01 * np.arange(200)

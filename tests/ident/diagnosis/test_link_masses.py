@@ -9,7 +9,7 @@ from exact import TRUSTING, drive_gains, exact_observation
 from real_friction import three_axes
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.link_masses import FACTOR, SHOWN, LinkWeight, judged, link_mass_consistency, link_weights
+from ident.diagnosis.gain_checks import FACTOR, SHOWN_SHARE, LinkWeight, judged, link_mass_consistency, link_weights
 from ident.estimation.problem import pair
 from ident.identification import without_spoilt
 from ident.model.structure import structure_of
@@ -115,8 +115,8 @@ def test_the_limit_itself_is_no_doubt():
 
 
 def test_joints_that_links_of_other_proportions_explain_badly_say_nothing():
-    assert judged(weights(8.0, 8.0, share=SHOWN - 0.01)) is None
-    assert judged(weights(8.0, 8.0, share=SHOWN)).severity is Severity.WEAK
+    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE - 0.01)) is None
+    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE)).severity is Severity.WEAK
     assert judged([*weights(8.0), *weights(8.0, share=0.1)]) is None
 
 

@@ -8,7 +8,7 @@ from consistency_logs import at, changed, doubted, exchanged
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident.diagnosis.families import FAMILIES, orders, scaled, turned
-from ident.diagnosis.logs import Logs, as_logged
+from ident.diagnosis.hypothesis import Logs, as_logged
 from ident.diagnosis.screening import MARGIN, SURELY_WORSE, _by_gravity, _columns_of, improvements, looked_at, screened
 from ident.diagnosis.screening import unexplained as in_stages
 from ident.model.regressor import regressor

@@ -223,7 +223,7 @@ def test_no_command_imports_what_is_slow_and_what_it_does_not_need(imported):
         ("run", "sim.controller"),
         ("identify", "ident.estimation.all_joints"),
         ("identify", "mujoco"),  # which confirms the kinematics, without a plant
-        ("check", "ident.diagnosis.engine"),
+        ("check", "ident.diagnosis.search"),
     ):
         assert needed in imported[name]
         assert not imported[name] & SLOW, name

@@ -1,7 +1,12 @@
-"""Sign check by friction: if it drives instead of braking, positions or currents of a joint have the wrong sign.
+"""Checks by fits of each joint alone: the sign of its friction, and the accuracy of its gain with a planned payload.
 
-Each joint is solved alone with its own base parameters, friction and offset in drive units. The gain has the sign of
-the friction; a negative one is not necessarily a mistake, but the user should know in advance.
+If friction drives instead of braking, positions or currents have the wrong sign. Each joint is solved alone with its
+own base parameters, friction and offset in drive units. The gain has the sign of the friction; a negative one is not
+necessarily a mistake, but the user should know in advance.
+
+For a planned payload, the rows of the log represent both motions, without and with it. The standard deviation of 1/g
+follows from the columns (paper, eq. 20) and the residual: that of a joint's own fit, but at least that of real drives.
+An approximate gain, from a data sheet or the robot file, converts it to a relative one.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,12 +14,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosis, finding
+from ident.estimation.gain_options import GainOptions
 from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
-from ident.estimation.joint_by_joint.gain_system import joint_rows
-from ident.estimation.problem import Problem
+from ident.estimation.joint_by_joint.gain_system import gain_system, joint_rows
+from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.numerics.least_squares import least_squares
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
+from ident.support.errors import NotIdentifiable
 
 RANK_TOL = 1e-9
 """Smallest singular value of unit columns, relative to the largest."""
@@ -76,21 +86,16 @@ def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[i
 
 def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
     """Return the diagnosis of joints that friction drives; arguments as `backward_joints`."""
-    backward = backward_joints(problems, about)
+    good = "friction opposes the motion of every joint where it is identifiable"
     return [
-        Diagnosis(
-            name="friction sign",
-            severity=Severity.WEAK,
-            sentence=(
-                f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have opposite signs"
-            ),
-            advice=f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative",
+        finding(
+            None, "friction sign",
+            f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have opposite signs",
+            f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative",
             joints=(j,),
         )
-        for j in backward
-    ] or [
-        Diagnosis(name="friction sign", sentence="friction opposes the motion of every joint where it is identifiable")
-    ]
+        for j in backward_joints(problems, about)
+    ] or [finding(None, "friction sign", good)]  # fmt: skip
 
 
 def opposed(problem: Problem) -> list[tuple[int, int]]:
@@ -112,3 +117,45 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
             brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)
             found.append((joint, int(min(brakes, drives, key=lambda logs: (len(logs), -logs[-1]))[-1])))
     return found
+
+
+def predicted_rel_std(
+    observation: Observation, payload: Payload, gain: Array, options: GainOptions
+) -> tuple[float | None, ...]:
+    """Predict the relative standard deviation of each gain, joint by joint; None if it is not identifiable.
+
+    Args:
+        observation: A motion with a bare flange.
+        payload: The payload to be mounted.
+        gain: Approximate gains [N m / drive unit], shape (n,).
+        options: When a gain counts as identifiable.
+    """
+    both = pair(observation, observation, payload, options)
+    alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
+    return tuple(
+        _predicted(both, alone, joint, float(gain[joint]), options) for joint in range(observation.structure.arm.n)
+    )
+
+
+def _predicted(both: Problem, alone: Problem, joint: int, gain: float, options: GainOptions) -> float | None:
+    system = gain_system(both, joint, [payload.known_part() for payload in both.payloads])
+    if system is None:
+        return None
+    rows = joint_rows(alone, joint)
+    try:
+        own = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
+        fit = least_squares(system.W, system.rows.V, rank_tol=RANK_TOL)
+    except NotIdentifiable:
+        return None
+    sigma = max(own.sigma, options.noise_floor * float(np.sqrt(np.mean(rows.V**2))))
+    return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(gain)  # std(g) / g = g std(1/g)
+
+
+def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> Diagnosis:
+    """Return the diagnosis of the gains that motion and payload would identify."""
+    unseen = [j for j, std in enumerate(predicted) if std is None or std > options.max_rel_std]
+    words = ", ".join("-" if std is None else f"{100.0 * std:.2g}" for std in predicted)
+    listed = ", ".join(str(j + 1) for j in unseen)
+    advice = f"for joint {listed}, mount the payload farther from its axis, or a heavier one" if unseen else None
+    sentence = f"predicted standard deviations of the gains, joint by joint: {words} %"
+    return finding(log, "excitation", sentence, advice, joints=unseen)

@@ -1,4 +1,4 @@
-"""Held-out predictions of currents, and the improvement of one interpretation of the logs over another.
+"""Evidence for one interpretation of the logs over another: the improvement of held-out predictions of currents.
 
 Every joint is fitted alone (`FreeFit`); each time block is predicted by a fit to the others, exactly and without
 repeating the fit: with Q orthonormal columns of the model and e its residual,
@@ -16,7 +16,7 @@ keep the standard error valid if residuals are autocorrelated; held-out predicti
 parameters.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -194,19 +194,19 @@ class Score:
         return self.squares.sum(axis=1) / np.maximum(self.rows.sum(axis=1), 1.0)
 
     @property
-    def log_variance(self) -> Array:
-        """Logarithm of the mean square of each log, shape (n, logs)."""
+    def by_log(self) -> Array:
+        """Mean square of each log, shape (n, logs)."""
         squares, rows = (each.reshape(*each.shape[:-1], -1, BLOCKS).sum(axis=-1) for each in (self.squares, self.rows))
         return squares / np.maximum(rows, 1.0)
 
 
-def gains(given: Score, other: Score) -> Array:
+def log_density_improvement(given: Score, other: Score) -> Array:
     """Improvement u_b of the log predictive density by another interpretation, shape (blocks,) after its batch axes.
 
     Residuals are in units of their own rms, joint by joint and log by log, so that large residuals of a wrong
     interpretation, which are not noise, do not increase the standard error.
     """
-    before, after = given.log_variance, other.log_variance
+    before, after = given.by_log, other.by_log
     shown = (before > 0.0) & (after > 0.0)
     ratio = np.log(np.where(shown, before, 1.0) / np.where(shown, after, 1.0))
     gain = np.minimum(given.rows, other.rows) * np.repeat(ratio, BLOCKS, axis=-1)
@@ -285,3 +285,155 @@ def regrouped(score: Score, orders: Sequence[Indices], units: Sequence[Array]) -
         squares[order, own] = score.squares[:, own] / unit[:, None] ** 2
         rows[order, own] = score.rows[:, own]
     return replace(score, squares=squares, rows=rows)
+
+
+UNSEEN = 1e-7
+"""Smallest squared norm of the part of a unit column outside the model; otherwise it is not compared."""
+TOGETHER = 1 << 19
+"""Largest size of the columns in one matrix product; more only need memory."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """Improvement of held-out predictions by further columns, with one coefficient each for all joints.
+
+    Attributes:
+        u: Improvement in each block, shape (blocks,).
+        value: Coefficients, shape (m,).
+        covariance: Their covariance, for residuals that are autocorrelated within blocks, shape (m, m).
+    """
+
+    u: Array
+    value: Array
+    covariance: Array
+
+    @property
+    def z(self) -> float:
+        """Improvement in standard errors."""
+        return z_of(self.u)
+
+
+def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]], worth: float = 0.0) -> list[Evidence | None]:
+    """Return the improvement by each of many sets of columns, each added alone to the model of all joints.
+
+    Args:
+        fits: The model.
+        choices: Columns of shape (r, m) of each set and each part of the fits, None where they are zero.
+        worth: Smallest improvement of the log-likelihood for which predictions are compared, which takes most of the
+            time.
+
+    Returns:
+        One result for each set, None if its columns are in the column space of the model, or are not worth it.
+    """
+    found: list[Evidence | None] = [None] * len(choices)
+    rows = max((len(part.fit.V) for part in fits.parts if part is not None), default=1)
+    widths = [next((each.shape[1] for each in columns if each is not None), 0) for columns in choices]
+    for width in dict.fromkeys(filter(None, widths)):  # sets with equal numbers of columns, of at most this size
+        own, count = [k for k, each in enumerate(widths) if each == width], max(1, TOGETHER // (rows * width))
+        for piece in (own[start : start + count] for start in range(0, len(own), count)):
+            if worth > 0.0:
+                improved = _improvements(fits, [choices[k] for k in piece])
+                piece = [k for k, each in zip(piece, improved, strict=True) if each > worth]
+            for k, more in zip(piece, _added(fits, [choices[k] for k in piece], width), strict=True):
+                found[k] = more
+    return found
+
+
+def _improvements(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Array:
+    """Improvement of the log-likelihood by each set of columns, all with the variance of the best log, shape (K,)."""
+    count, m = len(choices), next(own.shape[1] for own in choices[0] if own is not None)
+    square, left, along = np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, 1))
+    variance = fits.score.by_log
+    least = np.min(np.where(variance > 0.0, variance, np.inf), axis=1)
+    for unit, (part, which, columns) in zip(least, _stacked(fits, choices), strict=True):
+        if part is not None and len(which) and np.isfinite(unit):
+            c = columns.reshape(len(columns), len(which), m).transpose(1, 2, 0)
+            inside = part.fit.inside(columns).reshape(-1, len(which), m).transpose(1, 2, 0)
+            square[which] += np.einsum("kmr,kmr->km", c, c) / unit
+            left[which] += (c @ c.swapaxes(1, 2) - inside @ inside.swapaxes(1, 2)) / unit
+            along[which] += c @ part.fit.residual[:, None] / unit
+    values, axes = _principal(square, left)
+    turned = axes.swapaxes(1, 2) @ along
+    return np.asarray(0.5 * np.sum(turned[..., 0] ** 2 / np.maximum(values, UNSEEN), axis=1), np.float64)
+
+
+def _stacked(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[tuple[HeldOut | None, Indices, Array]]:
+    """Each part of the fits, with the indices of the sets that are not zero on it, shape (K,), and their columns."""
+    for j, part in enumerate(fits.parts):
+        felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
+        columns = np.hstack([own for _, own in felt]) if felt else np.zeros((0, 0))
+        yield part, np.array([k for k, _ in felt], np.intp), columns
+
+
+def _added(fits: Fits, choices: Sequence[Sequence[Array | None]], m: int) -> list[Evidence | None]:
+    """Improvement by each of K sets of m columns, None for sets in the column space of the model."""
+    K, blocks = len(choices), fits.score.squares.shape[1]
+    if not K:
+        return []
+    square, products = np.zeros((K, m)), np.zeros((K, m, m + 1))  # columns' squares; times residuals
+    left, crossed, residual = (np.zeros((K, blocks, m, width)) for width in (m, m, 2))
+    felt = list[tuple[int, Indices, Array, Array]]()
+    for j, (part, which, columns) in enumerate(_stacked(fits, choices)):
+        if part is None or not len(which) or fits.sigma[j] <= 0.0:
+            continue
+        sets, unit, e = (len(which), m), fits.sigma[j] ** 2, part.fit.residual[:, None]
+        rest = part.fit.without(columns)
+        padded, of_residual = part.padded(rest), part.padded(e)
+        held, held_residual = np.split(part.by_block(np.concatenate((padded, of_residual), axis=2)), [-1], axis=2)
+        with_e = padded.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)
+        c, rest, padded, held = (each.reshape(*each.shape[:-1], *sets) for each in (columns, rest, padded, held))
+        own = c.transpose(1, 2, 0)  # differences of large numbers: BLAS sums have smaller rounding errors
+        square[which] += np.einsum("rkm,rkm->km", c, c) / unit
+        products[which, :, :m] += own @ rest.transpose(1, 0, 2) / unit
+        products[which, :, m:] += (columns.T @ e).reshape(*sets, 1) / unit
+        left[which] += _by_block(padded, padded) / unit
+        crossed[which] += _by_block(padded, held) / unit
+        residual[which] += np.moveaxis(with_e.reshape(blocks, *sets, 2), 0, 1) / unit
+        felt.append((j, which, held, held_residual))
+    values, axes = _principal(square, products[..., :m])  # without priors of left' left
+    known = (square > 0.0).all(axis=1) & (values[:, 0] >= UNSEEN)
+    spread = axes / np.sqrt(np.where(known[:, None], values, 1.0))[:, None]  # (K, m, m)
+    turned = spread.swapaxes(1, 2)
+    value = spread @ (turned @ products[..., m:])  # (K, m, 1)
+    turned, wide, far = turned[:, None], spread[:, None], value[:, None]
+    G = turned @ crossed @ wide  # (K, blocks, m, m)
+    scores = (turned @ (residual[..., :1] - left @ far))[..., 0]
+    t = np.linalg.solve(np.eye(m) - G[known], (turned @ (residual[..., 1:] - crossed @ far))[known])
+    more = np.zeros((K, blocks, m, 1))
+    more[known] = (wide[known] @ t) - far[known]
+    squares = np.broadcast_to(fits.score.squares, (K, *fits.score.squares.shape)).copy()
+    for j, which, held, held_residual in felt:
+        off = held_residual + _combined(held, more[which])
+        squares[which, j] = np.einsum("brk,brk->bk", off, off).T
+    u = log_density_improvement(fits.score, replace(fits.score, squares=squares))
+    covariance = spread @ (np.eye(m) + scores.swapaxes(1, 2) @ scores) @ spread.swapaxes(1, 2)
+    return [Evidence(u[k], value[k, :, 0], covariance[k]) if known[k] else None for k in range(K)]
+
+
+def _by_block(x: Array, y: Array) -> Array:
+    """Products of columns of each set by block, both (blocks, rows, K, m), shape (K, blocks, m, m)."""
+    if x.shape[-1] == 1:
+        return np.einsum("brk,brk->bk", x[..., 0], y[..., 0]).T[..., None, None]
+    return np.moveaxis(x.transpose(0, 2, 3, 1) @ y.transpose(0, 2, 1, 3), 0, 1)
+
+
+def _principal(square: Array, left: Array) -> tuple[Array, Array]:
+    """Shares of unit columns outside the model along principal axes, increasing, and the axes in units of the columns.
+
+    Args:
+        square: Sums of squares of the columns of each set, shape (K, m).
+        left: Products of their residuals, shape (K, m, m).
+
+    Returns:
+        Shapes (K, m) and (K, m, m).
+    """
+    unit = np.sqrt(np.where(square > 0.0, square, 1.0))
+    values, axes = np.linalg.eigh(left / (unit[:, :, None] * unit[:, None, :]))
+    return np.asarray(values, np.float64), np.asarray(axes / unit[:, :, None], np.float64)
+
+
+def _combined(held: Array, coefficients: Array) -> Array:
+    """Columns of every set (blocks, rows, K, m) times coefficients of every block (K, blocks, m, 1), summed over m."""
+    if held.shape[-1] == 1:
+        return held[..., 0] * coefficients[:, :, 0, 0].T[:, None]
+    return (held.swapaxes(1, 2) @ np.moveaxis(coefficients, 0, 1))[..., 0].swapaxes(1, 2)  # (blocks, rows, K)

@@ -1,0 +1,440 @@
+"""An estimate as a model of the currents, and what it lacks: payload values, terms, faults that only gains reveal.
+
+The rows, weights and columns of the estimate, all joints together with the payload as specified, predict each time
+block from the others. Directions that are not identifiable in the free model of the logs, such as the payload's centre,
+are compared here. The effect of each on the gains follows from the influence of each row, that of large faults from
+another estimate; severity follows from it:
+
+    error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
+
+import numpy as np
+
+from ident.diagnosis.diagnosis import Diagnosis, Effect, Severity, two_digits
+from ident.diagnosis.evidence import (
+    BLOCKS,
+    UNSEEN,
+    Evidence,
+    Fits,
+    FreeFit,
+    HeldOut,
+    Score,
+    each_added,
+    fits_of,
+    held_out,
+    held_out_beside,
+    log_density_improvement,
+    numbered_blocks,
+    z_of,
+)
+from ident.diagnosis.free_model import FreeModel, row_counts
+from ident.diagnosis.hypothesis import Direction
+from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, add_significant
+from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE, payload_errors
+from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.numerics.least_squares import column_space
+from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
+
+FINEST = 1e-3
+"""Smallest relative standard deviation that effects are compared with: without noise any fault would refuse every
+gain."""
+Estimate = Callable[[Problem], GainEstimate]
+"""Function that estimates gains from a problem."""
+NAMED = 2
+"""Largest number of joints whose effects a sentence names; of more, only the worst."""
+NO_RESULT = 10.0
+"""Relative error of a gain beyond which it is invalid."""
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutEstimate:
+    """An estimate, prepared for held-out predictions.
+
+    Attributes:
+        problem: Motions and payloads.
+        estimate: The estimate from them.
+        solution: Its solution, or that of the same model with rigid joints.
+        fits: The solution's rows as one part, in units of each joint's residual.
+    """
+
+    problem: Problem
+    estimate: GainEstimate
+    solution: GainSolution
+    fits: Fits
+
+    @property
+    def _held(self) -> HeldOut:
+        """The part with all its rows."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        return held
+
+    @cached_property
+    def by_joint(self) -> Score:
+        """Accuracy of the predictions of each joint's currents, as for fits of each joint alone."""
+        held = self._held
+        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
+        left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
+        squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
+        np.add.at(squares, (rows.joint, held.fit.block), left**2)
+        np.add.at(counts, (rows.joint, held.fit.block), 1.0)
+        return Score(squares, counts)
+
+    @cached_property
+    def payload_errors(self) -> tuple[Direction, ...]:
+        """Errors of the specified payloads."""
+        return tuple(payload_errors(self.problem, self.estimate))
+
+    def stacked(self, columns: Sequence[Array | None]) -> Array:
+        """Stack columns of each joint's rows in the order of the estimate, shape (R, m)."""
+        rows = self.solution.rows
+        width = next(each.shape[1] for each in columns if each is not None)
+        parts = ((columns[j], rows.V[rows.of(j)]) for j in rows.unknowns)
+        return np.vstack([np.zeros((len(V), width)) if each is None else each for each, V in parts])
+
+    def weighted(self, direction: Direction) -> Direction:
+        """A direction, converted to the rows of the estimate's fit, which is one part."""
+        weight = self.solution.rows.weight[:, None]
+        return replace(direction, columns=(weight * self.stacked(direction.columns),))
+
+    def each_added(self, directions: Sequence[Direction], worth: float = 0.0) -> list[Evidence | None]:
+        """Improvement by each of many directions, each added alone; None also for less than `worth`."""
+        return each_added(self.fits, [self.weighted(each).columns for each in directions], worth)
+
+    def beside(self, direction: Direction) -> "HeldOutEstimate":
+        """The same estimate with the direction added to its model."""
+        held = self._held
+        (columns,) = self.weighted(direction).columns
+        assert columns is not None, "weighted"
+        columns = column_space(columns)
+        left = held.fit.without(columns)
+        values, turn = np.linalg.eigh(columns.T @ left)  # with priors, less than left' left
+        turn = turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
+        new = left @ turn
+        residual = held.fit.residual - new @ (turn.T @ (columns.T @ held.fit.residual))
+        return replace(self, fits=fits_of([held_out_beside(held, new, residual)]))
+
+    def effects(self, currents: Array, beside: "HeldOutEstimate | None" = None) -> tuple[Effect, ...]:
+        """Error of each gain due to currents that the model does not include.
+
+        With another model than the estimate's, the error includes the difference of the gains.
+
+        Args:
+            currents: Currents added to the rows, shape (R,).
+            beside: The estimate with them. Errors are compared with the standard deviation by its residual, as a fault
+                also increases the residual.
+        """
+        own, solution = self.solution, self.estimate.solution
+        moved = -(own.influence @ currents) / own.inverse
+        moved += (1.0 + moved) * (own.inverse / solution.inverse - 1.0)
+        place = {int(j): k for k, j in enumerate(own.joints)}
+        return tuple(
+            Effect(
+                joint=j,
+                percent=100.0 * float(moved[place[j]]),
+                deviations=float(moved[place[j]]) / claimed(gain, 1.0 if beside is None else beside.left_of(j)),
+            )
+            for j, gain in enumerate(self.estimate.joints)
+            if isinstance(gain, IdentifiedGain)
+        )
+
+    def left_of(self, joint: int) -> float:
+        """Ratio of this model's residual to the estimate's, of a joint, from 0."""
+        held = self._held
+        rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
+        left = held.fit.residual[own] / self.solution.rows.weight[own]
+        before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
+        return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
+
+
+def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> HeldOutEstimate:
+    """Prepare the held-out predictions of an estimate, or of another solution of the same joints."""
+    solution = estimate.solution if solution is None else solution
+    rows = solution.rows
+    lengths = row_counts(problem)
+    block = numbered_blocks(rows.motion, rows.position, lengths)
+    fit = FreeFit(
+        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
+        blocks=BLOCKS * len(lengths), runs=tuple(rows.runs()),
+    )  # fmt: skip
+    return HeldOutEstimate(problem, estimate, solution, fits_of([held_out(fit)]))
+
+
+def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
+    """Estimated relative standard deviation of a gain, at least that of weighing a payload.
+
+    Args:
+        gain: The gain.
+        left: Ratio of the residual to that of the estimate.
+    """
+    total = float(np.linalg.norm((left * gain.residual_std, gain.payload_std, gain.model_std)))
+    return max(total / abs(gain.value), FINEST)
+
+
+def severity_of(effects: Sequence[Effect]) -> Severity:
+    """Return the severity of the largest effect."""
+    if any(each.spoils for each in effects):
+        return Severity.WRONG
+    known = any(each.deviations is not None for each in effects)
+    return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
+
+
+def between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
+    """Error of gains if the others are correct; unlimited for a gain in only one of them.
+
+    It is in units of the smaller standard deviation, as a fault also increases the residual.
+    """
+    for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
+        if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
+            share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
+            yield Effect(joint=j, percent=100.0 * share, deviations=share / min(claimed(mine), claimed(theirs)))
+        elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
+            yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
+
+
+def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+    """Describe the errors of gains, their ratios or currents."""
+    if not effects:
+        return ""
+    worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
+    if worst.deviations is None:
+        return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
+    if abs(worst.percent) >= 100.0 * NO_RESULT:
+        return f"; the gain of joint {worst.joint + 1} is invalid"
+    listed = [each for each in effects if each.matters]
+    if not listed:
+        return "; no gain changes noticeably"
+    rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
+    listed = listed if not rest else [worst]
+    more = ", ".join(f"joint {each.joint + 1} {two_digits(each.percent, sign='+')} %" for each in listed)
+    return f"; {what} are off: {more}{rest}"
+
+
+MOST = 3
+"""Largest number of effects that one estimate lacks."""
+ANOTHER = "the payload is not as specified: its centre of mass, its inertia or its mounting differs"
+
+
+def lacks_of(
+    base: HeldOutEstimate,
+    small: Sequence[Direction],
+    names: Sequence[str],
+    free: FreeModel | None = None,
+    reestimate: Estimate | None = None,
+    *,
+    stiff: GainSolution | None,
+) -> Iterator[Diagnosis]:
+    """Return effects that an estimate lacks, the one that explains most first.
+
+    Args:
+        base: The estimate.
+        small: Competing directions.
+        names: Names of the logs.
+        free: Fits of each joint alone; if they predict significantly better, something is lacking. None to skip this.
+        reestimate: Repeats the estimate for other problems.
+        stiff: Its solution with rigid joints, as elastic joints may imitate faults; None to skip this.
+    """
+    of_payload = base.payload_errors
+    believed = [each for each in of_payload if each.prior_std is not None]
+    open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
+    taken_up = list(imitated(base, stiff, believed, open_ones))
+    for lack in taken_up:
+        yield diagnosis_of(lack, names)
+        base = base.beside(lack.best.direction)
+        open_ones.remove(lack.best.direction)
+    for each in believed:
+        if (more := base.each_added([each])[0]) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
+            yield diagnosis_of(Lack(base, FirstOrder(each, more), ()), names)
+        base = base.beside(each)
+    lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
+    first = lacks[0] if lacks else None
+    wrong = None if free is None or reestimate is None else _of_payload(base, free, reestimate, first, names)
+    if wrong is not None:
+        yield wrong
+        return
+    found = [diagnosis_of(each, names) for each in lacks]
+    yield from found
+    if free is not None:
+        faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.direction.at_fault)
+        beside_faults = any(each.severity is Severity.WRONG for each in faults)
+        yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=beside_faults)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lack:
+    """A significant effect that a model lacks.
+
+    Attributes:
+        base: The model.
+        best: The term or fault.
+        rivals: Alternatives that cannot be distinguished from it.
+    """
+
+    base: HeldOutEstimate
+    best: FirstOrder
+    rivals: tuple[FirstOrder, ...]
+
+    @property
+    def beside(self) -> HeldOutEstimate:
+        """The model with this effect."""
+        return self.base.beside(self.best.direction)
+
+
+def shown_beside(base: HeldOutEstimate, choices: Sequence[Direction]) -> Iterator[Lack]:
+    """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
+
+    def significant(base: HeldOutEstimate) -> list[FirstOrder]:
+        compared = zip(choices, base.each_added(choices, WORTH), strict=True)
+        found = (FirstOrder(each, more) for each, more in compared if more is not None)
+        return [each for each in found if each.within and each.z > SHOWN]
+
+    def extended(base: HeldOutEstimate, found: FirstOrder) -> HeldOutEstimate:
+        return base.beside(found.direction)  # which then adds nothing
+
+    return (Lack(*found) for found in add_significant(base, significant, extended))
+
+
+def imitated(
+    base: HeldOutEstimate, solution: GainSolution | None, believed: Sequence[Direction], choices: Sequence[Direction]
+) -> Iterator[Lack]:
+    """Return faults that selected elastic joints absorb: they predict significantly better than elasticity.
+
+    Elasticity is both that of the estimate, needed for very elastic joints, and the first-order term.
+    """
+    if solution is None:
+        return
+    stiff = stated(base.problem, base.estimate, solution)
+    for each in believed:
+        stiff = stiff.beside(each)
+    for lack in islice(shown_beside(stiff, choices), MOST):
+        first_order = [lack.base.each_added([each])[0] for each in choices if each.family == ELASTICITY]
+        elastic = [
+            log_density_improvement(lack.base.by_joint, base.by_joint),
+            *(each.u for each in first_order if each is not None),
+        ]
+        if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.direction.at_fault:
+            return
+        yield lack
+
+
+def beyond_prior(direction: Direction, more: Evidence) -> bool:
+    """Whether an estimated parameter contradicts its specified standard deviation."""
+    assert direction.prior_std is not None, "asked of what is stated"
+    spread = more.covariance + np.diag(np.square(direction.prior_std))
+    return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
+
+
+def _of_payload(
+    base: HeldOutEstimate, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
+) -> Diagnosis | None:
+    """Return the diagnosis of a payload that is not as specified, by gains from its mass alone.
+
+    Args:
+        base: The estimate.
+        free: Fits of each joint alone.
+        reestimate: Repeats the estimate for other problems.
+        first: The best first-order effect; a payload that is rotated or far off exceeds the first order.
+        names: Names of the logs.
+
+    Returns:
+        The diagnosis; None if nothing is left to explain, or something else explains it equally well.
+    """
+    opened = _with_masses_alone(base.problem)
+    if opened is None or not _leaves(base, free):
+        return None
+    try:
+        other = reestimate(opened)
+    except IdentificationError:
+        return None
+    u = log_density_improvement(base.by_joint, stated(opened, other).by_joint)
+    of_payload = first is not None and first.best.family in (CENTRE, INERTIA)
+    if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
+        return None
+    effects = tuple(between(base.estimate, other))
+    if first is not None and of_payload and not _leaves(first.beside, free):  # its size is correct to first order
+        diagnosis = diagnosis_of(first, names)
+    else:
+        logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
+        diagnosis = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=MEASURE_CENTRE, logs=logs, z=z_of(u))
+    return replace(
+        diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
+    )
+
+
+def _leaves(base: HeldOutEstimate, free: FreeModel) -> bool:
+    """Whether fits of each joint alone, with free payloads, predict the currents significantly better."""
+    return z_of(log_density_improvement(base.by_joint, free.fits.score)) > SHOWN
+
+
+def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
+    """Return diagnoses of currents that a fit of each joint alone explains, but not the estimate.
+
+    If the faults that were found do not explain them, every gain is refused.
+    """
+    if not _leaves(base, free):
+        return
+    times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))
+    worst = int(np.argmax(times))
+    most = float(times[worst])  # significant in a long log even if small
+    size = (
+        f"{two_digits(100.0 * (most - 1.0))} % larger than" if most < 2.0 else f"{two_digits(most)} times as large as"
+    )
+    yield Diagnosis(
+        name="unexplained",
+        severity=Severity.WRONG if beside_faults else Severity.WEAK,
+        sentence=(
+            f"the residual of joint {worst + 1} is {size} in a fit of this joint alone; no known cause explains the "
+            "difference"
+        ),
+        advice="check that the model, the payload and all logs are of one robot",
+        joints=tuple(range(len(times))) if beside_faults else (worst,),
+        value=float(times[worst]),
+        unit="times",
+    )
+
+
+def _with_masses_alone(problem: Problem) -> Problem | None:
+    """Return the problem with only the payloads' masses known; None if no more is known anyway."""
+    if not any(each.known in KNOWN_CENTRE for each in problem.payloads):
+        return None
+    opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in KNOWN_CENTRE}
+    motions = (replace(each, payload=opened.get(id(each.payload), each.payload)) for each in problem.motions)
+    return replace(problem, motions=tuple(motions))
+
+
+def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
+    """Return the diagnosis of an effect that an estimate lacks.
+
+    What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
+    deviation of a gain that is not refused.
+    """
+    direction, more = lack.best.direction, lack.best.found
+    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
+    severity = severity_of(effects)
+    limit = 100.0 * lack.base.problem.options.max_rel_std
+    beyond = any(each.spoils and abs(each.percent) > limit for each in effects)
+    if severity is Severity.WRONG and not direction.at_fault and not beyond:
+        severity = Severity.WEAK
+    message = direction.message(more.value, names)
+    return Diagnosis(
+        name=direction.family,
+        severity=severity,
+        sentence=f"{message.words}{consequence(effects)}",
+        cause=message.words,
+        advice=message.advice,
+        joints=direction.joints,
+        logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
+        value=message.value,
+        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
+        unit=direction.unit if message.value is not None else None,
+        z=z_of(more.u),
+        effects=effects,
+        rivals=tuple(each.direction.message(each.found.value, names).words for each in lack.rivals),
+    )

@@ -1,0 +1,297 @@
+"""Checks of gains: implausible values, residuals, link masses by the gains, and bias by encoder noise.
+
+The default standard deviation accounts for autocorrelated residuals. They are reported if they make it much larger than
+that of white residuals (eq. 20): a better model then helps more than a longer motion.
+
+With the gain g_j of a joint, its bare currents are a torque g_j V_j, of which the links of the model explain k_j times
+their own torque:
+
+    g_j V_j = k_j W_j chi_drawn + Ia ddq_j + Fv dq_j + Fc sign(dq_j) + off        W_j  (r, p)  rows of joint j
+
+Gains, and thus every k_j, are proportional to the payload's mass. For real arms, data-sheet masses were correct within
+a third; no gain depends on them.
+
+Noise of the positions enters the regressor and biases least squares. Instruments avoid this bias (`iv`), with a simpler
+model of friction: they are compared with the estimate (Hausman 1978) only where noise may matter, as its share of the
+payload's torque exceeds the gain's standard deviation; by about that share a gain is biased that the payload alone
+determines.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
+from ident.diagnosis.estimate_evidence import claimed, consequence, severity_of
+from ident.diagnosis.motion_quality import acceleration_of_unit_noise
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
+from ident.estimation.gain_signs import FRICTION_Z, joint_signs
+from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.sweep import inertia_matrices
+from ident.model.parameters import COUPLING, INERTIAL, STANDARD
+from ident.numerics.least_squares import column_space
+from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
+from ident.support.naming import joint_list
+
+FAR = 100.0
+"""Factor from the median of the other gains beyond which a unit is suspected; joints of one arm differ by up to 30."""
+SURE_LOAD_Z = 10.0
+"""Number of standard deviations of 1/g from zero beyond which the sign from the load is significant; every identified
+gain exceeds it."""
+UNEXPLAINED = 0.15
+"""Share of a joint's current above which its residual is reported."""
+MUCH = 2.0
+"""Ratio of standard deviations that is reported; with white residuals the largest of six joints reaches 1.8."""
+UNAWARE = "classical"
+"""Covariance estimator for white residuals."""
+
+
+def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
+    """Return diagnoses of gains and residuals; if the logs have faults, only those that refuse gains."""
+    autocorrelated = autocorrelation(estimate)
+    found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
+    if causes.severity is Severity.WRONG:
+        found = [each for each in found if each.severity is Severity.WRONG]
+    return Diagnosed(diagnoses=tuple(found))
+
+
+def gain_diagnoses(estimate: GainEstimate) -> Iterator[Diagnosis]:
+    """Return the diagnoses of implausible gains: signs that contradict each other, outliers, large residuals."""
+    found = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
+    signs = joint_signs(estimate)
+    sure = (np.abs(signs.load_z) > SURE_LOAD_Z) & (np.abs(signs.friction_z) > FRICTION_Z)
+    for k in np.flatnonzero(sure & (signs.load_z * signs.friction_z < 0.0)):
+        j = int(estimate.solution.joints[k])
+        if j in found:
+            yield finding(
+                None, "sign of the gain", f"joint {j + 1}: payload and friction give the gain opposite signs",
+                f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
+                severity=Severity.WRONG, joints=(j,),
+            )  # fmt: skip
+    yield from negative(found)
+    yield from far_off(found)
+    for j in range(len(estimate.joints)):
+        share = estimate.residual_share(j)
+        if share is not None and share > UNEXPLAINED:
+            yield finding(
+                None, "residual", f"joint {j + 1}: {100.0 * share:.0f} % of the current is not explained by the model",
+                "check that the model is of this robot, with its couplings, friction and base",
+                joints=(j,), value=100.0 * share, unit="%",
+            )  # fmt: skip
+
+
+def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
+    """Negative gains, by joint from 0."""
+    for j, gain in gains.items():
+        if gain < 0.0:
+            yield finding(
+                None, "negative gain",
+                f"joint {j + 1}: the gain is negative; v{j + 1} and q{j + 1} have opposite signs in every log",
+                f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}",
+                joints=(j,), value=gain, unit="N m/unit",
+            )  # fmt: skip
+
+
+def far_off(gains: dict[int, float]) -> Iterator[Diagnosis]:
+    """Gains far from the others, by joint from 0; none for a single gain."""
+    for j, gain in gains.items():
+        others = [abs(each) for k, each in gains.items() if k != j]
+        ratio = abs(gain) / float(np.median(others)) if others else 1.0
+        if not 1.0 / FAR < ratio < FAR:
+            yield finding(
+                None, "gain outlier", f"joint {j + 1}: the gain is {ratio:.2g} times the median of the others",
+                f"check the unit of v{j + 1}", joints=(j,), value=ratio, unit="times",
+            )  # fmt: skip
+
+
+def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
+    """Ratio of the standard deviation of a gain to that for white residuals; None without a gain."""
+    solution, options = estimate.solution, estimate.options
+    place = {int(j): k for k, j in enumerate(solution.joints)}
+    known = [j for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
+    if not known:
+        return None
+    plain = np.diag(classical(solution.rows, solution.influence))
+    claimed = np.diag(estimate.covariance)
+    if options.uncertainty == UNAWARE:
+        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence))
+    ratio = np.sqrt(np.divide(claimed, plain, out=np.ones(len(plain)), where=plain > 0.0))
+    worst = max(known, key=lambda j: ratio[place[j]])
+    size = float(ratio[place[worst]])
+    lag = lag_one(solution.rows, worst)
+    accounted = "would be" if options.uncertainty == UNAWARE else "is"
+    return finding(
+        None, "autocorrelation",
+        f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:z.2f}); the standard deviation that "
+        f"accounts for it {accounted} {size:.2g} times that of white residuals",
+        "refine the model" if size > MUCH else None, joints=(worst,), value=size, unit="times",
+    )  # fmt: skip
+
+
+def lag_one(rows: Rows, joint: int) -> float:
+    """Correlation of a joint's residual with that of the next row."""
+    at = np.flatnonzero(rows.joint == joint)
+    follows = (np.diff(rows.motion[at]) == 0) & (np.diff(rows.position[at]) == 1)
+    residual = rows.residual[at]
+    here, there = residual[:-1][follows], residual[1:][follows]
+    size = float(np.linalg.norm(here) * np.linalg.norm(there))
+    return float(here @ there) / size if size > 0.0 else 0.0
+
+
+SHOWN_SHARE = 0.7
+"""Smallest share that the links of the model explain of the squared torque not explained by motor and friction.
+
+Links with other proportions than the arm's, such as placeholders, explain less.
+"""
+FACTOR = 1.4
+"""Factor, or its inverse, beyond which masses are reported; with correct payloads real arms reached 1.26, simulated
+ones 1.04."""
+LEAST_JOINTS = 2
+"""Smallest number of joints: a spring or a wrong gain biases a single one."""
+OTHER_UNIT = 1000.0**0.5
+"""Factor, or its inverse, from which another unit, such as grams for kilograms, is the likeliest explanation.
+
+Densities of materials differ by less: links modelled as water and made of steel are 8 times as heavy.
+"""
+ALIKE = 1e-6
+"""Relative difference below which masses are equal, as of a placeholder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkWeight:
+    """Ratio of a joint's bare torque, by its gain, to that of the links of the model.
+
+    Attributes:
+        joint: The joint, from 0.
+        factor: k.
+        share: Share that the links explain of the squared torque not explained by motor and friction.
+    """
+
+    joint: int
+    factor: float
+    share: float
+
+
+def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
+    """Check whether link masses by the gains agree with those of the model.
+
+    Args:
+        problem: Motions and payloads.
+        estimate: Gains estimated from them.
+        links: Standard parameters of every link of the model, with all bodies fixed to it, shape (n, 10).
+
+    Returns:
+        The diagnosis; None if masses are placeholders, no motion is bare, or too few joints have a factor.
+    """
+    gains = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
+    found = link_mass_factor(problem.motions, gains, links)
+    if found is None or found.value is None or 1.0 / OTHER_UNIT < found.value < OTHER_UNIT:
+        return found
+    masses = dict.fromkeys(f"{each.payload.mass:g} kg" for each in problem.motions if each.payload is not None)
+    return replace(
+        found,
+        severity=Severity.WRONG,
+        sentence=f"payload mass {' and '.join(masses)}: {found.sentence}; the unit of either is wrong",
+        advice="state the payload's mass in kg; if the model's masses are placeholders, give all links the same",
+        joints=tuple(range(problem.structure.arm.n)),
+    )
+
+
+def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
+    """Return a diagnosis of the factors of enough joints: weak if more than half exceed `FACTOR` in one direction."""
+    shown = [each for each in found if each.share >= SHOWN_SHARE]
+    if len(shown) < LEAST_JOINTS:
+        return None
+    factors = sorted(each.factor for each in shown)
+    low, high = factors[(len(factors) - 1) // 2], factors[len(factors) // 2]  # both are equal for an odd number
+    if low <= 0.0:
+        return None
+    off, median = max(low, 1.0 / high) > FACTOR, 0.5 * (low + high)
+    joints = [each.joint for each in shown]
+    return finding(
+        None, "link masses",
+        f"with these gains the arm's masses are {two_digits(median)} times those of its model (median of "
+        f"{joint_list(joints)}, bare motions)",
+        "check the payload's mass, and the masses of the model" if off else None,
+        joints=joints, value=median, unit="times",
+    )  # fmt: skip
+
+
+def link_mass_factor(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> Diagnosis | None:
+    """Return the diagnosis of gains, by joint from 0, on bare motions; None if masses are placeholders."""
+    mass = links[:, INERTIAL.index("M")]
+    alike = bool(np.ptp(mass) <= ALIKE * float(np.abs(mass).max()))
+    return None if alike else judged(link_weights(motions, gains, links))
+
+
+def link_weights(motions: Sequence[ObservedMotion], gains: Mapping[int, float], links: Array) -> tuple[LinkWeight, ...]:
+    """Return the factor of every joint with a gain and a load by its links, from the bare motions.
+
+    Args:
+        motions: Motions, of which the bare ones are used.
+        gains: Gains, by joint from 0.
+        links: As in `link_mass_consistency`.
+    """
+    bare, found = [each.observation for each in motions if each.payload is None], list[LinkWeight]()
+    for joint, gain in gains.items() if bare else ():
+        base, rows = bare[0].structure.base, [each.joints[joint] for each in bare]
+        K = base.regrouping[rows[0].columns]
+        W, V = np.vstack([each.W for each in rows]), np.concatenate([each.V for each in rows])
+        own = [f"{name}{joint + 1}" for name in STANDARD[len(INERTIAL) :]]
+        beside = [k for k, name in enumerate(base.labels) if name in own or name.rstrip("0123456789") in COUPLING]
+        Q = column_space(W @ K[:, beside])
+        torque, drawn = (each - Q @ (Q.T @ each) for each in (gain * V, W @ (K @ base.standard(links))))
+        size, whole = float(drawn @ drawn), float(torque @ torque)
+        if size > ALIKE**2 * whole:
+            factor = float(drawn @ torque) / size
+            found.append(LinkWeight(joint=joint, factor=factor, share=factor**2 * size / whole))
+    return tuple(found)
+
+
+NOISY = "the positions are too noisy or too coarse for these filters"
+LESS_NOISE = "lower --cutoff-hz to what the motion needs, use --method iv, or log at a higher rate"
+
+
+def encoder_noise(problem: Problem, estimate: GainEstimate) -> Iterator[Diagnosis]:
+    """Return the diagnosis of gains that encoder noise biases; none if no gain would be refused."""
+    share = np.max([np.zeros(problem.structure.arm.n), *map(noise_in_load, problem.motions)], axis=0)
+    given = [(j, gain) for j, gain in enumerate(estimate.joints) if isinstance(gain, IdentifiedGain)]
+    near = [j for j, gain in given if share[j] > claimed(gain)]
+    if not near:
+        return
+    try:
+        unbiased = instrumental_gains(problem, InstrumentOptions())
+    except IdentificationError:
+        return
+    effects = list[Effect]()
+    for j in near:
+        mine, other = estimate.joints[j], unbiased.joints[j]
+        if isinstance(mine, IdentifiedGain) and isinstance(other, IdentifiedGain):
+            moved, spread = mine.value / other.value - 1.0, float(np.hypot(claimed(mine), claimed(other)))
+            effects.append(Effect(joint=j, percent=100.0 * moved, deviations=moved / spread))
+    if severity_of(effects) is Severity.WRONG:  # less may be chance, or the other model
+        sentence = f"{NOISY}{consequence(effects)}"
+        found = finding(None, "encoder noise", sentence, LESS_NOISE, severity=Severity.WRONG)
+        yield replace(found, cause=NOISY, effects=tuple(effects))
+
+
+def noise_in_load(motion: ObservedMotion) -> Array:
+    """Share of the variance of the payload's torque on each joint that noise of the accelerations adds, shape (n,)."""
+    observation = motion.observation
+    structure, behind = observation.structure, observation.full_rate
+    if motion.payload is None or behind is None:
+        return np.zeros(structure.arm.n)
+    part = motion.payload.known_part()
+    known = part.chi * part.mask
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.payload_columns] = known
+    squared = np.mean(inertia_matrices(structure.arm, chi, behind.states.q) ** 2, axis=0)
+    log = behind.recording
+    unit = acceleration_of_unit_noise(len(log.t), log.period, behind.cutoff_hz)
+    noise = squared @ (behind.noise / (2.0 * log.period) * unit**2)
+    load = np.array([np.var(each.W_L @ known) for each in observation.joints])
+    return np.divide(noise, load, out=np.zeros_like(noise), where=load > 0.0)

@@ -1,0 +1,411 @@
+"""Hypotheses on logs: another meaning of their columns, another base, other lengths; and what follows from these.
+
+A `Hypothesis` reads the logs otherwise. An `Alternative` is one that assumes a fault. A `Direction` is a small one, to
+first order: columns of currents whose coefficients are its parameters; with values of these it becomes an alternative,
+evaluated exactly.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import PurePath
+from typing import NamedTuple
+
+import numpy as np
+
+from ident.diagnosis.evidence import Score, regrouped
+from ident.diagnosis.free_model import FreeModel, free_model
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.arm import Arm
+from ident.model.structure import Structure, structure_of
+from ident.numerics.signals import delayed
+from ident.observation.observation import ObserveOptions, observe
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Indices, Mask, once_per_object, readonly
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LogHypothesis:
+    """A hypothesis on the columns of a log.
+
+    The arm has `q = q_factor * q_log[:, q_order] + zero` and `v = v_factor * v_log[:, v_order]`, time is `clock` times
+    that of the log, and currents act `delay` earlier than they are logged.
+
+    Attributes:
+        q_factor: Factor of each joint's position, shape (n,).
+        zero: Position of the arm at position 0 of the log [rad or m], shape (n,).
+        q_order: Column of the position of each joint, from 0, shape (n,).
+        v_order: Column of the current of each joint, from 0, shape (n,).
+        v_factor: Factor of each joint's current, shape (n,).
+        clock: Factor of time.
+        delay: Delay of each joint's logged current [s], shape (n,).
+    """
+
+    q_factor: Array
+    zero: Array
+    q_order: Indices
+    v_order: Indices
+    v_factor: Array
+    clock: float
+    delay: Array
+
+    @property
+    def changes_nothing(self) -> bool:
+        """Whether the log is used as it is."""
+        own = np.arange(len(self.zero))
+        in_place = (self.q_order == own).all() and (self.v_order == own).all()
+        plain = (self.q_factor == 1.0).all() and (self.v_factor == 1.0).all() and self.clock == 1.0
+        return bool(in_place and plain and not self.zero.any() and not self.delay.any())
+
+    def read(self, log: Recording) -> Recording:
+        """Return the log under this hypothesis; the same object if nothing changes."""
+        if self.changes_nothing:
+            return log
+        v = self.v_factor * log.v[:, self.v_order]
+        t, q = self.clock * log.t, self.q_factor * log.q[:, self.q_order] + self.zero
+        if self.delay.any():
+            periods = self.delay / log.period
+            v = np.column_stack([delayed(each[:, None], -float(p)) for each, p in zip(v.T, periods, strict=True)])
+        return Recording(t, q, v, log.name)
+
+    def read_mask(self, spoilt: Mask | None) -> Mask | None:
+        """Mask of spoilt samples of each joint's position or current under this hypothesis, shape (N, n)."""
+        return None if spoilt is None else spoilt[:, self.q_order] | spoilt[:, self.v_order]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Hypothesis:
+    """A hypothesis on several logs of an arm.
+
+    Attributes:
+        logs: Hypothesis on each log.
+        gravity: Gravity in the base frame [m/s^2], shape (3,).
+        length_factors: Factor of the distance between each frame and the preceding one, shape (n,).
+    """
+
+    logs: tuple[LogHypothesis, ...]
+    gravity: Array
+    length_factors: Array
+
+    def of_arm(self, arm: Arm) -> Arm:
+        """Return the arm under this hypothesis; the same object if nothing changes."""
+        if (self.length_factors == 1.0).all() and (self.gravity == arm.gravity).all():
+            return arm
+        return replace(arm, gravity=self.gravity, translation=self.length_factors[:, None] * arm.translation)
+
+    def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Hypothesis":
+        """Return this hypothesis with other fields for some logs."""
+        return replace(
+            self,
+            logs=tuple(replace(each, **fields) if k in logs else each for k, each in enumerate(self.logs)),
+        )
+
+
+@lru_cache(maxsize=8)
+def as_logged(arm: Arm, logs: int) -> Hypothesis:
+    """Return the hypothesis that logs and model are correct."""
+    n, order = arm.n, np.arange(arm.n)
+    own = LogHypothesis(
+        q_factor=np.ones(n), zero=np.zeros(n), q_order=order, v_order=order, v_factor=np.ones(n), clock=1.0,
+        delay=np.zeros(n),
+    )  # fmt: skip
+    return Hypothesis(logs=(own,) * logs, gravity=arm.gravity, length_factors=np.ones(n))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Logs:
+    """Logs with their free model.
+
+    Attributes:
+        recordings: The logs.
+        problem: Their linear systems.
+        observing: Filters.
+        spoilt: Mask of samples of each log that no row uses, shape (N, n), or None.
+        model: The free fits.
+    """
+
+    recordings: tuple[Recording, ...]
+    problem: Problem
+    observing: ObserveOptions
+    spoilt: tuple[Mask | None, ...]
+    model: FreeModel
+
+    @property
+    def structure(self) -> Structure:
+        """Structure of the arm."""
+        return self.problem.structure
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the logs."""
+        return tuple(each.name for each in self.recordings)
+
+    @property
+    def given(self) -> Hypothesis:
+        """The hypothesis that logs and model are correct."""
+        return as_logged(self.structure.arm, len(self.recordings))
+
+    @property
+    def every(self) -> tuple[int, ...]:
+        """Indices of all logs, from 0."""
+        return tuple(range(len(self.recordings)))
+
+
+def observed_logs(
+    recordings: Sequence[Recording],
+    problem: Problem,
+    observing: ObserveOptions,
+    spoilt: Sequence[Mask | None] | None = None,
+) -> Logs:
+    """Return logs that are already observed."""
+    return Logs(
+        recordings=tuple(recordings),
+        problem=problem,
+        observing=observing,
+        spoilt=tuple(spoilt or (None,) * len(recordings)),
+        model=free_model(problem),
+    )
+
+
+def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
+    """Return the logs under a hypothesis, observed again.
+
+    Raises:
+        RecordingError: If the logs cannot be filtered under the hypothesis.
+    """
+    arm = hypothesis.of_arm(logs.structure.arm)
+    structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
+    recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
+    spoilt = tuple(how.read_mask(each) for how, each in zip(hypothesis.logs, logs.spoilt, strict=True))
+    motions = tuple(
+        motion  # already observed
+        if log is before and structure is logs.structure
+        else ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
+        for how, log, before, left, motion in zip(
+            hypothesis.logs, recordings, logs.recordings, spoilt, logs.problem.motions, strict=True
+        )
+    )
+    problem = Problem(structure, motions, logs.problem.options)
+    return Logs(
+        recordings=recordings,
+        problem=problem,
+        observing=logs.observing,
+        spoilt=spoilt,
+        model=free_model(problem),
+    )
+
+
+def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
+    """Return filters that combine the same samples if time is multiplied by a factor."""
+    if clock == 1.0:
+        return observing
+    return replace(
+        observing,
+        cutoff_hz=observing.cutoff_hz / clock,
+        decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
+        rows_per_second=observing.rows_per_second / clock,
+        current_delay=observing.current_delay * clock,
+    )
+
+
+def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
+    """Convert a score under a hypothesis to the columns and units of the logs."""
+    return regrouped(score, [each.v_order for each in hypothesis.logs], [each.v_factor for each in hypothesis.logs])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alternative:
+    """An interpretation of logs that assumes a fault.
+
+    Attributes:
+        family: Kind of fault, such as `zero` or `delay`.
+        parameter: Family of directions whose parameter is, or is included in, its size; "" if that is its own.
+        words: Description, such as `zero of q2 off by +4 degrees in loaded.csv alone`.
+        joints: Joints concerned, from 0; empty for all.
+        logs: Logs concerned, from 0.
+        hypothesis: The interpretation of the logs.
+        advice: The remedy.
+        value: Size of the fault, None without one.
+        unit: Unit of the size.
+        parameters: Number of parameters.
+        refined: Function that returns the same alternative with parameters changed slightly, in units of the family's
+            direction.
+        searched: Whether its size was selected from a grid, so that it has no special value.
+    """
+
+    family: str
+    parameter: str = ""
+    words: str
+    joints: tuple[int, ...]
+    logs: tuple[int, ...]
+    hypothesis: Hypothesis
+    advice: str
+    value: float | None = None
+    unit: str | None = None
+    parameters: int = 1
+    refined: "Callable[[Array], Alternative] | None" = None
+    searched: bool = False
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """Family of its parameter, joints and logs, which identify it."""
+        return self.parameter or self.family, self.joints, self.logs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Term:
+    """An effect that is not an interpretation of the logs: the model lacks it, or a payload is not as specified.
+
+    Attributes:
+        words: Function that returns its description from the parameters, shape (m,).
+        advice: The remedy.
+        at_fault: Whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks
+            it, which is only reported.
+    """
+
+    words: Callable[[Array], str]
+    advice: str
+    at_fault: bool
+
+
+class DirectionMessage(NamedTuple):
+    """Description of an alternative of a given size, the remedy, and its size, None without one."""
+
+    words: str
+    advice: str
+    value: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Direction:
+    """A small alternative: the currents change in proportion to its parameters.
+
+    Attributes:
+        family: Kind of fault, or of term of the model.
+        parameter: As for an alternative.
+        joints: Joints concerned, from 0; empty for all.
+        logs: Logs concerned, from 0.
+        columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
+            they are zero.
+        alternative: Function that returns the alternative for values of the parameters, shape (m,); None for a term.
+        term: The term, None for an alternative.
+        unit: Unit in which the parameter is reported.
+        scale: Reported value per unit of the columns.
+        largest: Largest value of the parameter for which the first order is valid.
+        prior_std: Specified standard deviations of the parameters, which the estimate includes, shape (m,).
+    """
+
+    family: str
+    parameter: str = ""
+    joints: tuple[int, ...]
+    logs: tuple[int, ...]
+    columns: tuple[Array | None, ...]
+    alternative: Callable[[Array], Alternative] | None = None
+    term: Term | None = None
+    unit: str
+    scale: float
+    largest: float
+    prior_std: Array | None = None
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """As for an alternative."""
+        return self.parameter or self.family, self.joints, self.logs
+
+    @property
+    def at_fault(self) -> bool:
+        """Whether a log or a specified value would be wrong, not the model."""
+        return self.term is None or self.term.at_fault
+
+    def within(self, value: Array) -> bool:
+        """Whether the first order is valid for values of its parameters, shape (m,)."""
+        return bool((np.abs(value) <= self.largest).all())
+
+    def message(self, value: Array, names: Sequence[str]) -> DirectionMessage:
+        """Description, remedy and size for values of its parameters.
+
+        Args:
+            value: Values of the parameters, shape (m,).
+            names: Names of all logs.
+        """
+        if self.alternative is not None:
+            found = self.alternative(value)
+            return DirectionMessage(found.words, found.advice, found.value)
+        assert self.term is not None, "one of both"
+        words = in_logs(self.term.words(value), self.logs, names)
+        return DirectionMessage(words, self.term.advice, float(value[0]) * self.scale if len(value) == 1 else None)
+
+
+def scopes(logs: int) -> list[tuple[int, ...]]:
+    """All logs together, and each alone."""
+    every = tuple(range(logs))
+    return [every, *((k,) for k in every)] if logs > 1 else [every]
+
+
+def in_logs(words: str, logs: Sequence[int], names: Sequence[str]) -> str:
+    """Add the names of the logs concerned to a description, unless all are."""
+    if len(logs) == len(names):
+        return words
+    short = names_apart(tuple(names))
+    return f"{words} in {' and '.join(short[k] for k in logs)} alone"
+
+
+@lru_cache(maxsize=8)  # used by hundreds of alternatives of the same logs
+def names_apart(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names of files without folders, unless these are needed to distinguish them."""
+    short = tuple(PurePath(name).name for name in names)
+    return short if len(set(short)) == len(set(names)) else tuple(names)
+
+
+def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Sequence[int] | None = None):
+    """Return columns of all logs' rows, joint by joint, zero outside given logs and joints.
+
+    Args:
+        parts: n arrays of shape (r, m) of each log.
+        logs: Logs in which they are not zero.
+        joints: Joints for which they are not zero; all if None.
+    """
+    n = len(parts[0])
+    return tuple(
+        np.concatenate([each[j] if k in logs else np.zeros_like(each[j]) for k, each in enumerate(parts)])
+        if joints is None or j in joints
+        else None
+        for j in range(n)
+    )
+
+
+SLACK = 0.1
+"""Excess over a limit that is attributed to an error of the zero [rad or m]."""
+TURNS = 4.0 * np.pi
+"""Largest position of a joint without limits: two turns in either direction [rad]."""
+STILL = 0.1
+"""Range of a joint in exciting motions below which it counts as standing still [rad or m]."""
+
+
+def beyond_limits(arm: Arm, log: Recording) -> tuple[int, ...]:
+    """Joints, from 0, beyond their limits in a log; a revolute joint may be offset by whole turns."""
+    low, high = _ends(log)
+    return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
+
+
+def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
+    """Whether, under a hypothesis that changes units, all joints are within their limits and move enough."""
+    ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    changed = np.abs(how.q_factor) != 1.0
+    return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
+
+
+@once_per_object
+def _ends(log: Recording) -> Array:
+    """Lowest and highest position of each joint, shape (2, n); some 60 hypotheses per log need them."""
+    return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))
+
+
+def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:
+    lower, upper = float(arm.lower[j]), float(arm.upper[j])
+    if not arm.revolute[j]:
+        return bool(low[j] >= lower - SLACK and high[j] <= upper + SLACK)
+    lower, upper = max(lower, -TURNS), min(upper, TURNS)
+    turns = 2.0 * np.pi * np.ceil((lower - SLACK - low[j]) / (2.0 * np.pi))  # the lowest turn within the limits
+    return bool(high[j] + turns <= upper + SLACK)

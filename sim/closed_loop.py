@@ -76,8 +76,6 @@ def closed_loop(
 ) -> LoopLog:
     """Run B simulations to the end of their motions with the filtered law.
 
-    The first axis of the log is the simulation; arrays of the loop have time first.
-
     Args:
         engine: The simulations, at rest at the start of their motions.
         controllers: One per simulation, of equal length and period.
@@ -112,8 +110,7 @@ def closed_loop(
         log.q[:, rows] = periods.reading[:length].transpose(1, 0, 2)
         log.v[:, rows] = periods.v[:length].transpose(1, 0, 2)
         advanced(B * length * controllers[0].period)
-    for v, limit in zip(log.v, limits, strict=True):
-        np.clip(v, -limit, limit, out=v)
+    np.clip(log.v, -limits[:, None], limits[:, None], out=log.v)
     return log
 
 
@@ -184,16 +181,11 @@ class ControlPeriods:
 
 
 def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
-    """Check that only MuJoCo acts within and between control periods.
-
-    Args:
-        experiment: To be run with the native law.
-        steps: Number of physics steps per control period.
-        streams: Noise of its sensors.
+    """Check that only MuJoCo acts within and between control periods, of which each has so many physics steps.
 
     Raises:
-        PlantError: If the controller integrates, the period is not one physics step, or a model error or sensor acts
-            in every control period.
+        PlantError: If the controller integrates, the period is not one physics step, or a model error or sensor acts in
+            every control period.
     """
     options, stated = experiment.controller, f'{experiment.name}: controller.law = "native"'
     if options.integral_hz:
@@ -258,8 +250,8 @@ def servo_loop(
         log.q[:, rows] += q
         dq_now = dq_after[:, -1:]
         advanced(B * (rows.stop - rows.start) * controllers[0].period)
-    for q, v, limit, options in zip(log.q, log.v, limits, sensors, strict=True):
-        np.clip(v, -limit, limit, out=v)
+    np.clip(log.v, -limits[:, None], limits[:, None], out=log.v)
+    for q, options in zip(log.q, sensors, strict=True):
         if options.encoder_quantum:
             rounded(q, np.full_like(q, options.encoder_quantum), q)
     return log

@@ -120,11 +120,6 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
 
     A motion that several batches share (the same object) is tabulated once; the tables are read-only.
 
-    Args:
-        belief: The controller's model of the arm.
-        trajectory: Reference motion.
-        options: Tuning.
-
     Raises:
         PlantError: If the model of the arm cannot be compiled or does not match.
     """

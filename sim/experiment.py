@@ -102,12 +102,9 @@ def warming_motion(experiment: Experiment) -> Experiment:
 
 
 def after_warm_up(experiment: Experiment, v: Array, share: float) -> Array:
-    """Return the temperature rise of cold drives after a share of a warm-up [K], shape (n,).
+    """Return the temperature rise of cold drives after a share of a warm-up that repeats a motion [K], shape (n,).
 
-    Args:
-        experiment: The motion that is repeated.
-        v: Currents of the motion [drive units], shape (N, n).
-        share: Share of the warm-up time.
+    `v` are the currents of the motion [drive units], shape (N, n).
     """
     load = np.mean((v / experiment.plant.drives.current_limit) ** 2, axis=0)
     return warmed(experiment.plant.errors, np.zeros(v.shape[1]), load, share * experiment.warm_up)
@@ -143,12 +140,7 @@ def warmth_before(
 def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable: bool) -> SimulationError | None:
     """Return the fault of a run as an error: divergence, a drive at its limit, a joint outside its range; or None.
 
-    Args:
-        e: The experiment.
-        model: Its model.
-        q: Readings [rad], shape (N, n).
-        v: Current references [drive units], shape (N, n).
-        unstable: Whether MuJoCo met a bad state.
+    Readings [rad] and current references [drive units] have the shape (N, n); `unstable` if MuJoCo met a bad state.
     """
     if unstable or not np.isfinite(q).all():
         return TrajectoryError(
@@ -185,15 +177,9 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
 
 
 def first_at_limit(v: Array, limit: Array, rate_hz: float) -> tuple[int, float] | None:
-    """Return the first drive that needs its largest current, or more, for at least `SATURATED_TOO_LONG`.
+    """Return the first drive, from 0, that needs its largest current for `SATURATED_TOO_LONG`, and since when [s].
 
-    Args:
-        v: Currents [drive units], shape (N, n).
-        limit: Largest ones [drive units], shape (n,).
-        rate_hz: Samples a second [Hz].
-
-    Returns:
-        Joint, from 0, and start time [s]; None if there is none.
+    Currents have the shape (N, n), the largest ones (n,) [drive units]; None if there is none.
     """
     run = max(1, round(SATURATED_TOO_LONG * rate_hz))
     held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one

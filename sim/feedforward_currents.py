@@ -13,6 +13,7 @@ their currents. These currents also show whether the drives can follow a motion.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -92,8 +93,7 @@ class _Rubbing:
     acts: Varied
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Feedforward:
+class _Feedforward(NamedTuple):
     """Currents of a motion [drive units], shape (N, n), and final temperature rise of the drives [K], shape (n,)."""
 
     v: Array
@@ -101,14 +101,9 @@ class _Feedforward:
 
 
 def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
-    """Return the currents that the motions of experiments need.
+    """Return the currents that the motions of experiments need [drive units], each (N, n), at the times of `states_of`.
 
-    Args:
-        experiments: In order of time for each robot, as for `sim.record.record`; controller and sensors are ignored.
-        rate_hz: Samples a second [Hz].
-
-    Returns:
-        Currents of each experiment [drive units], shape (N, n), at the times of `states_of`.
+    Experiments are in order of time for each robot, as for `sim.record.record`; controller and sensors are ignored.
 
     Raises:
         PlantError: If a plant cannot be compiled, a motion passes through backlash, friction is not below the torque of
@@ -240,15 +235,7 @@ def _settled(
 
 
 def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
-    """Return the torque of friction and of other effects on the joints [N m], shape (N, n).
-
-    Args:
-        acts: The effects.
-        states: The motion.
-        v: Currents of the motion [drive units], shape (N, n).
-        rigid: Torque of links and rotors [N m], shape (N, n).
-        warmth: Temperature rise of the drives [K], shape (N, n).
-    """
+    """Return the torque of friction and other effects [N m], (N, n); `rigid` is that of links and rotors."""
     speed = states.dq @ acts.turns.T  # (N, n + c)
     rotors = (acts.inertia * (states.ddq @ acts.turns.T)) @ acts.turns
     step = ControlStep(

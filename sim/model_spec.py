@@ -47,11 +47,7 @@ def silenced() -> Generator[None]:
 
 
 def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
-    """Return the arm with the shapes of its file, without contacts.
-
-    Args:
-        path: MJCF or URDF file.
-        flange: Last body of the arm; joints outside the chain to it are locked.
+    """Return the arm of a model file with its shapes, without contacts; joints beside the chain to a flange are locked.
 
     Raises:
         ValueError: If MuJoCo cannot read it.
@@ -144,15 +140,12 @@ def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...
 
 
 def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
-    """Reduce a model to the joints of an arm, each with a name, without drives and constraints.
+    """Reduce a model in place to the joints of an arm, each with a name, without drives and constraints.
 
-    Args:
-        spec: The model of the file, changed in place.
-        flange: Last body of the arm; joints outside the chain to it are locked. None if all joints belong to the arm.
+    Joints outside the chain to a flange are locked; without one, all joints belong to the arm.
 
     Raises:
-        PlantError: If there is no such body, a joint has more than one axis, or springs or constraints act on the
-            arm.
+        PlantError: If there is no such body, a joint has more than one axis, or springs or constraints act on the arm.
     """
     if flange is None:  # with a flange, the reader of the identification reports constraints on the arm, with lines
         for tie in spec.equalities:
@@ -220,17 +213,7 @@ def _give_possible_inertia(body: mujoco.MjsBody) -> None:
 
 
 def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compiled: bool = False) -> tuple[str, ...]:
-    """Remove meshes without a file or that MuJoCo cannot compile to a solid, and their shapes.
-
-    Args:
-        spec: Changed in place; meshes in packages get the paths at which they were found.
-        path: The model file; paths of meshes are relative to it.
-        flange: Last body of the arm.
-        compiled: Whether meshes are test-compiled, which takes time.
-
-    Returns:
-        Files of these meshes, as named in the model.
-    """
+    """Remove meshes without a file or, if compiled, that are no solid, and their shapes; return their files."""
     arm = None if flange is None else _bodies_to(spec, flange)
     folder = path.parent / (spec.compiler.meshdir or "")
     unusable: dict[str, str] = {}

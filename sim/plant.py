@@ -102,16 +102,11 @@ def layout(plant: Plant) -> Layout:
 def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """Compile a plant with its payload or with a bare flange, including all shapes, for rendering.
 
-    Both have the same layout (the bare flange carries an empty body), so that they run in one batch.
-
-    Args:
-        plant: The truth.
-        loaded: Whether the payload is mounted.
-        step: Physics step [s].
-        earlier: Motions before this one.
+    Both have the same layout (the bare flange carries an empty body), so that they run in one batch. `step` is the
+    physics step [s], `earlier` the number of motions before this one.
 
     Raises:
-        PlantError: If the model file cannot be compiled or is of another arm; if a model error exceeds what the arm or
+        PlantError: If the model file cannot be compiled or is of another arm, or a model error exceeds what the arm or
             the step allows.
     """
     return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
@@ -154,13 +149,7 @@ def _compiled(
 def bare_arm(
     mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
 ) -> mujoco.MjModel:
-    """Compile the arm of a model file with rotors and without friction, as the controller's model.
-
-    Args:
-        mjcf: Model file.
-        rotor_inertia: Ia [kg m^2], shape (n,).
-        flange: Last body of the arm, None if all joints belong to the arm.
-        payload: Mounted payload, None for a bare flange.
+    """Compile the arm of a model file with rotors Ia [kg m^2], shape (n,), without friction: the controller's model.
 
     Raises:
         PlantError: If the model file cannot be compiled or has another number of joints.
@@ -192,15 +181,9 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
 
 @silenced()
 def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
-    """Return the equilibrium positions of all joints with the driven ones, which are last, at q.
+    """Return the equilibrium positions of all joints [rad], (nq,), with the driven ones, which are last, at q (n,).
 
-    Args:
-        plant: The truth.
-        model: The compiled plant.
-        q: Positions of the driven joints [rad], shape (n,).
-
-    Returns:
-        Positions [rad], shape (nq,); equal to q for a rigid arm.
+    They are equal to q for a rigid arm.
     """
     state = np.zeros(model.nq)
     state[-len(q) :] = q

@@ -41,12 +41,9 @@ def record(
 
     Args:
         experiments: Motions; those of equal duration, rate and step on plants of one layout run together.
-        streams: Noise of each experiment; a recording depends only on its own stream, not on the batch.
-        threads: Threads to step with; recordings do not depend on it.
+        streams: Noise of each; a recording depends only on its own stream, neither on the batch nor on threads.
+        threads: Threads to step with.
         advanced: Callback for the simulated time, without warm-ups.
-
-    Returns:
-        One recording per experiment.
 
     Raises:
         SimulationError: If a run could not be built, diverged, saturated or reached a limit (the first one).
@@ -174,25 +171,19 @@ def _run_all(
         samples, period = len(run.controller.reference), run.controller.period
         law = run.experiment.controller.law
         groups[samples, period, run.substeps, law, layout(run.experiment.plant)].append((i, run))
-    for members in groups.values():
-        indices, runs = zip(*members, strict=True)
-        yield from zip(indices, runs, _run_batch(runs, threads, advanced), strict=True)
-
-
-def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterator[_Done | SimulationError]:
-    with silenced():
-        engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
-        loop = servo_loop if runs[0].experiment.controller.law == "native" else closed_loop
-        log = loop(
-            engine,
-            [run.controller for run in runs],
-            np.stack([run.experiment.plant.drives.current_limit for run in runs]),
-            [run.experiment.sensors for run in runs],
-            [run.noise for run in runs],
-            advanced=advanced,
-        )
-    unstable, warmth = engine.unstable(), engine.warmth()
-    for i, run in enumerate(runs):
-        q, v = log.q[i], log.v[i]
-        found = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable[i]))
-        yield found or _Done(q=q, v=v, warmth=warmth[i])
+    for (*_, steps, law, _), members in groups.items():
+        runs = [run for _, run in members]
+        with silenced():
+            engine = Engine([run.simulation for run in runs], substeps=steps, threads=threads)
+            log = (servo_loop if law == "native" else closed_loop)(
+                engine,
+                [run.controller for run in runs],
+                np.stack([run.experiment.plant.drives.current_limit for run in runs]),
+                [run.experiment.sensors for run in runs],
+                [run.noise for run in runs],
+                advanced=advanced,
+            )
+        rows = zip(members, log.q, log.v, engine.warmth(), engine.unstable(), strict=True)
+        for (i, run), q, v, warmth, unstable in rows:
+            found = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable))
+            yield i, run, found or _Done(q=q, v=v, warmth=warmth)

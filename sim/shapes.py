@@ -129,14 +129,10 @@ def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
 
 
 def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
-    """Add capsules to an arm, and a floor if it is above the plane z = 0 and has none.
+    """Add capsules to an arm whose bodies have names, and a floor if it is above the plane z = 0 and has none.
 
-    Args:
-        spec: The arm; bodies have names.
-        flange: Centre of the flange's face in the frame of the last link [m], None if the model does not state it.
-
-    Returns:
-        Names of the bodies that have one, from base to flange.
+    The last one ends at the centre of a flange in the frame of the last link [m], if it is given. Return the names of
+    the bodies that have one, from base to flange.
     """
     model = spec.compile()
     data = mujoco.MjData(model)
@@ -219,10 +215,7 @@ class Clearance:
         self._data = mujoco.MjData(self._model)
 
     def __call__(self, q: Array) -> Array:
-        """Return the smallest distance at each position, `margin` if all distances are larger [m].
-
-        Negative distances are overlaps. q are joint positions [rad], shape (N, n).
-        """
+        """Return the smallest distance at each position (N, n) [m], negative for overlaps, at most `margin`."""
         out = np.full(len(q), self._margin)
         for k, position in enumerate(q):
             contact = self._contacts(position, self._data)

@@ -21,13 +21,7 @@ class Table(BaseModel):
 
 
 def validated_table(kind: type[Model], table: object, where: str, error: type[Exception]) -> Model:
-    """Validate a table as parsed from TOML or JSON.
-
-    Args:
-        kind: Model of the table.
-        table: The table.
-        where: Name of the file, for the message.
-        error: Class of the error.
+    """Validate a table as parsed from TOML or JSON; `where` is the name of its file in the message.
 
     Raises:
         Exception: As `error`, if there is an unknown key or a wrong value (the most specific one).

@@ -33,14 +33,7 @@ class FourierTrajectory:
         return len(self.center)
 
     def __call__(self, t: Array) -> tuple[Array, Array, Array]:
-        """Evaluate the motion.
-
-        Args:
-            t: Times [s], shape (N,).
-
-        Returns:
-            q, dq, ddq [rad, rad/s, rad/s^2], each (N, n).
-        """
+        """Return q, dq, ddq [rad, rad/s, rad/s^2], each (N, n), at times [s], shape (N,)."""
         rate = 2.0 * np.pi / self.duration * np.arange(1, self.sine.shape[1] + 1)  # (H,) rad/s
         s, c = _waves(rate.tobytes(), np.asarray(t, dtype=np.float64).tobytes())
         q = self.center + s @ self.sine.T + c @ self.cosine.T

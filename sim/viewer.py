@@ -227,9 +227,7 @@ class Scene:
 def scene(experiments: Sequence[Experiment], times: Sequence[float] | None = None) -> Scene:
     """Place the arms of some experiments side by side, from left to right, viewed from where they appear widest.
 
-    Args:
-        experiments: Their motions.
-        times: Times to be shown [s], None for the whole motions.
+    The scene is laid out for some times [s], by default for the whole motions.
 
     Raises:
         PlantError: If a model file cannot be compiled.
@@ -284,16 +282,7 @@ def watch(shown: Scene) -> None:
 
 
 def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -> Generator[Array]:
-    """Yield pictures of the scene, rendered off-screen.
-
-    Args:
-        shown: The scene.
-        times: Times [s].
-        width: Pixels.
-        height: Pixels.
-
-    Yields:
-        8-bit RGB, shape (height, width, 3), one per time.
+    """Yield pictures of the scene at times [s], rendered off-screen: 8-bit RGB, shape (height, width, 3).
 
     Raises:
         PlantError: If OpenGL is not available.

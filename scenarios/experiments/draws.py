@@ -85,9 +85,9 @@ def _size(draw: DrawTable, table: ScenarioTable) -> int:
 
 
 def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
-    """Return the values of a draw's targets.
+    """Return the values of a draw's targets from uniform numbers in (0, 1), shape (numbers_needed,).
 
-    `uniform` has numbers in (0, 1), shape (numbers_needed,); `add` and `multiply` start from the values of the table.
+    `add` and `multiply` start from the values of the table.
 
     Raises:
         ScenarioError: If a target does not exist.

@@ -85,13 +85,9 @@ class Verdict:
 
 
 def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
-    """Compare identified gains with injected ones.
+    """Compare identified gains with injected ones [N m / drive unit], shape (n,).
 
-    Args:
-        estimate: Result of the identification.
-        true_gain: Injected gains [N m / drive unit], shape (n,).
-        tolerance: Criteria for passing.
-        expectation: Name of the file that states which gains should be identifiable, for the reason.
+    `expectation` is the name of the file that states which gains should be identifiable, for the reason.
     """
     claims = [
         Claim(None, None, each.reason) if isinstance(each, RefusedGain) else Claim(each.value, each.std, None)

@@ -58,16 +58,12 @@ KINEMATICS_ONLY = "the model file has the kinematics only, without link masses"
 
 
 def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
-    """Read an arm and check its kinematics with MuJoCo.
+    """Read an arm of an MJCF or URDF file and check its kinematics with MuJoCo.
 
-    Args:
-        path: MJCF or URDF file.
-        couplings: Pairs of coupled joints, from 0.
-        flange: Last body of the arm; joints outside the chain to it are locked.
+    Couplings are pairs of joints, from 0; joints outside the chain to the flange are locked.
 
     Raises:
-        RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint that
-            differs.
+        RobotModelError: If it cannot be read, or the two parsers differ; the message names the first joint.
     """
     arm, minimal = load_arm(path, couplings, flange=flange), minimal_model(path, flange)
     mjcf = minimal.kind == "mjcf"
@@ -203,11 +199,7 @@ def is_placeholder(links: ModelLinks) -> bool:
 
 
 def robot(name: str = ROBOT, folder: Path | None = None) -> "Robot":
-    """Return a built-in robot or the robot of a file; cached unless the file changes.
-
-    Args:
-        name: A built-in name, or the path of a `robot.toml`.
-        folder: Base of a relative path; the working folder if None.
+    """Return a built-in robot, or that of a file relative to a folder; cached unless the file changes.
 
     Raises:
         WrongValue: If it is neither.
@@ -243,11 +235,9 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
 
 
 def structure(arm: "Robot", couplings: tuple[tuple[int, int], ...]) -> Structure:
-    """Return the identification model of a robot, checked with MuJoCo; cached unless a file changes.
+    """Return the identification model of a robot with couplings (pairs of joints, from 0), checked with MuJoCo.
 
-    Args:
-        arm: The robot.
-        couplings: Pairs of coupled joints, from 0, in the identification model.
+    Cached unless the model file changes.
 
     Raises:
         RobotModelError: If the model file is not an arm, or the parsers differ.
@@ -321,12 +311,9 @@ class NamedRobot:
 
 
 def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
-    """Return the robot of a command-line argument.
+    """Return the robot of a command-line argument: a model file, a `robot.toml`, or a built-in name.
 
-    Args:
-        word: MJCF or URDF file, `robot.toml`, or a built-in name.
-        couplings: Pairs of coupled joints, from 0; if empty, those of the robot's file.
-        flange: Last body of the arm in a model file; None if all joints belong to the arm.
+    Couplings are pairs of joints, from 0, by default those of the robot's file. A flange belongs to a model file.
 
     Raises:
         WrongValue: If it is none of these.

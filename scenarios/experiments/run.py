@@ -149,10 +149,7 @@ class Run(Simulated):
 def run(setup: Setup, seed: int, *, stages: Progress = SILENT) -> Run:
     """Draw, simulate, identify and judge one trial, and estimate the effect of the controller's gains if requested.
 
-    Args:
-        setup: Setup of the scenario.
-        seed: Seed of every random number; the same seed gives the same bytes.
-        stages: Display of the current stage.
+    The same seed gives the same bytes.
 
     Raises:
         ScenarioError: If a random setting cannot be drawn or is not valid.

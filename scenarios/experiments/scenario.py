@@ -265,12 +265,7 @@ def _is_number(value: object) -> bool:
 
 
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
-    """Return the scenario with another method or other options.
-
-    Args:
-        scenario: The scenario.
-        method: A name in `ESTIMATORS`, None for the scenario's.
-        words: `KEY=VALUE`, options of the method; a named method starts from its defaults.
+    """Return the scenario with another method or options, words `KEY=VALUE`; a named method starts from its defaults.
 
     Raises:
         OptionError: If an option does not exist or a value is not valid.

@@ -44,11 +44,7 @@ def part_names() -> list[str]:
 
 
 def find_scenario(name: str, folder: Path | None = None) -> Path:
-    """Return the path of a built-in scenario or of a user's file.
-
-    Args:
-        name: A built-in name, or the path of a TOML file.
-        folder: Folder of the file that extends it, the base of relative paths; None for the working folder.
+    """Return the path of a built-in scenario or of a user's file, relative to the folder of the file that extends it.
 
     Raises:
         ScenarioError: If it does not exist; the message names the nearest built-in one.
@@ -76,13 +72,8 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
 def scenario_table(name: str, folder: Path | None = None, below: tuple[Path, ...] = ()) -> tuple[Table, Path]:
     """Read a scenario merged with the scenarios that it extends.
 
-    Args:
-        name: A built-in name, or the path of a TOML file.
-        folder: Base of relative paths; the working folder if None.
-        below: Files already being read, to detect circles.
-
-    Returns:
-        The merged table without `extends`, with paths relative to the file's folder, and the file.
+    Return the table without `extends`, with paths relative to the file's folder, and the file. The name is relative to
+    a folder, by default the working folder; `below` are files already being read, to detect circles.
 
     Raises:
         ScenarioError: If a file is missing or not TOML, or `extends` is circular.

@@ -236,10 +236,8 @@ def coverage_of(held: int, trials: int) -> Coverage:
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
     """Compute statistics of a study, and apply the pass rule.
 
-    Args:
-        joints: Rows of each joint.
-        wanted: Required pass rate, between 0 and 1.
-        false_alarm: Largest probability that some joint fails although every joint has the required rate.
+    `wanted` is the required pass rate, and `false_alarm` the largest probability that some joint fails although every
+    joint has it.
     """
     found: list[JointStatistics] = []
     for rows in joints:
@@ -417,13 +415,10 @@ def ranking(found: Sequence[BudgetJoint]) -> list[str]:
 
 
 def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
-    """Return first- and total-order indices of one output.
+    """Return first- and total-order indices of one output; the seed is that of the bootstrap.
 
-    Args:
-        A: The output on matrix A, shape (n,), n a power of 2.
-        B: On matrix B, shape (n,).
-        AB: On A with the columns of source k from B, shape (d, n).
-        seed: Seed of the bootstrap.
+    The output is known on matrices A and B, both (n,), n a power of 2, and on A with the columns of source k from B,
+    (d, n).
     """
 
     def indices(k: Indices) -> Array:  # (2, d)

@@ -206,17 +206,9 @@ def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
 
 
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
-    """Run the missing trials of a study and write them part by part.
+    """Run the missing trials of a study and write them part by part; existing trials of the same study are kept.
 
-    Args:
-        study: Definition of a study.
-        folder: Its folder; existing trials of the same study are kept.
-        workers: Workers for the trials; rows do not depend on them.
-        command: The user's command, for the record.
-        console: Console on stderr, for the progress.
-
-    Returns:
-        The folder of the finished study.
+    Rows do not depend on the workers. The record states the user's command; progress is shown on a console on stderr.
 
     Raises:
         StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.

@@ -167,12 +167,8 @@ def study_folder(
 ) -> Generator[StudyFolder]:
     """Open a new or existing study folder, locked for other processes.
 
-    Args:
-        path: The folder; made if missing.
-        identity: Identity of the study: kind, scenario, seeds. JSON values.
-        count: Number of trials requested; the record keeps the largest number requested so far.
-        command: The command, for the record.
-        rows_per_trial: Rows of each trial, one per joint.
+    The identity of a study (kind, scenario, seeds) has JSON values. The record keeps the largest number of trials
+    requested so far, and the command.
 
     Raises:
         StudyError: If it cannot be created or written; if it is not a study or another one (the message names the first

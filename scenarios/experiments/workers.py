@@ -228,10 +228,7 @@ def _begin_work(environment: Mapping[str, str]) -> None:
 
 @contextmanager
 def dask_workers(address: str) -> Generator[Workers]:
-    """Workers of a Dask cluster, through the executor of `distributed`.
-
-    Args:
-        address: Address of its scheduler, as `tcp://host:8786`, or path of its scheduler file.
+    """Workers of a Dask cluster, by the address of its scheduler, as `tcp://host:8786`, or its scheduler file.
 
     Raises:
         StudyError: If Dask is not installed; if no scheduler answers.

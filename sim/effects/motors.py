@@ -112,29 +112,18 @@ class Temperature(Effect):
 
 
 def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:
-    """Return the temperature rise after some time at constant load.
+    """Return the temperature rise [K], shape (n,), after some time at constant load, 0 for a rest.
 
-    Args:
-        values: Warming of the drives.
-        warmth: Initial temperature rise [K], shape (n,).
-        load: Mean square of the current relative to its limit, shape (n,); 0 for a rest.
-        seconds: Duration [s].
+    The load is the mean square of the current relative to its limit, shape (n,).
     """
     settled = values.motor_warming * load
     return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
 
 
 def warming(values: Temperature, warmth: Array, load: Array, period: float) -> Array:
-    """Temperature rise along a motion.
+    """Return the temperature rise at the start of each period and at the end of the last [K], shape (N + 1, n).
 
-    Args:
-        values: Warming of the drives.
-        warmth: Temperature rise at its start [K], shape (n,).
-        load: Square of the current relative to its limit in each period, shape (N, n).
-        period: Control period [s].
-
-    Returns:
-        Temperature rise at the start of each period and at the end of the last [K], shape (N + 1, n).
+    The load is the square of the current relative to its limit in each period, shape (N, n).
     """
     kept = np.exp(-period / values.warming_time)
     settled = values.motor_warming * load

@@ -65,14 +65,9 @@ def check_rate(options: SensorOptions, rate_hz: float) -> None:
 
 
 def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: NoiseStreams | None) -> Log:
-    """Return the log of a motion.
+    """Return the log of a motion from readings and current references, both (N, n), at a rate [Hz].
 
-    Args:
-        q: Readings of the encoders [rad], shape (N, n).
-        v: Current references [drive units], shape (N, n).
-        rate_hz: Their rate [Hz].
-        options: Values of the sensors.
-        streams: Sources of the noise; None for the log without random effects.
+    Without streams there are no random effects.
     """
     log = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz)
     for sensor in SENSORS.values():

@@ -31,7 +31,7 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
+from scenarios.rendering.plot import TONES, Axis, Plot, Reference, Series, intervals, values
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import DAMAGED, read_json, repeated
 from scenarios.results.studies import NORMAL, in_percent
@@ -206,7 +206,7 @@ class ComparedScenario(ResultModel):
         for method, tone in best:
             sizes = {str(each.joint): 100.0 * each.rms for each in method.joints if each.rms is not None}
             y = values(list(sizes.values()))
-            rms.append(Series(label=method.method, mark=Mark.BARS, tone=tone, x=tuple(sizes), y=y))
+            rms.append(Series(label=method.method, mark="bars", tone=tone, x=tuple(sizes), y=y))
             covers = {str(each.joint): in_percent(each.cover_2) for each in method.joints if each.cover_2 is not None}
             held.append(intervals(method.method, list(covers), list(covers.values()), tone))
         yield Plot(

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullFormatter, StrMethodFormatter
 
 from ident.support.arrays import Array
-from scenarios.rendering.plot import Axis, Mark, Plot, Series, Tone, Value
+from scenarios.rendering.plot import Axis, Plot, Series, Value
 
 COLOURS = {
     "paper": "#ffffff", "ink": "#1b1f24", "soft": "#57606a", "grid": "#d0d7de", "band": "#e4e8ee", "quiet": "#6e7781",
@@ -33,15 +33,12 @@ SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
     "svg.fonttype": "none",
     "text.parse_math": False,
     "font.size": 10.5,
-    "font.family": "sans-serif",
     "text.color": COLOURS["ink"],
     "axes.labelcolor": COLOURS["ink"],
     "axes.edgecolor": COLOURS["grid"],
     "axes.facecolor": "none",
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.unicode_minus": True,
-    "axes.formatter.use_mathtext": False,
     "axes.formatter.limits": (-4, 5),
     "axes.linewidth": 1.0,
     "grid.color": COLOURS["grid"],
@@ -67,11 +64,11 @@ class Style:
 
 
 STYLES = {
-    Tone.FIRST: Style(COLOURS["first"], (), "o", 1.6, 1.0),
-    Tone.SECOND: Style(COLOURS["second"], (4.0, 1.6), "s", 1.2, 0.65),
-    Tone.THIRD: Style(COLOURS["third"], (2.5, 1.0), "^", 1.4, 0.35),
-    Tone.FOURTH: Style(COLOURS["fourth"], (6.0, 2.0, 1.0, 2.0), "D", 1.2, 0.15),
-    Tone.QUIET: Style(COLOURS["quiet"], (), "o", 1.0, 0.25),
+    "first": Style(COLOURS["first"], (), "o", 1.6, 1.0),
+    "second": Style(COLOURS["second"], (4.0, 1.6), "s", 1.2, 0.65),
+    "third": Style(COLOURS["third"], (2.5, 1.0), "^", 1.4, 0.35),
+    "fourth": Style(COLOURS["fourth"], (6.0, 2.0, 1.0, 2.0), "D", 1.2, 0.15),
+    "quiet": Style(COLOURS["quiet"], (), "o", 1.0, 0.25),
 }
 """Every tone differs from the others in shape, dash or opacity as well, without its colour."""
 
@@ -173,8 +170,8 @@ def _beside(plot: Plot) -> list[str]:
     """Return the labels of series that share categories and are drawn beside each other."""
     if not plot.x.categories and not plot.y.categories:
         return []
-    among = [each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
-    return [each.label for each in among if each.mark is Mark.BARS or each.tone is not Tone.QUIET]
+    among = [each for each in plot.series if each.mark in ("bars", "intervals")]
+    return [each.label for each in among if each.mark == "bars" or each.tone != "quiet"]
 
 
 def _series(axes: Axes, series: Series, plot: Plot) -> None:
@@ -189,19 +186,19 @@ def _series(axes: Axes, series: Series, plot: Plot) -> None:
     bar, rule = (axes.bar, axes.vlines) if upright else (axes.barh, axes.hlines)
     look: dict[str, Any] = {"color": style.colour, "label": label}
     match series.mark:
-        case Mark.LINE:
+        case "line":
             dash = (0.0, style.dash) if style.dash else "solid"
             axes.plot(x, y, lw=style.width, ls=dash, **look)
-        case Mark.POINTS:
+        case "points":
             axes.plot(x, y, style.shape, ms=2.2, mew=0.0, alpha=0.75, **look)
-        case Mark.BARS:
+        case "bars":
             face: dict[str, Any] = {"alpha": style.fill, "edgecolor": COLOURS["ink"], "linewidth": 0.5}
             bar(at, value, width, **face, **look)
             if len(low):
                 rule(at, low, high, color=COLOURS["ink"], lw=1.0)
-        case Mark.INTERVALS if series.tone is Tone.QUIET:
+        case "intervals" if series.tone == "quiet":
             span: dict[str, Any] = {"color": COLOURS["band"], "zorder": 0.6, "label": label}
             bar(at, high - low, 0.2, low, **span)  # `barh` names the third argument height, and the fourth left
-        case Mark.INTERVALS:
+        case "intervals":
             rule(at, low, high, color=style.colour, lw=1.8)
             axes.plot(*((at, value) if upright else (value, at)), style.shape, ms=5.0, **look)

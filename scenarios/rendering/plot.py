@@ -3,8 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:  # a command without plots does not need NumPy
     from ident.support.arrays import Array
@@ -13,28 +12,11 @@ Value = float | str | None
 """A number or the name of a category; None for a gap."""
 DIGITS = 5
 """Significant digits of a number in a plot."""
-
-
-class Mark(Enum):
-    """How a series is drawn."""
-
-    LINE = "line"
-    POINTS = "points"
-    BARS = "bars"
-    INTERVALS = "intervals"
-
-
-class Tone(Enum):
-    """Style of a series: colour, dash and shape."""
-
-    FIRST = "first"
-    SECOND = "second"
-    THIRD = "third"
-    FOURTH = "fourth"
-    QUIET = "quiet"
-
-
-TONES = tuple(tone for tone in Tone if tone is not Tone.QUIET)
+Mark = Literal["line", "points", "bars", "intervals"]
+"""How a series is drawn."""
+Tone = Literal["first", "second", "third", "fourth", "quiet"]
+"""Style of a series: colour, dash and shape."""
+TONES: tuple[Tone, ...] = ("first", "second", "third", "fourth")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,12 +58,12 @@ class Series:
         mark: Type of mark.
         tone: Style.
         x, y: Coordinates, of equal length.
-        low, high: Ends of `INTERVALS`, and of rules on `BARS`; empty for other marks.
+        low, high: Ends of intervals, and of rules on bars; empty for other marks.
     """
 
     label: str = ""
-    mark: Mark = Mark.LINE
-    tone: Tone = Tone.FIRST
+    mark: Mark = "line"
+    tone: Tone = "first"
     x: tuple[Value, ...]
     y: tuple[Value, ...]
     low: tuple[float | None, ...] = ()
@@ -135,7 +117,7 @@ def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
 def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, float]], tone: Tone) -> Series:
     """Return a series of intervals of categories. `ends` has value, lower and upper end."""
     value, low, high = (values([each[k] for each in ends]) for k in range(3))
-    return Series(label=label, mark=Mark.INTERVALS, tone=tone, x=tuple(x), y=value, low=low, high=high)
+    return Series(label=label, mark="intervals", tone=tone, x=tuple(x), y=value, low=low, high=high)
 
 
 def about(value: float, half: float) -> tuple[float, float, float]:

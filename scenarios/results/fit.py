@@ -204,7 +204,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
     """
     step, title, refused = -(-len(rows.t) // MOST), f"Joint {rows.joint + 1}", rows.unit == "drive units"
 
-    def line(label: str, numbers: Array, tone: Tone = Tone.FIRST) -> Series:
+    def line(label: str, numbers: Array, tone: Tone = "first") -> Series:
         t, y = rows.broken(rows.scale * numbers)
         keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
         return Series(label=label, tone=tone, x=values(t[keep]), y=values(y[keep]))
@@ -228,7 +228,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(rows.t)}.",
         x=Axis(title=""),
         y=Axis(title={"N m": "torque", "N": "force"}.get(rows.unit, "current"), unit=rows.unit),
-        series=(line("Measured", rows.V), line("Reconstructed", rows.V - rows.residual, Tone.SECOND)),
+        series=(line("Measured", rows.V), line("Reconstructed", rows.V - rows.residual, "second")),
         bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
         bands_label="Near a reversal (excluded)",
         references=tuple(Reference(name, round(at, 3), upright=True) for name, at in starts),

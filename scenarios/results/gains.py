@@ -32,7 +32,7 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.plot import TONES, Axis, Mark, Plot, Series, Tone, about, intervals, joint_axis, values
+from scenarios.rendering.plot import TONES, Axis, Plot, Series, about, intervals, joint_axis, values
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
@@ -349,8 +349,8 @@ class Result(DiagnosedResult):
             "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
             "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance.",
             Axis(title="error", unit="%", zero=True),
-            intervals("Tolerance", there, limits, Tone.QUIET),
-            intervals("Error, 2 sigma", there, errors, Tone.FIRST),
+            intervals("Tolerance", there, limits, "quiet"),
+            intervals("Error, 2 sigma", there, errors, "first"),
         )
 
     def _value_plot(self) -> Plot:
@@ -367,7 +367,7 @@ class Result(DiagnosedResult):
             f"Interval of each gain, relative to {of}",
             "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number.",
             Axis(title="gain", unit=f"% from {of}", zero=True),
-            intervals("Gain, 2 sigma", list(ends), list(ends.values()), Tone.FIRST),
+            intervals("Gain, 2 sigma", list(ends), list(ends.values()), "first"),
         )
 
     def _share_plot(self) -> Plot:
@@ -380,7 +380,7 @@ class Result(DiagnosedResult):
             "of their squares.",
             Axis(title="2 sigma", unit="%", zero=True),
             *(
-                Series(label=words.capitalize(), mark=Mark.BARS, tone=tone, x=there, y=numbers)
+                Series(label=words.capitalize(), mark="bars", tone=tone, x=there, y=numbers)
                 for (words, numbers), tone in zip(shares.items(), TONES, strict=False)
             ),
         )

@@ -42,7 +42,7 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, joint_axis, values
+from scenarios.rendering.plot import Axis, Plot, Reference, Series, intervals, joint_axis, values
 from scenarios.rendering.result import ResultModel
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
@@ -133,7 +133,7 @@ class StudyResult(ResultModel):
             caption=f"{INTERVALS} {100.0 * NORMAL:.1f} %, the nominal coverage.",
             x=x,
             y=Axis(title="held", unit="% of gains"),
-            series=(intervals("Within 2 sigma", list(held), list(held.values()), Tone.FIRST),),
+            series=(intervals("Within 2 sigma", list(held), list(held.values()), "first"),),
             references=(Reference("", 100.0 * NORMAL),),
         )
         rates = [(100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in self.joints]
@@ -142,7 +142,7 @@ class StudyResult(ResultModel):
             caption=f"{INTERVALS} {wanted:g} %, the required pass rate.",
             x=x,
             y=Axis(title="passed", unit="% of trials"),
-            series=(intervals("Passed", x.categories, rates, Tone.THIRD),),
+            series=(intervals("Passed", x.categories, rates, "third"),),
             references=(Reference("", wanted),),
         )
 
@@ -223,7 +223,7 @@ def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
                 y=Axis(title="density", unit="1/%", zero=True),
                 series=(
                     Series(label="Errors", x=outline[0], y=outline[1]),
-                    Series(label="Estimated", tone=Tone.SECOND, x=values(x), y=values(estimated)),
+                    Series(label="Estimated", tone="second", x=values(x), y=values(estimated)),
                 ),
                 references=() if outside else tuple(Reference("", at, upright=True) for at in (-tolerance, tolerance)),
                 height=130,
@@ -375,6 +375,6 @@ def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Pl
         f"intervals.{beyond}",
         x=Axis(title="rms error from the source alone", unit="%", zero=True),
         y=Axis(title="", categories=tuple(order)),
-        series=(Series(mark=Mark.BARS, x=x, y=tuple(there), low=low, high=high),),
+        series=(Series(mark="bars", x=x, y=tuple(there), low=low, high=high),),
         references=limit,
     )

@@ -7,11 +7,11 @@ import pytest
 from matplotlib.colors import to_hex
 
 from scenarios.rendering.drawing import COLOURS, ROW, STYLES, figure, svg
-from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone
+from scenarios.rendering.plot import TONES, Axis, Plot, Reference, Series
 
 JOINTS = Axis(title="joint", categories=("10", "9", "2"))
 ENDS = {"low": (3.0, 1.0), "high": (4.5, 2.5)}
-BARS = Series(label="bars", mark=Mark.BARS, x=("10", "2"), y=(3.5, 1.5), **ENDS)
+BARS = Series(label="bars", mark="bars", x=("10", "2"), y=(3.5, 1.5), **ENDS)
 
 
 def plot(*series: Series, **more) -> Plot:
@@ -37,7 +37,7 @@ def test_bars_stand_at_their_categories_in_order_with_a_rule_between_their_ends(
     assert [each.get_text() for each in axes.get_xticklabels()] == ["10", "9", "2"]
     assert [(0.5 * (a + b), low, high) for a, b, low, high in spans(axes)] == [(0.0, 0.0, 3.5), (2.0, 0.0, 1.5)]
     np.testing.assert_array_equal(rules(axes), [[[0, 3], [0, 4.5]], [[2, 1], [2, 2.5]]])
-    lying = Series(label="bars", mark=Mark.BARS, x=(3.5, 1.5), y=("10", "2"), **ENDS)
+    lying = Series(label="bars", mark="bars", x=(3.5, 1.5), y=("10", "2"), **ENDS)
     axes = drawn(lying, x=Axis(title="rms"), y=JOINTS)
     assert [(low, high, 0.5 * (a + b)) for low, high, a, b in spans(axes)] == [(0.0, 3.5, 0.0), (0.0, 1.5, 2.0)]
     np.testing.assert_array_equal(rules(axes), [[[3, 0], [4.5, 0]], [[1, 2], [2.5, 2]]])
@@ -45,14 +45,14 @@ def test_bars_stand_at_their_categories_in_order_with_a_rule_between_their_ends(
 
 
 def test_series_that_share_categories_stand_beside_each_other_and_a_band_behind_them():
-    other = Series(label="other", mark=Mark.BARS, tone=Tone.SECOND, x=("10", "2"), y=(1.0, 2.0))
+    other = Series(label="other", mark="bars", tone="second", x=("10", "2"), y=(1.0, 2.0))
     first, last, *_ = spans(drawn(BARS, other))
     left, *_ = spans(drawn(other, BARS))
     assert first[1] == pytest.approx(0.0, abs=1e-12)  # half of a category each
     assert first[1] - first[0] == pytest.approx(0.375, rel=1e-12)
     assert (left[0], left[1]) == pytest.approx((first[0], first[1]), rel=1e-12)
     assert last[0] > 1.0
-    band = Series(label="limit", mark=Mark.INTERVALS, tone=Tone.QUIET, x=("9",), y=(0.0,), low=(-1.0,), high=(2.0,))
+    band = Series(label="limit", mark="intervals", tone="quiet", x=("9",), y=(0.0,), low=(-1.0,), high=(2.0,))
     axes = drawn(band, BARS)
     assert spans(axes)[0][2:] == (-1.0, 2.0)
     assert spans(axes)[1][1] - spans(axes)[1][0] == pytest.approx(0.75, rel=1e-12)  # alone beside the band
@@ -60,7 +60,7 @@ def test_series_that_share_categories_stand_beside_each_other_and_a_band_behind_
 
 
 def test_an_interval_is_a_rule_with_a_point():
-    found = Series(label="", mark=Mark.INTERVALS, x=("10", "2"), y=(3.5, 1.5), **ENDS)
+    found = Series(label="", mark="intervals", x=("10", "2"), y=(3.5, 1.5), **ENDS)
     axes = drawn(found)
     np.testing.assert_array_equal(rules(axes), [[[0, 3], [0, 4.5]], [[2, 1], [2, 2.5]]])
     (points,) = axes.lines
@@ -68,7 +68,7 @@ def test_an_interval_is_a_rule_with_a_point():
 
 
 def test_a_line_breaks_where_it_has_no_number_and_the_strip_below_has_the_same_time():
-    line = Series(label="line", mark=Mark.LINE, x=(0.5, 2.0, 7.0), y=(1.5, None, 2.5))
+    line = Series(label="line", mark="line", x=(0.5, 2.0, 7.0), y=(1.5, None, 2.5))
     time = Axis(title="time", unit="s")
     strip = plot(line, x=time, height=50)
     whole = figure(plot(line, x=time, bands=((0.7, 0.9),), bands_label="still", strip=strip))
@@ -85,7 +85,7 @@ def test_a_reference_stands_at_a_value_of_y_or_upright_at_one_of_x():
 
 
 def test_an_axis_is_logarithmic_or_includes_zero_where_that_is_stated():
-    line = Series(label="line", mark=Mark.LINE, x=(0.5, 2.0), y=(1.5, 3.0))
+    line = Series(label="line", mark="line", x=(0.5, 2.0), y=(1.5, 3.0))
     axes = drawn(line, x=Axis(title="f", unit="Hz", log=True), y=Axis(title="power", zero=True))
     assert (axes.get_xscale(), axes.get_ylim()[0], axes.get_xlabel()) == ("log", 0.0, "F [Hz]")
     assert drawn(line, x=Axis(title="f"), y=Axis(title="power")).get_ylim()[0] > 1.0
@@ -102,20 +102,18 @@ def test_many_categories_have_room():
 
 
 def test_every_tone_differs_from_others_without_its_colour():
-    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
+    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(TONES) + 1
     fills = sorted(style.fill for style in STYLES.values())
     assert min(np.diff(fills)) >= 0.1 - 1e-12
 
 
 def test_svg_has_text_and_names_of_colours_and_no_size_or_identifier_of_another_plot():
-    series = tuple(
-        Series(label=tone.value, mark=Mark.LINE, tone=tone, x=(0.0, 1.0), y=(0.1, 0.123456)) for tone in Tone
-    )
+    series = tuple(Series(label=tone, mark="line", tone=tone, x=(0.0, 1.0), y=(0.1, 0.123456)) for tone in STYLES)
     one, two = (svg(plot(*series, x=Axis(title="a < b")), number) for number in (3, 4))
     assert one.startswith("<svg")
     assert "<text" in one
     assert "A &lt; b" in one
-    assert set(re.findall(r"var\(--(\w+)\)", one)) >= {"ink", "grid", *(tone.value for tone in Tone)}
+    assert set(re.findall(r"var\(--(\w+)\)", one)) >= {"ink", "grid", *STYLES}
     assert not re.findall(r"#[0-9a-f]{6}\b", one)
     assert not re.search(r'<svg[^>]* (width|height)="', one)
     ids = [set(re.findall(r' id="([^"]+)"', text)) for text in (one, two)]

@@ -11,7 +11,7 @@ from page_parts import Elements
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import VERDICT, Column, Heading, Line, Mood, Paragraph, Picture, Report, Table, cells
 from scenarios.rendering.html import script_json, sections
-from scenarios.rendering.plot import Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.rendering.plot import Axis, Plot, Reference, Series, values
 
 EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
 DRAWN = Plot(
@@ -20,8 +20,8 @@ DRAWN = Plot(
     x=Axis(title=EVIL, unit=EVIL, categories=(EVIL, "two")),
     y=Axis(title=EVIL),
     series=(
-        Series(label=EVIL, mark=Mark.INTERVALS, x=(EVIL, "two"), y=(1.5, 2.5), low=(1.0, 2.0), high=(2.0, 3.5)),
-        Series(label="bars", mark=Mark.BARS, tone=Tone.SECOND, x=(EVIL,), y=(0.5,)),
+        Series(label=EVIL, mark="intervals", x=(EVIL, "two"), y=(1.5, 2.5), low=(1.0, 2.0), high=(2.0, 3.5)),
+        Series(label="bars", mark="bars", tone="second", x=(EVIL,), y=(0.5,)),
     ),
     references=(Reference(EVIL, 2.25),),
 )

@@ -147,9 +147,8 @@ def compare_command(options: argparse.Namespace) -> Status:
         other = "rx90 report shows it; rx90 verify compares two gains files, as rx90 identify --gains-out writes them"
         words = "" if saved is None else f"{one_line(saved)} is a saved result ({other}); "
         raise ScenarioError(f"{words}expected scenarios, -n N and --out DIR")
-    from scenarios.benchmark.bound import gain_bound
     from scenarios.benchmark.comparison import DOCUMENT, NEEDED, Comparison, compared
-    from scenarios.benchmark.study import comparison
+    from scenarios.benchmark.study import comparison, gain_bound
     from scenarios.experiments.scenario import load_scenario, setup_of
     from scenarios.experiments.study import carry_out
     from scenarios.rendering import write_report

@@ -8,6 +8,7 @@ torques of the drives and the distance to floor and arm.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -19,7 +20,7 @@ from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, 
 from scenarios.experiments.scenario import Setup, body_of
 from scenarios.experiments.schema import mountings
 from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried, MotionRows
-from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, Table, column, percent, table
+from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
 from sim.shapes import Flange, Solid, flange_of
@@ -45,41 +46,20 @@ LOOKED_AT = 10
 """Largest number of the best candidates that are checked on a fine grid until one is feasible."""
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
+class Block(NamedTuple):
     """A box, or a cylinder about z: its extent along x, y, z and its centre in the payload's axes [mm]."""
 
     cylinder: bool
-    edges: tuple[float, float, float]
+    edges: tuple[float, ...]
     center: tuple[float, float, float]
 
 
-def _cylinder(d: Sequence[float]) -> tuple[Block, ...]:
-    diameter, length, offset = d
-    return (Block(True, (diameter, diameter, length), (offset, 0.0, length / 2.0)),)
-
-
-def _plate(d: Sequence[float]) -> tuple[Block, ...]:
-    length, width, thickness, offset = d
-    return (Block(False, (length, width, thickness), (offset, 0.0, thickness / 2.0)),)
-
-
-def _bar(d: Sequence[float]) -> tuple[Block, ...]:
-    side, length, offset = d
-    reach = FACE + max(FACE, offset + side / 2.0)
-    return (
-        Block(False, (reach, max(2.0 * FACE, side), BRACKET), (reach / 2.0 - FACE, 0.0, BRACKET / 2.0)),
-        Block(False, (side, side, length), (offset, 0.0, BRACKET + length / 2.0)),
-    )
-
-
-SHAPES: Mapping[str, tuple[Callable[[Sequence[float]], tuple[Block, ...]], Mapping[str, tuple[int, int]]]] = {
-    "cylinder": (_cylinder, {"diameter": (63, 300), "length": (10, 300), "offset": (0, 118)}),
-    "plate": (_plate, {"length": (63, 600), "width": (63, 300), "thickness": (5, 60), "offset": (0, 268)}),
-    "bar": (_bar, {"side": (20, 120), "length": (40, 300), "offset": (0, 250)}),
+SHAPES: Mapping[str, Mapping[str, tuple[int, int]]] = {
+    "cylinder": {"diameter": (63, 300), "length": (10, 300), "offset": (0, 118)},
+    "plate": {"length": (63, 600), "width": (63, 300), "thickness": (5, 60), "offset": (0, 268)},
+    "bar": {"side": (20, 120), "length": (40, 300), "offset": (0, 250)},
 }
-"""A cylinder or a plate on the flange, a square bar on a bracket: blocks, that on the flange first, and dimensions with
-bounds [mm]."""
+"""Dimensions with bounds [mm]: a cylinder or a plate on the flange, a square bar on a bracket."""
 STEPS = 100 * len(SHAPES)  # steps of a design for the progress display
 
 
@@ -100,15 +80,16 @@ class Weight:
     density: float
 
     @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Its blocks; the first is on the flange."""
-        return SHAPES[self.shape][0](self.dimensions)
-
-    @property
-    def mass(self) -> float:
-        """[kg]."""
-        volumes = [np.prod(block.edges) * (np.pi / 4.0 if block.cylinder else 1.0) for block in self.blocks]
-        return float(self.density * MM**3 * sum(volumes))
+    def blocks(self) -> list[Block]:
+        """Its blocks; the first is on the flange, and the bracket of a bar covers the flange's face."""
+        first, *others, offset = self.dimensions
+        if self.shape == "cylinder":
+            return [Block(True, (first, first, others[0]), (offset, 0.0, others[0] / 2.0))]
+        if self.shape == "plate":
+            return [Block(False, (first, *others), (offset, 0.0, others[-1] / 2.0))]
+        reach = FACE + max(FACE, offset + first / 2.0)
+        bracket = Block(False, (reach, max(2.0 * FACE, first), BRACKET), (reach / 2.0 - FACE, 0.0, BRACKET / 2.0))
+        return [bracket, Block(False, (first, first, others[0]), (offset, 0.0, BRACKET + others[0] / 2.0))]
 
     @property
     def uncovered(self) -> float:
@@ -194,9 +175,7 @@ class DesignedJoint(ResultModel):
     wanted: bool = Field(description="Whether the payload is designed to identify its gain")
     payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
     std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
-    payload_std: float | None = Field(
-        description="Relative standard deviation of the gain from the uncertainty of the payload"
-    )
+    payload_std: float | None = Field(description="The same from the uncertainty of the payload")
     shown: bool = Field(description="Whether the gain is expected to be identifiable")
 
 
@@ -232,19 +211,13 @@ class PayloadDesign(ResultModel):
     """What `rx90 payload --json` prints."""
 
     scenario: str = Field(description="Name of the scenario")
-    residual: float = Field(
-        description="Expected standard deviation of the residual, as a share of each joint's rms torque"
-    )
+    residual: float = Field(description="Expected standard deviation of the residual, as a share of the rms torque")
     rated_load: float | None = Field(description="Rated load of the arm, null if its file does not state one [kg]")
     own_is_better: bool = Field(description="Whether the scenario's own payload identifies the worst joint better")
-    flange: str | None = Field(
-        description="Frame of the model on which the payload is mounted, null for the axis of the last joint"
-    )
+    flange: str | None = Field(description="Frame on which the payload is mounted, null for the last joint's axis")
     before: DesignedPayload = Field(description="The scenario's own payload")
     after: DesignedPayload = Field(description="The payload to be manufactured")
-    candidates: list[DesignedWeight] = Field(
-        description="The best payload of each shape: the best first, those that must not be mounted last"
-    )
+    candidates: list[DesignedWeight] = Field(description="The best of each shape: the best first, refused ones last")
 
     def parts(self) -> Iterable[Part]:
         """Return conclusion, accuracy by joint before and after, shapes, limits."""
@@ -258,11 +231,20 @@ class PayloadDesign(ResultModel):
         if missing:
             words = f"No payload within the limits identifies joint {', '.join(missing)}."
         yield Paragraph(words, Mood.BAD if missing else Mood.GOOD, strong=True)
-        yield self._joints()
+        yield table(
+            list(zip(self.before.joints, self.after.joints, strict=True)),
+            column("Joint", lambda row: row[0].joint),
+            column("Payload\nbefore [N m rms]", lambda row: f"{row[0].payload_torque_rms:.3g}"),
+            column("Deviation\nbefore [%]", lambda row: percent(row[0].std, ".2f")),
+            column("Payload\nafter [N m rms]", lambda row: f"{row[1].payload_torque_rms:.3g}"),
+            column("Deviation\nafter [%]", lambda row: percent(row[1].std, ".2f")),
+            column("Payload\nas made [%]", lambda row: percent(row[1].payload_std, ".2f")),
+            column("Gain", lambda row: _verdict(*row), words=True),
+        )
         yield table(
             [self.before, *self.candidates],
-            column("Shape", _shape, words=True),
-            column("Dimensions [mm]", _dimensions, words=True),
+            column("Shape", lambda each: _shape(each)[0], words=True),
+            column("Dimensions [mm]", lambda each: _shape(each)[1], words=True),
             column("Mass [kg]", lambda each: f"{each.payload['mass']:.3f}"),
             column("Off axis [mm]", lambda each: NONE if each.off_axis_mm is None else f"{each.off_axis_mm:.1f}"),
             column("Worst joint [%]", lambda each: percent(each.worst_as_made, ".2f")),
@@ -283,35 +265,19 @@ class PayloadDesign(ResultModel):
                 Mood.DOUBTFUL,
             )
 
-    def _joints(self) -> Table:
-        def verdict(before: DesignedJoint, after: DesignedJoint) -> Cell:
-            if after.shown:
-                return Cell("as before" if before.shown else "identified now", Mood.GOOD)
-            return Cell("lost" if before.shown else "refused", Mood.BAD)
 
-        return table(
-            list(zip(self.before.joints, self.after.joints, strict=True)),
-            column("Joint", lambda row: row[0].joint),
-            column("Payload\nbefore [N m rms]", lambda row: f"{row[0].payload_torque_rms:.3g}"),
-            column("Deviation\nbefore [%]", lambda row: percent(row[0].std, ".2f")),
-            column("Payload\nafter [N m rms]", lambda row: f"{row[1].payload_torque_rms:.3g}"),
-            column("Deviation\nafter [%]", lambda row: percent(row[1].std, ".2f")),
-            column("Payload\nas made [%]", lambda row: percent(row[1].payload_std, ".2f")),
-            column("Gain", lambda row: verdict(*row), words=True),
-        )
+def _verdict(before: DesignedJoint, after: DesignedJoint) -> Cell:
+    if after.shown:
+        return Cell("as before" if before.shown else "identified now", Mood.GOOD)
+    return Cell("lost" if before.shown else "refused", Mood.BAD)
 
 
-def _shape(each: DesignedPayload) -> Cell:
-    if isinstance(each, DesignedWeight):
-        return Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN)
-    return Cell("its own")
-
-
-def _dimensions(each: DesignedPayload) -> str:
+def _shape(each: DesignedPayload) -> tuple[Cell, str]:
+    """Return name and dimensions of a shape."""
     if not isinstance(each, DesignedWeight):
-        return NONE
+        return Cell("its own"), NONE
     sizes = ", ".join(f"{name} {size:g}" for name, size in each.dimensions_mm.items())
-    return f"{sizes}, turned {each.turned_deg}\u00b0"
+    return Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN), f"{sizes}, turned {each.turned_deg}\u00b0"
 
 
 class PayloadSearch:
@@ -338,31 +304,32 @@ class PayloadSearch:
         """Return a designed payload as known to the identification."""
         return replace(payload_of(weight, self.flange), known=self.own.known)
 
-    def loaded(self, weight: Weight) -> Design:
+    def loaded(self, payload: Payload, weight: Weight) -> Design:
         """Return the design problem with a payload on the flange."""
-        payload = self.payload(weight)
         plant, solids = replace(self.design.plant, payload=body_of(payload)), weight.solids(self.flange)
         return replace(self.design, plant=plant, carried=Carried.nominal(payload), solids=solids)
 
     def cost(self, weight: Weight) -> float:
         """Return the objective; for an infeasible payload, `IMPOSSIBLE` plus its violation."""
-        over = weight.uncovered / 10.0 + max(weight.mass / self.most - 1.0, 0.0)
+        payload = self.payload(weight)
+        over = weight.uncovered / 10.0 + max(payload.mass / self.most - 1.0, 0.0)
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
-        loaded = self.loaded(weight)
+        loaded = self.loaded(payload, weight)
         over = _excess(loaded, self._coarse)
         return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
     def refusal(self, weight: Weight) -> str:
         """Return why a payload must not be mounted, or an empty text; limits are checked on a fine grid."""
-        if weight.mass > self.most:
-            return f"weighs {weight.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
-        loaded = self.loaded(weight)
+        payload = self.payload(weight)
+        if payload.mass > self.most:
+            return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
+        loaded = self.loaded(payload, weight)
         return loaded.broken(self._fine) if _excess(loaded, self._fine) > EXCESS else ""
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
-        bounds = np.array([*SHAPES[shape][1].values(), (0, 3)], dtype=np.float64)
+        bounds = np.array([*SHAPES[shape].values(), (0, 3)], dtype=np.float64)
         calls = 0
 
         def weight(x: Array) -> Weight:
@@ -413,7 +380,7 @@ class PayloadSearch:
         return DesignedWeight(
             **self.effect(Carried.nominal(payload), payload).model_dump(),
             shape=weight.shape,
-            dimensions_mm=dict(zip(SHAPES[weight.shape][1], weight.dimensions, strict=True)),
+            dimensions_mm=dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True)),
             turned_deg=90 * weight.quarter,
             density=weight.density,
             refusal=self.refusal(weight) or None,

@@ -9,7 +9,7 @@ from quick import RANDOM, quick_scenario
 from scipy import linalg
 
 from ident.estimation.rows import Columns
-from scenarios.benchmark.bound import bound_of, gain_bound
+from scenarios.benchmark.study import bound_of, gain_bound
 from scenarios.experiments.scenario import load_scenario, setup_of
 
 

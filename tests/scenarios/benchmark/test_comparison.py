@@ -14,10 +14,9 @@ from printed import printed
 from quick import BRIEF, RANDOM, quick_scenario
 from rich.console import Console
 
-from scenarios.benchmark.bound import gain_bound
 from scenarios.benchmark.comparison import ComparedScenario, Comparison
 from scenarios.benchmark.methods import Call, Limits, Method, method_of, python_answer, read_answer
-from scenarios.benchmark.study import METHOD, comparison
+from scenarios.benchmark.study import METHOD, comparison, gain_bound
 from scenarios.cli import main
 from scenarios.experiments.loaded_scenario import load
 from scenarios.experiments.scenario import load_scenario, setup_of

@@ -170,7 +170,7 @@ class UsedModel:
 def used_model(arm: BareArm) -> UsedModel:
     """Return the model of an arm that was identified with given gains."""
     assert arm.gains is not None, "of an arm with fixed gains"
-    fits = {each.joint: each for each in cross_validation.predicted(arm.selected.final.fit.rows)}
+    fits = {each.joint: each for each in cross_validation.predicted(arm.selected.final.rows)}
     base, covariance = arm.in_si()
     return UsedModel(gains=arm.gains, base=base, covariance=covariance, fits=fits)
 

@@ -68,7 +68,7 @@ def bare_result(
         expected = ExpectedGains(mass=payload.mass, joints=joints)
     gain = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
     off = {} if known is None else ratios.against(known)
-    share = {each.joint: each for each in predicted(found.selected.final.fit.rows)}
+    share = {each.joint: each for each in predicted(found.selected.final.rows)}
     links = consistent_links(in_si, robot)
     result = BareResult(
         reference=ratios.reference + 1,

@@ -206,96 +206,64 @@ def fault_of(model, v: np.ndarray, q: np.ndarray | None = None):
     return fault(experiment(), model, still, v, unstable=False)
 
 
-def currents() -> np.ndarray:
-    return np.full((1000, 6), 3.0)
-
-
-def test_a_tenth_of_a_second_at_the_limit_is_too_long_and_a_sample_less_is_not(model):
+def test_a_tenth_of_a_second_at_the_limit_is_too_long_and_a_sample_less_is_not_and_the_first_is_named(model):
     assert SATURATED_TOO_LONG * experiment().controller.rate_hz == RUN
-    limit, v = experiment().plant.drives.current_limit, currents()
+    limit, v = experiment().plant.drives.current_limit, np.full((1000, 6), 3.0)
     v[300 : 300 + RUN - 1, 2] = limit[2]
     v[600 : 600 + RUN - 1, 2] = -limit[2]  # short bursts do not add up, nor do those of other joints
     v[399 : 399 + RUN - 1, 4] = limit[4]
     assert fault_of(model, v) is None
     v[600 + RUN - 1, 2] = -limit[2]
     found = fault_of(model, v)
-    assert (found.kind, found.joint, found.value, found.bounds) == ("Saturated", 2, 240.0, (-240.0, 240.0))
+    assert isinstance(found, TrajectoryError)
     assert "drive of joint3 at its limit of 240 for more than 0.1 s from t = 0.600 s" in str(found)
-
-
-def test_the_first_saturation_is_named(model):
-    limit, v = experiment().plant.drives.current_limit, currents()
-    v[200:350, 1] = limit[1]
-    v[500:900, 3] = -limit[3]
+    v[200:350, 1], v[700:900, 3] = limit[1], -limit[3]
     assert "drive of joint2 at its limit of 480 for more than 0.1 s from t = 0.200 s" in str(fault_of(model, v))
 
 
 def test_the_first_joint_that_leaves_its_range_is_named_with_time_and_range(model):
-    v = currents()
-    q = np.tile(STILL, (len(v), 1))
+    v, q = np.full((1000, 6), 3.0), np.tile(STILL, (1000, 1))
+    endless = copy(model)
+    endless.jnt_range[3] = 0.0  # none, so that any position is in it
+    assert fault_of(endless, v, q) is None
     low, high = model.jnt_range[4]
     q[350:, 4], q[700:, 0] = high + 0.02, model.jnt_range[0][0] - 0.1
-    found = fault_of(model, v, q)
-    assert (found.kind, found.joint, found.value, found.bounds) == ("LimitReached", 4, high + 0.02, (low, high))
+    found = fault_of(endless, v, q)
+    assert isinstance(found, TrajectoryError)
     assert f"joint5 at {high + 0.02:.3f} rad leaves its range {low:.3f} to {high:.3f} rad at t = 0.350 s" in str(found)
 
 
-def test_a_joint_without_a_range_leaves_none(model):
-    endless = copy(model)
-    endless.jnt_range[3] = 0.0
-    assert STILL[3] != 0.0
-    q = np.tile(STILL, (1000, 1))
-    assert fault(experiment(), endless, q, currents(), unstable=False) is None
-    q[600:, 1] = model.jnt_range[1, 1] + 0.3
-    assert "joint2" in str(fault(experiment(), endless, q, currents(), unstable=False))
+def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once():
+    long = {"trajectory": short_motion(duration=400.0), "controller": ControllerOptions(rate_hz=1e5), "step": 1e-5}
+    for changes, message in (
+        ({"step": 1e-12}, r"2 s in steps of 1e-12 s are 2e\+12 steps; 5e\+07 at most"),
+        ({"step": 0.0}, r"step = 0 s: expected a positive number"),
+        ({"step": 1.0}, r"step 1 s does not divide the control period 0\.001 s"),
+        (long, r"400 s at 100000 Hz are 4e\+07 samples of 6 joints; 5e\+07 numbers at most"),
+    ):
+        started = time.process_time()
+        (outcome,) = try_record([experiment(**changes)], streams(0), threads=1)
+        with pytest.raises(PlantError, match=message):
+            raise outcome
+        assert time.process_time() - started < 1.0
 
 
-@pytest.mark.parametrize(
-    ("changes", "kind", "message"),
-    [
-        ({"step": 1e-12}, PlantError, r"2 s in steps of 1e-12 s are 2e\+12 steps; 5e\+07 at most"),
-        ({"step": 0.0}, PlantError, r"step = 0 s: expected a positive number"),
-        ({"step": 1.0}, PlantError, r"step 1 s does not divide the control period 0\.001 s"),
-        (
-            {"trajectory": short_motion(duration=400.0), "controller": ControllerOptions(rate_hz=1e5), "step": 1e-5},
-            PlantError,
-            r"400 s at 100000 Hz are 4e\+07 samples of 6 joints; 5e\+07 numbers at most",
-        ),
-    ],
-)
-def test_an_experiment_that_nobody_can_wait_for_is_refused_at_once(changes, kind, message):
-    started = time.process_time()
-    (outcome,) = try_record([experiment(**changes)], streams(0), threads=1)
-    assert type(outcome) is kind
-    with pytest.raises(kind, match=message):
-        raise outcome
-    assert "\n" not in str(outcome)
-    assert time.process_time() - started < 1.0
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
+def test_absurd_numbers_and_bodies_are_refused():
+    for make in (
         lambda: nominal_plant(gain=np.full(6, 1e308)),
         lambda: nominal_plant(replace(CYLINDER, mass=0.0)),
         lambda: nominal_plant(replace(CYLINDER, com=(0.0, np.nan, 0.1))),
         lambda: nominal_plant(replace(CYLINDER, inertia=(1e9, 1e9, 1e9, 0.0, 0.0, 0.0))),
         lambda: replace(BELIEF, gain=(1e308,) * 6),
         lambda: replace(BELIEF, rotor_inertia=(-1.0,) * 6),
-    ],
-)
-def test_absurd_numbers_are_refused(make):
-    with pytest.raises(PlantError) as caught:
-        make()
-    assert "\n" not in str(caught.value)
-    assert len(str(caught.value)) < 400
-
-
-def test_a_payload_that_no_body_can_be_is_refused_with_its_mass():
-    impossible = replace(
-        CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)
-    )  # more about z than about x and y together
-    (outcome,) = try_record([experiment(plant=nominal_plant(impossible), loaded=True)], streams(0), threads=1)
+    ):
+        with pytest.raises(PlantError) as caught:
+            make()
+        assert "\n" not in str(caught.value)
+        assert len(str(caught.value)) < 400
+    # More about z than about x and y together, which MuJoCo refuses.
+    impossible = nominal_plant(replace(CYLINDER, inertia=(0.01, 0.01, 0.05, 0.0, 0.0, 0.0)))
+    (outcome,) = try_record([experiment(plant=impossible, loaded=True)], streams(0), threads=1)
     with pytest.raises(PlantError, match=r"rx90\.xml with a payload of 7\.025 kg: "):
         raise outcome
 
@@ -305,7 +273,7 @@ def test_a_simulation_that_diverges_says_so_and_mujoco_says_nothing(tmp_path, mo
     wild = nominal_plant(gain=-1e6 * np.ones(6), current_limit=np.full(6, 1e9))
     for threads in (1, 2):
         outcomes = try_record([experiment(plant=wild), experiment()], streams(0, 1), threads=threads)
-        assert outcomes[0].kind == "Diverged"
+        assert str(outcomes[0]).startswith("motion: the simulation diverged")
         assert not isinstance(outcomes[1], SimulationError)
     assert not list(tmp_path.iterdir())
     captured = capfd.readouterr()

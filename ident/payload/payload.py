@@ -67,8 +67,8 @@ class Payload:
             raise PayloadError(
                 f"payload: com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
             )
-        moment = self.mass * FARTHEST**2
-        for name, most in (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", moment)):
+        largest = self.mass * FARTHEST**2
+        for name, most in (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", largest)):
             value = getattr(self, name)
             if np.min(value) < 0.0:
                 raise PayloadError(f"payload: {name} = {value}: expected a standard deviation of 0 or more")
@@ -80,14 +80,24 @@ class Payload:
                 raise PayloadError(
                     f"payload: known = {self.known!r} but {name} is missing; add it, or set known = 'mass'"
                 )
-        if self.inertia is not None:
-            key, value = max(zip(INERTIA_KEYS, self.inertia, strict=True), key=lambda pair: abs(pair[1]))
-            if abs(value) > moment:
-                raise PayloadError(
-                    f"payload: inertia.{key} = {value:g} needs parts of the {self.mass:g} kg more than {FARTHEST:g} m "
-                    "from the centre of mass; expected kg m^2 about the centre of mass"
-                )
-            check_inertia(self.inertia)
+        if self.inertia is None:
+            return
+        key, value = max(zip(INERTIA_KEYS, self.inertia, strict=True), key=lambda pair: abs(pair[1]))
+        if abs(value) > largest:
+            raise PayloadError(
+                f"payload: inertia.{key} = {value:g} needs parts of the {self.mass:g} kg more than {FARTHEST:g} m "
+                "from the centre of mass; expected kg m^2 about the centre of mass"
+            )
+        ixx, iyy, izz, ixy, ixz, iyz = self.inertia
+        low, middle, high = np.linalg.eigvalsh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+        slack = 1e-9 * max(abs(low), abs(high), 1e-12)
+        if low < -slack:
+            raise PayloadError(f"payload: inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
+        if high > low + middle + slack:
+            raise PayloadError(
+                "payload: inertia violates the triangle inequality: principal moments "
+                f"{low:.3g} + {middle:.3g} < {high:.3g} kg m^2"
+            )
 
     def known_part(self) -> "KnownPayload":
         """Return the parameters that an estimator may use."""
@@ -142,35 +152,13 @@ def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequ
     return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
 
 
-def check_inertia(inertia: Sequence[float]) -> None:
-    """Refuse a physically impossible inertia about the centre of mass.
-
-    Raises:
-        PayloadError: If it is impossible; the message names the violated condition.
-    """
-    ixx, iyy, izz, ixy, ixz, iyz = inertia
-    moments = np.linalg.eigvalsh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
-    slack = 1e-9 * max(abs(moments).max(), 1e-12)
-    if moments[0] < -slack:
-        raise PayloadError(
-            f"payload: inertia is not positive: its smallest principal moment is {moments[0]:.3g} kg m^2"
-        )
-    if moments[2] > moments[0] + moments[1] + slack:
-        raise PayloadError(
-            "payload: inertia violates the triangle inequality: principal moments "
-            f"{moments[0]:.3g} + {moments[1]:.3g} < {moments[2]:.3g} kg m^2"
-        )
-
-
 def read_payload(path: str | Path) -> Payload:
     """Read a payload from a TOML file.
 
     Raises:
-        PayloadError: If the file is missing or not TOML, has an unknown key or a wrong type, or fails the checks of
-            `Payload`.
+        PayloadError: If the file is missing or not TOML, or as `payload_from_table`.
     """
-    path = Path(path)
-    table = read_toml(path, error=PayloadError)
+    table = read_toml(Path(path), error=PayloadError)
     try:
         return payload_from_table(table)
     except PayloadError as error:
@@ -183,7 +171,8 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
     Omitted products of inertia (and their standard deviations) are 0.
 
     Raises:
-        PayloadError: As `read_payload`; also if inertia is implausibly large for the mass, probably in another unit.
+        PayloadError: If a key is unknown or a type wrong, as `Payload`, or if inertia is implausibly large for the
+            mass, probably in another unit.
     """
     for key in table:
         if key not in KEYS:
@@ -194,18 +183,21 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
         )
     values: dict[str, Any] = {}
     for key, value in table.items():
-        if key == "known" and value not in get_args(Known):
-            raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
-        if key.endswith("_std") and key.removesuffix("_std") not in table:
-            raise PayloadError(f"payload: {key} is given, but {key.removesuffix('_std')} is missing")
-        if key.startswith("mass"):
+        quantity = key.removesuffix("_std")
+        if quantity not in table:
+            raise PayloadError(f"payload: {key} is given, but {quantity} is missing")
+        if quantity == "known":
+            if value not in get_args(Known):
+                raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
+            values[key] = value
+        elif quantity == "mass":
             values[key] = _number(value, key)
-        elif key.startswith("com"):
+        elif quantity == "com":
             if not isinstance(value, (list, tuple)) or len(value) != 3:
                 raise PayloadError(f"payload: {key} = {shown(value)}; expected three numbers [m]")
             values[key] = tuple(_number(each, key) for each in value)
         else:
-            values[key] = value if key == "known" else _inertia(key, value)
+            values[key] = _inertia(key, value)
     payload = Payload(**values)
     if payload.inertia is not None:
         key, moment = max(zip(MOMENTS, payload.inertia, strict=False), key=lambda pair: pair[1])

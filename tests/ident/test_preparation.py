@@ -170,14 +170,6 @@ def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, lo
         prepared(axes, degrees, loaded, policy=policy)
 
 
-def test_logs_that_are_ready_are_compared_as_they_were_observed(axes, logs):
-    found = prepared(axes, *logs)
-    ready = found.logs()
-    assert ready.problem is found.problem
-    assert ready.names == ("bare", "loaded")
-    assert ready.observing == ObserveOptions()
-
-
 def test_what_several_places_say_is_joined_the_worst_first():
     one, two = (Diagnosis(name=name, severity=Severity.WRONG, sentence=name) for name in "ab")
     weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")

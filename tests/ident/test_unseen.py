@@ -81,19 +81,6 @@ def test_deviations_of_arm_payload_and_gain_are_expected_of_an_unseen_motion(str
     assert max(of_arm, of_gain, of_payload) < 0.04
 
 
-def test_the_covariance_of_an_arm_in_use_is_that_of_its_parameters(structure, rng):
-    chi = rng.uniform(0.5, 2.0, 84)
-    problem = exact_problem(structure, [(chi, None, None)], GAIN, rng, options=TRUSTING, noise=1e-2)
-    found = arm_in_use(problem, stated_gains(structure.arm, GAIN))  # exact gains add nothing to deviations
-    std = dict(zip(structure.base.names, np.sqrt(np.diag(found.in_si()[1])), strict=True))
-    assert {each.name: each.std for each in found.inertial} == pytest.approx(
-        {each.name: std[each.name] for each in found.inertial}, rel=1e-6
-    )
-    for j, own in enumerate(found.friction):
-        for each in own:
-            assert std[f"{each.name}{j + 1}"] == pytest.approx(abs(GAIN[j]) * each.std, rel=1e-6)
-
-
 def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):
     unseen, base = motion
     right, off = model(structure, base, GAIN), model(structure, base, OFF * GAIN)
@@ -110,13 +97,6 @@ def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):
         assert (found.passed, found.not_worse) == (passed, not_worse)
     assert predicted(unseen, off).verdict is None
     assert predicted(unseen, right).passed
-
-
-def test_the_payload_is_part_of_the_prediction(structure, motion, heavy):
-    unseen, base = motion
-    double = replace(unseen, log=replace(unseen.log, payload=replace(heavy, mass=2.0 * heavy.mass)))
-    right, off = (predicted(each, model(structure, base, GAIN)).rel_error for each in (unseen, double))
-    assert off > 10.0 * right
 
 
 def test_gains_are_compared_on_joints_that_have_one_in_both(structure, motion):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from pinocchio_arms import random_arm, reference_regressor, standard_parameters_of
+from pinocchio_arms import random_arm, reference_regressor
 
 from ident.model.arm import arm_from_pinocchio
 from ident.model.parameters import STANDARD, labels
@@ -60,43 +60,6 @@ def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
         np.testing.assert_allclose(
             np.moveaxis(columns, 2, 0), expected[block], rtol=0, atol=1e-13 * np.abs(expected).max()
         )
-
-
-def test_coupling_columns_follow_from_the_energy_and_the_dissipation_of_the_shared_motor(arm, rng):
-    # A motor that turns with the sum of both speeds, less what each joint's own Ia, Fv and Fc already hold: kinetic
-    # energy and Rayleigh function of speeds, differentiated numerically. Both are quadratic (exact central differences)
-    # but for |sum|, whose derivative is a sign.
-    first, second = 1, 4
-    coupled = replace(arm, couplings=((first, second),))
-    q, dq, ddq = rng.uniform(-2, 2, (3, 40, 6))
-    W = regressor(coupled, q, dq, ddq)[:, :, -3:]
-
-    def quadratic(x: np.ndarray) -> np.ndarray:
-        a, b = x[:, first], x[:, second]
-        return 0.5 * ((a + b) ** 2 - a**2 - b**2)
-
-    def dry(x: np.ndarray) -> np.ndarray:
-        return np.abs(x[:, first] + x[:, second])
-
-    for column, function, at in ((0, quadratic, ddq), (1, quadratic, dq), (2, dry, dq)):
-        for joint in range(6):
-            step = np.zeros(6)
-            step[joint] = 1e-6
-            slope = (function(at + step) - function(at - step)) / 2e-6
-            np.testing.assert_allclose(W[:, joint, column], slope, atol=1e-8)
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_torques_are_pinocchio_s_on_random_arms(seed):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 8))
-    model = random_arm(rng, n)
-    q, dq, ddq = rng.uniform(-2, 2, (3, 70, n))
-    chi = np.column_stack((standard_parameters_of(model), np.zeros((n, 4)))).ravel()
-    torque = inverse_dynamics(arm_from_pinocchio(model), chi, q, dq, ddq)
-    data = model.createData()
-    expected = np.array([pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)])
-    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, rng):

@@ -67,26 +67,6 @@ class BaseParameters:
         }
 
 
-def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
-    """Base parameters of the whole arm, friction and offsets included (paper, eq. 11).
-
-    Args:
-        arm: The arm, n joints.
-        rng: Generator of the random states, which affects the result only by rounding.
-
-    Returns:
-        The base columns among the 14 n of `regressor`.
-    """
-    W = random_regressor(arm, rng)
-    names = labels(arm.n, arm.couplings)
-    stacked = W.reshape(-1, W.shape[2])
-    tiers = [np.flatnonzero([name.rstrip("0123456789") in tier for name in names]) for tier in TIERS]
-    columns = np.sort(independent_columns(stacked, tiers))
-    K = linalg.lstsq(stacked[:, columns], stacked)[0]
-    K[np.abs(K) < 1e-10] = 0.0
-    return BaseParameters(columns, readonly(K), names)
-
-
 def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:
     """Return the regressor on sufficiently many random states, shape (20 n, n, 14 n)."""
     q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n))
@@ -145,15 +125,19 @@ class Structure:
 
 
 def structure_of(arm: Arm) -> Structure:
-    """Return base parameters, and the columns of arm and payload that act on each joint."""
-    rng = np.random.default_rng(PROBE_SEED)
-    base = base_parameters(arm, rng)
-    W = random_regressor(arm, rng)
-    seen, independent = [], []
-    for j in range(arm.n):
-        row = W[:, j, base.columns]
-        seen.append(np.flatnonzero(np.abs(row).max(axis=0) > 1e-9))
-        independent.append(np.sort(independent_columns(row, [np.arange(len(base.columns))])))
-    first = len(STANDARD) * (arm.n - 1)
-    probes = np.moveaxis(W[..., first : first + len(INERTIAL)], 0, 1)
-    return Structure(arm, base, tuple(seen), tuple(independent), probes)
+    """Return base parameters (paper, eq. 11), friction and offsets included, and the columns that act on each joint."""
+    rng, names = np.random.default_rng(PROBE_SEED), labels(arm.n, arm.couplings)
+    stacked = random_regressor(arm, rng).reshape(-1, len(names))
+    tiers = [np.flatnonzero([name.rstrip("0123456789") in tier for name in names]) for tier in TIERS]
+    columns = np.sort(independent_columns(stacked, tiers))
+    K = linalg.lstsq(stacked[:, columns], stacked)[0]
+    K[np.abs(K) < 1e-10] = 0.0
+    W, first = random_regressor(arm, rng), len(STANDARD) * (arm.n - 1)
+    rows = [W[:, j, columns] for j in range(arm.n)]
+    return Structure(
+        arm=arm,
+        base=BaseParameters(columns, readonly(K), names),
+        joint_columns=tuple(np.flatnonzero(np.abs(row).max(axis=0) > 1e-9) for row in rows),
+        joint_independent=tuple(np.sort(independent_columns(row, [np.arange(len(columns))])) for row in rows),
+        payload_probes=np.moveaxis(W[..., first : first + len(INERTIAL)], 0, 1),
+    )

@@ -8,7 +8,7 @@ from pinocchio_arms import standard_parameters_of
 
 import rx90_mjcf
 from ident.model.parameters import STANDARD, labels
-from ident.model.structure import base_parameters
+from ident.model.structure import structure_of
 from ident.payload.payload import read_payload
 from sim.robot import read_robot
 
@@ -125,8 +125,8 @@ ALONE = [
 ]
 
 
-def test_the_40_base_parameters_come_out_with_khalil_s_groupings(arm, rng):
-    groups = base_parameters(arm, rng).groups()
+def test_the_40_base_parameters_come_out_with_khalil_s_groupings(arm):
+    groups = structure_of(arm).base.groups()
     inertial = {name: group for name, group in groups.items() if name[:-1] not in ("Fv", "Fc", "off")}
     expected = GROUPS | {name: {name: 1} for name in ALONE}
     assert len(expected) == 40
@@ -138,12 +138,12 @@ def test_the_40_base_parameters_come_out_with_khalil_s_groupings(arm, rng):
     assert len(groups) == 40 + 18
 
 
-def test_base_parameters_of_the_humans_model_keep_their_published_values(arm, rng):
+def test_base_parameters_of_the_humans_model_keep_their_published_values(arm):
     # INRIA HuMAnS: the values that its generated code carries for combinations of S1's unchanged entries.
     chi = np.zeros((6, len(STANDARD)))
     chi[:, :10] = standard_parameters_of(pin.buildModelFromMJCF(str(rx90_mjcf.MJCF)))
     chi[:, 10] = read_robot(rx90_mjcf.ROBOT).drives.rotor_inertia
-    base = base_parameters(arm, rng)
+    base = structure_of(arm).base
     values = dict(zip(base.names, base.regrouping @ chi.ravel(), strict=True))
     for name, published in {
         "ZZ2": 10.804771,

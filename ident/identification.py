@@ -24,15 +24,14 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.preparation import (
     DOUBTED,
+    REPORTED,
     Examined,
     Policy,
     Prepared,
-    examine,
     joined,
     prepare,
     raise_for,
     refusal_of,
-    undelayed,
 )
 from ident.recordings.recording import Motion, Recording
 from ident.support.arrays import Array, MaskedArray
@@ -211,7 +210,8 @@ def check(
         Motion(each, payload if carries else None if k == 0 else Payload(mass=1.0, known="none"))
         for k, (each, carries) in enumerate(zip(recordings, mounted, strict=True))
     ]
-    prepared = examine(motions, structure, observing=observing, gains=gains)
+    policy = replace(REPORTED, undelay=undelay)
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     logs = tuple(
         (each.recording.name, () if each.unfit else joint_motions(each.longest, structure.arm, prepared.observing))
         for each in prepared.examined
@@ -219,9 +219,7 @@ def check(
     found = [one for each in prepared.examined for one in _of_samples(each, structure)] + temperature(warmths)
     if not prepared.parts:
         return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)), observing=prepared.observing)
-    if undelay:
-        prepared, diagnosis = undelayed(prepared)
-        found.append(diagnosis)
+    found += [] if prepared.delay is None else [prepared.delay]
     problem = prepared.problem
     found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
     if payload is not None and about is not None and not mounted[0]:

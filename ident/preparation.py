@@ -1,7 +1,4 @@
-"""Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems.
-
-`examine` reports on logs; `prepare`, which everything that estimates goes through, also refuses what cannot be used.
-"""
+"""Preparation of logs for an estimate: checks, unambiguous repairs, and filtering into linear systems."""
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
@@ -38,18 +35,22 @@ class Policy:
         doubt: Whether the logs are tested for faults with alternative hypotheses.
         repeats: Whether two logs may have the same samples, as simulated ones without noise.
         undelay: Whether a common delay of all currents is estimated and corrected.
+        refuse: Whether logs that cannot be used are refused, not left out.
     """
 
     repair: bool
     doubt: bool
     repeats: bool
     undelay: bool = False
+    refuse: bool = True
 
 
 DOUBTED = Policy(repair=True, doubt=True, repeats=False)
 """Logs of a robot."""
 KNOWN = Policy(repair=True, doubt=False, repeats=True)
 """Policy for logs that were tested before, as those of a saved result."""
+REPORTED = Policy(repair=True, doubt=True, repeats=True, refuse=False)
+"""Policy for a report on logs of a robot."""
 SIMULATED = Policy(repair=False, doubt=False, repeats=True)
 """Policy for simulated logs, which have only requested faults."""
 
@@ -114,6 +115,7 @@ class Prepared:
         diagnoses: Diagnoses of samples and repairs.
         remarks: Remarks on automatic choices.
         examined: All logs, also those that cannot be filtered.
+        delay: Diagnosis of a common delay of the currents, None if it was not estimated.
     """
 
     motions: tuple[Motion, ...]
@@ -124,6 +126,7 @@ class Prepared:
     diagnoses: tuple[Diagnosis, ...]
     remarks: tuple[str, ...] = ()
     examined: tuple[Examined, ...] = field(default=(), repr=False)
+    delay: Diagnosis | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -167,13 +170,33 @@ def prepare(
         check_joints(structure.arm, each.recording)
     if not policy.repeats:
         check_different([each.recording for each in motions])
-    prepared = examine(motions, structure, observing=observing, gains=gains, policy=policy)
-    used, beyond = [part for log in prepared.examined for part in log.repaired], None
+    observing, lowered = following(observing, [each.recording for each in motions])
+    logs = tuple(examined(each.recording, structure, observing, policy) for each in motions)
+    carried = [(part, each.payload) for log, each in zip(logs, motions, strict=True) for part in log.parts]
+    prepared = Prepared(
+        motions=tuple(Motion(part.recording, payload) for part, payload in carried),
+        parts=tuple(part for part, _ in carried),
+        problem=Problem(structure, tuple(ObservedMotion(part.observation, its) for part, its in carried), gains),
+        observing=observing,
+        policy=policy,
+        diagnoses=worst_first([each for log in logs for each in log.findings]),
+        remarks=() if lowered is None else (lowered,),
+        examined=logs,
+    )
+    if policy.refuse:
+        _refuse_unfit(prepared)
+    return _undelayed(prepared) if policy.undelay and prepared.parts else prepared
+
+
+def _refuse_unfit(prepared: Prepared) -> None:
+    """Refuse logs of wrong values, of positions beyond the limits, or that cannot be filtered; faults are the cause."""
+    policy, arm, beyond = prepared.policy, prepared.problem.structure.arm, None
+    used = [part for log in prepared.examined for part in log.repaired]
     for each in used if policy.repair else ():
         check_log(each)
     try:
         for each in used:
-            check_positions(structure.arm, each)
+            check_positions(arm, each)
     except RecordingError as error:
         if not policy.doubt:
             raise
@@ -184,40 +207,6 @@ def prepare(
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
-    if policy.undelay:
-        prepared, diagnosis = undelayed(prepared)
-        prepared = replace(prepared, diagnoses=worst_first([*prepared.diagnoses, diagnosis]))
-    return prepared
-
-
-def examine(
-    motions: Sequence[Motion],
-    structure: Structure,
-    *,
-    observing: ObserveOptions,
-    gains: GainOptions,
-    policy: Policy = DOUBTED,
-) -> Prepared:
-    """Check, repair and observe logs as `prepare`, without refusing any; the problem has those that can be filtered.
-
-    Raises:
-        RecordingError: If a log has another number of joints.
-    """
-    for each in motions:
-        check_joints(structure.arm, each.recording)
-    observing, lowered = following(observing, [each.recording for each in motions])
-    logs = tuple(examined(each.recording, structure, observing, policy) for each in motions)
-    carried = [(part, each.payload) for log, each in zip(logs, motions, strict=True) for part in log.parts]
-    return Prepared(
-        motions=tuple(Motion(part.recording, payload) for part, payload in carried),
-        parts=tuple(part for part, _ in carried),
-        problem=Problem(structure, tuple(ObservedMotion(part.observation, its) for part, its in carried), gains),
-        observing=observing,
-        policy=policy,
-        diagnoses=worst_first([each for log in logs for each in log.findings]),
-        remarks=() if lowered is None else (lowered,),
-        examined=logs,
-    )
 
 
 def examined(
@@ -252,21 +241,20 @@ def examined(
     )
 
 
-def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
+def _undelayed(prepared: Prepared) -> Prepared:
     """Return logs with the common delay of the currents corrected, and its diagnosis."""
     delay, diagnosis = common_delay(prepared.logs())
+    prepared = replace(prepared, delay=diagnosis, diagnoses=worst_first([*prepared.diagnoses, diagnosis]))
     if not delay:
-        return prepared, diagnosis
+        return prepared
     observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
-    problem = prepared.problem
-    parts = tuple(
-        replace(each, observation=observe(each.recording, problem.structure, observing, each.spoilt))
-        for each in prepared.parts
-    )
-    motions = tuple(
-        replace(motion, observation=part.observation) for motion, part in zip(problem.motions, parts, strict=True)
-    )
-    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), diagnosis
+    structure, pairs = prepared.problem.structure, zip(prepared.parts, prepared.problem.motions, strict=True)
+    parts, motions = list[Part](), list[ObservedMotion]()
+    for part, motion in pairs:
+        parts.append(replace(part, observation=observe(part.recording, structure, observing, part.spoilt)))
+        motions.append(replace(motion, observation=parts[-1].observation))
+    problem = replace(prepared.problem, motions=tuple(motions))
+    return replace(prepared, parts=tuple(parts), problem=problem, observing=observing)
 
 
 def raise_for(prepared: Prepared, found: Diagnosed) -> None:

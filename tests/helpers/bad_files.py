@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+from scenarios.cli import main
+
 INERTIA = "inertia = { ixx = 0.02, iyy = 0.03, izz = 0.04 }"
 WHOLE = f"mass = 2.8\ncom = [0.01, 0.02, 0.1]\n{INERTIA}\n"
 
@@ -18,3 +20,15 @@ def names_file(line: str, path: Path, message: str) -> None:
     assert path.name in line
     assert len(line) < 500
     assert re.search(message, line), line
+
+
+def refused(capsys, words: list[str]) -> str:
+    """The one line with which a command refuses its words, with status 2 and nothing on standard output."""
+    capsys.readouterr()
+    try:
+        status = main(words)
+    except SystemExit as ended:
+        status = ended.code
+    line = only_line(capsys)
+    assert (status, len(line) < 700, line[:4]) == (2, True, "rx90"), words
+    return line

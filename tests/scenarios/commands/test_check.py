@@ -7,6 +7,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from bad_files import refused
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from robot_folders import robot_folder
 
@@ -148,22 +149,15 @@ def ur_arm():
     return arm_of(ur_like())
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
+def test_bad_input_ends_with_2_and_one_line(cell, capsys, monkeypatch):
+    monkeypatch.chdir(cell)
+    for words, said in (
         (["arm.urdf", "nowhere.parquet"], "nowhere.parquet"),
         (["nobody", "bare.parquet"], "unknown robot 'nobody'"),
         (["arm.urdf", "bare.parquet", "--loaded", "bare.parquet"], "--loaded: no payload is given"),
         (["panda", "bare.parquet"], "6 joints, but robot"),
-    ],
-)
-def test_bad_input_ends_with_2_and_one_line(cell, capsys, monkeypatch, words, said):
-    monkeypatch.chdir(cell)
-    assert main(["check", *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert said in printed.err
-    assert printed.err.count("\n") == 1
+    ):
+        assert said in refused(capsys, ["check", *words])
 
 
 def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
@@ -182,18 +176,16 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
         named_robot("")
 
 
-@pytest.mark.parametrize("command", ["identify", "verify", "payload-of"])
-def test_commands_on_logs_take_a_built_in_robot_by_name(command, tmp_path, monkeypatch, capsys):
+def test_commands_on_logs_take_a_built_in_robot_by_name(tmp_path, monkeypatch, capsys):
     (tmp_path / "short.csv").write_text("t,q1\n0.7,0.3\n")
     (tmp_path / "p.toml").write_text('mass = 2.3\nknown = "mass"\n')
+    gains = (f"[[gains]]\njoint = {j}\nestimate = {j}.7\nstd = 0.1\n" for j in range(1, 7))
+    (tmp_path / "g.toml").write_text("".join(gains))
     monkeypatch.chdir(tmp_path)
-    logs = ["short.csv"] if command == "payload-of" else ["--loaded", "short.csv", "--payload", "p.toml"]
-    gains = [] if command == "identify" else ["--gains", "g.toml"]
-    (tmp_path / "g.toml").write_text(
-        "".join(f"[[gains]]\njoint = {j}\nestimate = {j}.7\nstd = 0.1\n" for j in range(1, 7))
-    )
-    assert main([command, *logs, "--unloaded", "short.csv", "--model", "tx40", *gains]) == 2
-    assert "short.csv" in capsys.readouterr().err  # the robot is found, the log is read
+    loaded, file = ["--loaded", "short.csv", "--payload", "p.toml"], ["--gains", "g.toml"]
+    for words in (["identify", *loaded], ["verify", *loaded, *file], ["payload-of", "short.csv", *file]):
+        line = refused(capsys, [*words, "--unloaded", "short.csv", "--model", "tx40"])
+        assert "short.csv" in line  # the robot is found, the log is read
 
 
 def test_a_coupling_of_a_robot_s_file_whose_motor_is_nearer_to_the_base_is_refused(tmp_path):

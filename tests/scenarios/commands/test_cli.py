@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from bad_files import refused
 from printed import printed
 
 import rx90_mjcf
@@ -67,42 +68,6 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("words", "message"), WRONG, ids=lambda value: None)
-def test_a_wrong_command_line_is_one_line_and_exit_status_2(words, message, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as caught:
-        main(words)
-    output = capsys.readouterr()
-    assert caught.value.code == Status.BAD_INPUT
-    assert output.out == ""
-    assert output.err.startswith("rx90")
-    assert message in output.err
-    assert output.err.count("\n") == 1
-    assert len(output.err) < 700
-    assert not list(tmp_path.iterdir())
-
-
-NO_TEXT = [
-    ["identify", "--model", "m.urdf", "--unloaded", "X.csv", "--loaded", "b.csv", "--payload", "p.toml"],
-    ["run", "nominal", "--save", "X"],
-]
-
-
-@pytest.mark.parametrize("words", NO_TEXT, ids=" ".join)
-def test_a_name_that_is_no_text_is_refused_in_one_line_that_can_be_printed(words, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for each in (b"X\xff.csv", b"X\xff.toml"):
-        (tmp_path / os.fsdecode(each)).write_text("t\n")
-    with pytest.raises(SystemExit) as caught:
-        main([word.replace("X", os.fsdecode(b"X\xff")) for word in words])
-    output = capsys.readouterr()
-    assert (caught.value.code, output.out) == (Status.BAD_INPUT, "")
-    assert "X\\xff" in output.err
-    assert "the name is not UTF-8; rename the file or folder; see rx90" in output.err
-    assert output.err.isascii()
-    assert output.err.count("\n") == 1
-
-
 REFUSED = [
     (["run", "nominl"], "unknown scenario 'nominl'; did you mean 'nominal'?"),
     (["run", "there.toml"], "there.toml: no such file"),
@@ -118,32 +83,25 @@ REFUSED = [
         "highest harmonic is at 5.2 Hz; the search resolves up to 5 Hz",
     ),
 ]
+FOLDERS = (["run", "nominal", "--save", "file"], ["paper", "--out", "file"], ["report", "file"])
 
 
-@pytest.mark.parametrize("words", [["run", "nominal", "--save"], ["paper", "--out"], ["report"]], ids=" ".join)
-def test_a_file_where_a_folder_is_expected_is_one_line(words, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file").write_text("mine")
-    with pytest.raises(SystemExit) as ended:
-        main([*words, "file"])
-    said = capsys.readouterr().err
-    assert (ended.value.code, said.count("\n")) == (2, 1)
-    assert "'file' is a file; expected a folder" in said
-    assert (tmp_path / "file").read_text() == "mine"
-
-
-@pytest.mark.parametrize(("words", "message"), REFUSED, ids=lambda value: None)
-def test_what_cannot_be_is_found_before_anything_is_simulated(words, message, capsys, tmp_path, monkeypatch):
+def test_a_wrong_command_line_is_one_line_before_anything_is_written_or_simulated(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sim.engine.Engine.advance", None)
     (tmp_path / "file").write_text("mine")
     (tmp_path / "folder").mkdir()
-    assert main(words) == Status.BAD_INPUT
-    output = capsys.readouterr()
-    assert output.out == ""
-    assert message in output.err
-    assert output.err.count("\n") == 1
-    assert {path.name for path in tmp_path.iterdir()} == {"file", "folder"}
+    no_text = os.fsdecode(b"X\xff")
+    (tmp_path / f"{no_text}.csv").write_text("t\n")
+    before = sorted(tmp_path.iterdir())
+    not_utf8 = r"X\xff.csv: the name is not UTF-8; rename the file or folder; see rx90"
+    words = [word if word != "a.csv" else f"{no_text}.csv" for word in IDENTIFY]
+    folders = [(each, "'file' is a file; expected a folder") for each in FOLDERS]
+    for given, message in (*WRONG, *REFUSED, *folders, (words, not_utf8)):
+        line = refused(capsys, given)
+        assert message in line
+        assert line.isascii()
+    assert sorted(tmp_path.iterdir()) == before
     assert (tmp_path / "file").read_text() == "mine"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bad_files import only_line
+from bad_files import refused
 from places import ROOT
 from printed import printed
 from weighed_cell import PLAIN, identified, off
@@ -93,17 +93,8 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("given", FAULTS)
-def test_gains_that_are_none_are_one_line(weighed_cell, capsys, given):
-    try:
-        status = main([*identified(weighed_cell), "--compare-with", given])
-    except SystemExit as left:
-        status = left.code
-    assert status == 2
-    assert FAULTS[given] in only_line(capsys)
-
-
-def test_bare_recordings_weigh_nothing(weighed_cell, capsys):
-    words = identified(weighed_cell)[:5]
-    assert main([*words, "--compare-with", "1,1,1,1,1,1"]) == 2
-    assert "--compare-with: bare recordings have no payload to estimate; add --loaded B" in only_line(capsys)
+def test_gains_that_are_none_or_weigh_nothing_are_one_line(weighed_cell, capsys):
+    for given, message in FAULTS.items():
+        assert message in refused(capsys, [*identified(weighed_cell), "--compare-with", given])
+    bare = [*identified(weighed_cell)[:5], "--compare-with", "1,1,1,1,1,1"]
+    assert "--compare-with: bare recordings have no payload to estimate; add --loaded B" in refused(capsys, bare)

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
+from bad_files import refused
 from model_files import LINKS, mjcf, urdf
 from printed import printed
 
@@ -83,16 +84,6 @@ def words(cell: Path, model: str, *more: str, arm: bool = True) -> list[str]:
 def changes(capsys, cell: Path, model: str, *more: str, arm: bool = True) -> dict[tuple[str, str], dict]:
     assert main(words(cell, model, *more, "--json", arm=arm)) == 0
     return {(each["joint"], each["attribute"]): each for each in printed(capsys, "patch")["changes"]}
-
-
-def refused(capsys, given: list[str]) -> str:
-    try:
-        status = main(given)
-    except SystemExit as stopped:
-        status = stopped.code
-    out, err = capsys.readouterr()
-    assert (status, out) == (2, "")
-    return err
 
 
 def sheet(cell: Path) -> tuple[str, str]:

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bad_files import only_line
+from bad_files import refused
 from weighed_cell import MODEL, PLAIN, identified, light, with_other
 
 import ident
 from ident.recordings.files import write_recording
-from scenarios.cli import main
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
 
@@ -29,15 +28,14 @@ def test_a_motion_that_a_fit_has_seen_or_whose_load_is_not_known_is_refused(weig
         ("--unseen", "absent.parquet"): "absent.parquet: no such file",
     }
     for more, message in cases.items():
-        assert main([*words, *more]) == 2
-        assert message in only_line(capsys)
+        assert message in refused(capsys, [*words, *more])
     patched = ["patch", MODEL, "--gains", str(weighed_cell / "gains.toml"), "--out", str(tmp_path / "new.xml")]
-    assert main([*patched, "--unseen", str(run / "heavy.parquet")]) == 2
-    assert "the gains were identified from this recording" in only_line(capsys)
-    assert main([*words[:5], "--unseen", str(run / "light.parquet")]) == 2
-    assert "--unseen: bare recordings give no gains to predict with" in only_line(capsys)
-    assert main(["verify", *words[1:], "--compare-with", "1,1,1,1,1,1"]) == 2
-    assert "--compare-with: no motion is given to predict with both" in only_line(capsys)
+    for given, message in (
+        ([*patched, "--unseen", str(run / "heavy.parquet")], "the gains were identified from this recording"),
+        ([*words[:5], "--unseen", str(run / "light.parquet")], "--unseen: bare recordings give no gains to predict"),
+        (["verify", *words[1:], "--compare-with", "1,1,1,1,1,1"], "--compare-with: no motion is given to predict"),
+    ):
+        assert message in refused(capsys, given)
 
 
 def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, tmp_path, capsys):
@@ -46,8 +44,8 @@ def test_a_part_of_a_motion_that_a_fit_has_seen_is_refused(weighed_cell, tmp_pat
     kept = slice(1500, 5000, 4)
     write_recording(replace(heavy, t=heavy.t[kept] - 1.5, q=heavy.q[kept], v=heavy.v[kept]), part)
     unseen = ["--unseen", str(part), "--unseen-payload", str(run / "payload-heavy.toml")]
-    assert main([*identified(weighed_cell), *PLAIN, *unseen]) == 2
-    assert "part.parquet contain the same motion, fully or partly" in only_line(capsys)
+    line = refused(capsys, [*identified(weighed_cell), *PLAIN, *unseen])
+    assert "part.parquet contain the same motion, fully or partly" in line
 
 
 def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed_cell, patching, tmp_path, capsys):
@@ -55,8 +53,7 @@ def test_a_fault_of_an_unseen_log_names_it_whatever_it_is_predicted_with(weighed
     write_recording(replace(log, q=np.rad2deg(log.q)), tmp_path / "degrees.parquet")
     unseen = ["--unseen", str(tmp_path / "degrees.parquet"), *light(weighed_cell)[2:]]
     for words in ([*identified(weighed_cell), *PLAIN, *unseen], with_other(patching, *unseen[:2])):
-        assert main(words) == 2
-        assert re.search(r"degrees\.parquet(, the motion to predict)?: .*degrees", only_line(capsys))
+        assert re.search(r"degrees\.parquet(, the motion to predict)?: .*degrees", refused(capsys, words))
     write_recording(replace(log, v=log.v[:, [0, 2, 1, 3, 4, 5]]), tmp_path / "order.parquet")
-    assert main(with_other(patching, "--unseen", str(tmp_path / "order.parquet"))) == 2  # by itself, without others
-    assert "order.parquet, the motion to predict: columns v2 and v3 are exchanged" in only_line(capsys)
+    line = refused(capsys, with_other(patching, "--unseen", str(tmp_path / "order.parquet")))  # by itself
+    assert "order.parquet, the motion to predict: columns v2 and v3 are exchanged" in line

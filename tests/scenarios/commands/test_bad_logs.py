@@ -1,14 +1,13 @@
-"""What a log can be besides right: each ends with one line on stderr that names it, and status 2."""
+"""What a Parquet log can be besides right: each ends with one line on stderr that names it, and status 2."""
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from bad_files import names_file, only_line
+from bad_files import names_file
 
 from ident.recordings.files import read_recording
 from ident.support.errors import RecordingError
-from scenarios.cli import main
 
 
 def _log(**columns: object) -> dict[str, object]:
@@ -16,39 +15,8 @@ def _log(**columns: object) -> dict[str, object]:
     return {"t": t, "q1": np.sin(3.0 * t), "q2": 0.5 * np.cos(2.0 * t), "v1": np.cos(t), "v2": np.sin(t)} | columns
 
 
-def _csv(columns: dict[str, object]) -> str:
-    rows = [",".join(columns), *(",".join(map(str, row)) for row in zip(*columns.values(), strict=True))]
-    return "\n".join(rows) + "\n"
-
-
 GOOD = _log()
-T, Q1, V1, V2 = (np.asarray(GOOD[name]) for name in ("t", "q1", "v1", "v2"))
-LOG_FAULTS = {
-    "milliseconds": (_log(t=1e3 * T), r"t advances by 4 a row; is it in milliseconds\? t is in seconds"),
-    "constant v": (_log(v1=0.0 * T + 2.0), r"v1 never changes"),
-    "too few joints": (GOOD, r"2 joints, but robot ur has 6"),
-}
-
-
-@pytest.mark.parametrize("name", LOG_FAULTS)
-def test_a_faulty_csv_is_one_line(identify, tmp_path, name):
-    columns, message = LOG_FAULTS[name]
-    path = tmp_path / "log.csv"
-    path.write_text(_csv(columns))
-    names_file(identify(unloaded=path), path, message)
-
-
-def test_a_log_that_jumps_is_refused_where_nothing_repairs_it(tmp_path, capsys):
-    path, wide = tmp_path / "log.csv", 4.0 * Q1
-    for columns, message in (
-        (_log(v2=np.where(np.isin(np.arange(400), [49, 50, 89]), 1e6, V2)), r"v2 = 1e\+06 at row 50.*50, 51, 90\)"),
-        (_log(q1=(wide + np.pi) % (2 * np.pi) - np.pi), r"q1 jumps by -6\.2.*wrapped; .* np\.unwrap\(q, ax"),
-    ):
-        path.write_text(_csv(columns))
-        assert main(["convert", str(path), "--out", str(tmp_path / "out.csv")]) == 2
-        names_file(only_line(capsys), path, message)
-
-
+Q1, V1, V2 = (np.asarray(GOOD[name]) for name in ("q1", "v1", "v2"))
 PARQUET_FAULTS = {
     "text": (_log(q1=[str(x) for x in Q1]), r"column q1 is string, expected numbers"),
     "yes or no": (_log(v1=V1 > 0.5), r"column v1 is bool, expected numbers"),
@@ -69,6 +37,7 @@ def test_a_faulty_parquet_file_is_one_line(identify, tmp_path):
             read_recording(path)
         names_file(str(caught.value), path, message)
     pq.write_table(pa.table(_log()), path)
+    names_file(identify(unloaded=path), path, r"2 joints, but robot ur has 6")
     whole = path.read_bytes()
     for content, message in (
         (whole[:-20], "not a readable Parquet file"),

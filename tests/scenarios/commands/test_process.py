@@ -21,31 +21,23 @@ from scenarios.commands import COMMANDS
 from scenarios.support.import_path import own_packages_first
 
 
-@pytest.mark.parametrize(
-    ("environment", "terminal", "shown"),
-    [
+def test_colours_and_width_are_those_of_the_terminal_unless_one_says_otherwise(monkeypatch):
+    for environment, terminal, shown in (
         ({"TERM": "xterm"}, False, False),
         ({"TERM": "dumb"}, True, False),
         ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
         ({"FORCE_COLOR": "1"}, False, True),
         ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
-    ],
-)
-def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(environment, terminal, shown, monkeypatch):
-    for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    assert coloured(terminal=terminal) is shown
-
-
-@pytest.mark.parametrize(("columns", "width"), [("132", 132), ("40", 40), (None, 80)])
-def test_what_is_piped_is_as_wide_as_what_a_terminal_of_that_width_shows(columns, width, monkeypatch):
-    monkeypatch.delenv("COLUMNS")
-    if columns is not None:
-        monkeypatch.setenv("COLUMNS", columns)
+    ):
+        for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
+            monkeypatch.delenv(name, raising=False)
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        assert coloured(terminal=terminal) is shown, environment
     monkeypatch.setattr(sys, "__stdout__", None)  # what is asked is no terminal
-    assert page().width == width
+    for columns, width in (("132", 132), ("40", 40), (None, 80)):
+        monkeypatch.delenv("COLUMNS") if columns is None else monkeypatch.setenv("COLUMNS", columns)
+        assert page().width == width
 
 
 RX90 = f"{sys.executable} -m scenarios"
@@ -78,18 +70,21 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
     assert wrong.stderr.count(b"\n") == 1
 
 
+LISTING = """import os, signal, sys, time
+import scenarios.commands.catalog as module
+from scenarios.cli import main
+names = module.builtin_names
+module.builtin_names = lambda: ({during}, names())[1]
+{before}
+sys.exit(main(["list"]))
+"""
+
+
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
-    code = (
-        "import sys, time\n"
-        "import scenarios.commands.catalog as module\n"
-        "from scenarios.cli import main\n"
-        f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
-        "sys.exit(main(['list']))\n"
-    )
-    running = subprocess.Popen(
-        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, preexec_fn=as_in_the_foreground
-    )
+    during = f"open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60)"
+    code = [sys.executable, "-c", LISTING.format(before="", during=during)]
+    running = subprocess.Popen(code, stderr=subprocess.PIPE, text=True, preexec_fn=as_in_the_foreground)
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "there").exists() and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -99,16 +94,9 @@ def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
     assert (running.returncode, error) == (status, "rx90: stopped\n")
 
 
-def test_a_signal_that_is_ignored_stays_so(tmp_path):
-    code = (
-        "import os, signal\n"
-        "import scenarios.commands.catalog as module\n"
-        "from scenarios.cli import main\n"
-        "names = module.builtin_names\n"
-        "module.builtin_names = lambda: (os.kill(os.getpid(), signal.SIGHUP), names())[1]\n"
-        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "raise SystemExit(main(['list']))\n"
-    )
+def test_a_signal_that_is_ignored_stays_so():
+    before, during = "signal.signal(signal.SIGHUP, signal.SIG_IGN)", "os.kill(os.getpid(), signal.SIGHUP)"
+    code = LISTING.format(before=before, during=during)
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 

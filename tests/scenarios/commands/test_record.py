@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from bad_files import refused
 from places import ROOT
 from plants import RX90, short_motion
 from printed import printed
@@ -190,16 +191,11 @@ def test_an_arm_of_seven_joints_gets_no_urscript(tmp_path):
     assert {each.name for each in folder.glob("motion.*")} == {"motion.csv", "motion.yaml"}
 
 
-@pytest.mark.parametrize(("rate", "match"), [("0.1", "expected 1 to 10000 Hz"), ("6000", "expected 1 to 1000000")])
-def test_too_few_or_too_many_samples_are_refused(tmp_path, capsys, rate, match):
+def test_too_few_or_too_many_samples_are_refused(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     write_motion(short_motion(250.0, 0.25), tmp_path / "short.toml", [])
-    try:
-        status = main(["record", str(path), "--out", str(tmp_path / "out"), "--rate", rate])
-    except SystemExit as stopped:
-        status = stopped.code
-    assert status == 2
-    assert match in capsys.readouterr().err
+    for rate, message in (("0.1", "expected 1 to 10000 Hz"), ("6000", "expected 1 to 1000000")):
+        assert message in refused(capsys, ["record", str(path), "--out", str(tmp_path / "out"), "--rate", rate])
     assert not (tmp_path / "out").exists()
 
 
@@ -212,3 +208,16 @@ def test_a_path_with_detours_is_written_without_them(tmp_path):
     assert short_path(near / ".." / "arm.xml") == str(tmp_path / "arm.xml")
     (near / "linked").symlink_to(far / "deep")  # beyond a link, .. is another folder
     assert short_path(near / "linked" / ".." / "arm.xml") == str(near / "linked" / ".." / "arm.xml")
+
+
+BODY = "payload = { mass = 61.0, com = [0.31, 0.02, 0.12], inertia = { ixx = 0.51, iyy = 0.52, izz = 0.53 } }"
+
+
+def test_a_payload_that_no_drive_bears_is_refused_and_nothing_is_written(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "heavy.toml").write_text(f'extends = "nominal"\n[plant]\n{BODY}\n[belief]\n{BODY}\n')
+    for words in (["record", "heavy.toml", "--out", "cell"], ["predict", "heavy.toml", "--quiet"]):
+        line = refused(capsys, words)
+        assert line.startswith("rx90: loaded: drive of joint6 would need up to ")
+        assert line.endswith("use a lighter payload or a slower motion\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["heavy.toml"]

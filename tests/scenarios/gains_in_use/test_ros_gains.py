@@ -41,10 +41,13 @@ def test_bags_give_the_gains_of_the_recordings_that_they_hold(bags, weighed_cell
     np.testing.assert_array_equal(read.v, whole.v)
     run = weighed_cell / "run"
     words = ["identify", "--model", MODEL, "--unloaded", str(bags / "unloaded"), "--loaded", str(bags / "heavy")]
-    words += ["--payload", str(run / "payload-heavy.toml"), "--signal", "current", *PLAIN]
+    words += ["--payload", str(run / "payload-heavy.toml"), "--signal", "torque-after-drive", *PLAIN]
     words += ["--unseen", str(bags / "light"), "--unseen-payload", str(run / "payload-light.toml")]
     assert main([*words, "--json"]) == 0
-    by_bag = json.loads(capsys.readouterr().out)
+    out, err = capsys.readouterr()
+    for name in ("unloaded", "heavy", "light"):
+        assert f"{bags / name}: v is measured after the drive: a gain is the scale of the torque sensor" in err
+    by_bag = json.loads(out)
     assert main([*identified(weighed_cell), *PLAIN, "--json"]) == 0
     by_file = json.loads(capsys.readouterr().out)
     for one, other in zip(by_bag["gains"], by_file["gains"], strict=True):

@@ -36,15 +36,7 @@ def bare_result(
 ) -> tuple[BareResult, ObserveOptions]:
     """Return the results of motions with a bare flange, and the filters with the compensated delay.
 
-    Args:
-        motions: The motions.
-        robot: The robot.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        options: Model of the arm.
-        known: Known or a-priori gains.
-        payload: A planned payload; needs `known`.
-        policy: Policy for checks and repairs of the recordings.
+    With `known` gains, parameters are also in SI; with a planned `payload` too, the gains that it would give.
 
     Raises:
         IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no

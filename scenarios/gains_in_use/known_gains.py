@@ -46,14 +46,8 @@ def estimated_payload(
 ) -> tuple[FoundPayload, Diagnosed, Prepared]:
     """Estimate an unknown payload with the gains of a file and the options that they were identified with.
 
-    Args:
-        structure: Identifiable structure of the arm.
-        unloaded: Bare motions.
-        loaded: Motions of one mounting.
-        file: The gains.
-        filters: Words `KEY=VALUE` that replace options of filters and decimation.
-        model: Words `KEY=VALUE` that replace options of the model.
-        policy: Policy for checks and repairs of the recordings.
+    `unloaded` are bare motions, `loaded` those of one mounting; words `KEY=VALUE` of `filters` and `model` replace
+    options of the file.
 
     Returns:
         The payload, the diagnoses, and the recordings as used.
@@ -87,12 +81,7 @@ def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
 
 
 def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
-    """Return options of a gains file, modified by words `KEY=VALUE`.
-
-    Raises:
-        ScenarioError: If the options of the file are not valid.
-        OptionError: If a word is not valid.
-    """
+    """Return options of a gains file, modified by words `KEY=VALUE`."""
     try:
         options_from_table(kind, stated)
     except OptionError as error:
@@ -101,13 +90,7 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
 
 
 def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
-    """Check that no loaded motion was used for the gains, and that no bare motion was loaded then.
-
-    A loaded one, or a part of it, would reproduce the specified mass.
-
-    Raises:
-        ScenarioError: If one was.
-    """
+    """Refuse a loaded motion that was used for the gains, whose mass it would reproduce, and a bare one loaded then."""
     carried = [each for each in file.recordings if each.payload is not None]
     wrong = (
         (unloaded, carried, "given as bare, but it was loaded when the gains were identified ({}); are bare and loaded "
@@ -124,12 +107,9 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
 
 
 def check_currents(file: GainsFile, recording: Recording) -> None:
-    """Check that currents are not in a smaller unit than those from which the gains were identified.
+    """Refuse currents in a smaller unit than those of the gains: of all joints larger by more than a factor of units.
 
     Currents in a larger unit look like those of an arm at rest.
-
-    Raises:
-        ScenarioError: If the largest currents of all joints are larger than then by more than a factor of units.
     """
     then = [each.largest for each in file.recordings if len(each.largest) == recording.n]
     if not then:

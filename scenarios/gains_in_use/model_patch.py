@@ -95,12 +95,9 @@ class Change:
 def patched_model(
     path: Path, joints: Sequence[JointValues], links: Sequence[Link] | None = None
 ) -> tuple[bytes, tuple[Change, ...]]:
-    """Return the content of a copy of a model file, and its changed and unchanged attributes.
+    """Return the content of a copy of a valid model file, and its changed and unchanged attributes.
 
-    Args:
-        path: MJCF or URDF file, already validated.
-        joints: Identified values of the joints.
-        links: Identified links, in the frames of the file; None to keep those of the file.
+    `links` are in the frames of the file; None to keep those of the file.
 
     Raises:
         ScenarioError: If a link cannot be written.

@@ -85,18 +85,13 @@ def read_bare(path: Path) -> BareResult:
 def joint_values(
     structure: Structure, gains: GainsFile, nominal: GainsFile | None, bare: BareResult | None, *, most: float
 ) -> tuple[JointValues, ...]:
-    """Return the identified values of every joint.
+    """Return the identified values of every joint, of those with a relative standard deviation of at most `most`.
 
-    Args:
-        structure: Identifiable structure of the arm.
-        gains: Identified gains.
-        nominal: Data-sheet gains on which the efforts in the model are based.
-        bare: Friction and base parameters.
-        most: Largest relative standard deviation of a number that is used.
+    `nominal` are the data-sheet gains on which the efforts in the model are based.
 
     Raises:
         GainsError: If gains are not of this arm.
-        ScenarioError: If `bare` is not.
+        ScenarioError: If the bare motions are not.
     """
     arm = structure.arm
     for file in (gains, nominal):
@@ -183,8 +178,8 @@ def unstated_parameters(
 
     Args:
         structure: Identifiable structure of the arm.
-        gains: Gains for both.
-        bare: Friction and base parameters.
+        gains: Gains, with which both are in SI.
+        bare: Friction and base parameters over the gains.
         stated: Base parameters of the model, shape (b,).
         motor: Rotor inertia of the model, joint side [kg m^2 or kg], shape (n,).
 
@@ -209,13 +204,7 @@ def unstated_parameters(
 
 
 def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: ModelLinks) -> tuple[Link, ...]:
-    """Return links whose centre of mass is in the frame of the body in the model file.
-
-    Args:
-        bare: Results of bare motions.
-        gains: The gains of the updated model.
-        arm: The arm of the file.
-        nominal: Links of the file.
+    """Return links whose centre of mass is in the frame of the body in the model file; `nominal` are those of the file.
 
     Raises:
         ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
@@ -324,16 +313,8 @@ def predicted_by_models(
 ) -> Unseen:
     """Return the predictions of a motion by the copy of a model and by another one.
 
-    Args:
-        log: The motion.
-        structure: Identifiable structure of the arm.
-        contents: The copy and the other model, each with gains that scale offsets and rotor inertia, None for a model
-            without these.
-        gains: Gains of the copy.
-        bare: Friction, offsets and base parameters; with links, cross-validation of their fit.
-        links: Whether the copy has identified links.
-        model: The model file.
-        flange: Last body of the arm, if the file has more bodies.
+    `contents` are both, each with gains that scale offsets and rotor inertia, None for a model without these. `bare`
+    has friction, offsets and base parameters, and, if the copy has identified `links`, cross-validation of their fit.
 
     Raises:
         ScenarioError: If the motion was used for the gains.

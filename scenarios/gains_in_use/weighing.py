@@ -48,31 +48,33 @@ STDS = ("std", "residual_std", "gain_std", "model_std")
 
 
 class Deviations(ResultModel):
-    """A number and the contributions to its standard deviation; null if not identifiable.
+    """The standard deviation of a number and its contributions, in the unit of the number; null if not identifiable.
 
     Attributes:
-        estimate: Estimate, in `unit`.
-        std: Total standard deviation, in `unit`.
-        residual_std: Contribution of the residuals to `std`, in `unit`.
-        gain_std: Contribution of the gains' standard deviations to `std`, in `unit`.
-        model_std: Contribution of the model's assumptions to `std`, in `unit`.
+        std: Total standard deviation.
+        residual_std: Contribution of the residuals to `std`.
+        gain_std: Contribution of the gains' standard deviations to `std`.
+        model_std: Contribution of the model's assumptions to `std`.
     """
 
-    unit: str = Field(description="Unit of the values")
-    estimate: float | None
     std: float | None
     residual_std: float | None
     gain_std: float | None
     model_std: float | None
 
 
-class Quantity(Deviations):
+class _Estimate(Deviations):
+    unit: str = Field(description="Unit of the values")
+    estimate: float | None = Field(description="Estimate, in `unit`")
+
+
+class Quantity(_Estimate):
     """Mass, a coordinate of the centre, or an inertia about the centre."""
 
     quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
 
 
-class PayloadParameter(Deviations):
+class PayloadParameter(_Estimate):
     """A standard parameter at the origin of the last frame."""
 
     parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
@@ -82,16 +84,12 @@ def _deviations(each: payload.Quantity) -> dict[str, Any]:
     return {"unit": each.unit, "estimate": each.value, **{name: getattr(each, name) for name in STDS}}
 
 
-class Weighed(ResultModel):
+class Weighed(Deviations):
     """Estimate of a known mass from all joints (joint null) or from one joint [kg].
 
     Attributes:
         joint: Number of the joint, from 1; null for all joints together.
-        mass: Estimated mass, null if not identifiable [kg].
-        std: Total standard deviation of the estimated mass, without that of the scale [kg].
-        residual_std: Contribution of the residuals to `std` [kg].
-        gain_std: Contribution of the gains' standard deviations to `std` [kg].
-        model_std: Contribution of the model's assumptions to `std` [kg].
+        mass: Estimated mass, null if not identifiable [kg]; its standard deviation is without that of the scale.
         rel_error: Relative error of the mass, (estimate - weighed) / weighed, which equals that of the gains.
         rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
         verdict: "agrees", "differs" or, if inconclusive, "says nothing".
@@ -100,10 +98,6 @@ class Weighed(ResultModel):
 
     joint: int | None
     mass: float | None
-    std: float | None
-    residual_std: float | None
-    gain_std: float | None
-    model_std: float | None
     rel_error: float | None
     rel_std: float | None
     verdict: str

@@ -87,6 +87,11 @@ def test_what_changed_is_concluded_with_its_measure(tmp_path, capsys, A, B, rel_
     found = printed(capsys, "verify-gains")
     assert sharing is None or found["scale_joints"] == sharing
     assert (found["pattern"] is None) is (len(A) == 1)
+    for each in found["joints"]:
+        shares = [each["rel_change"], each["rel_std"], each["apart"]["rel_change"], each["apart"]["rel_std"]]
+        row = [f"{x:.4f}" for x in (each["A"], each["B"])] + [f"{100 * shares[0]:+.2f}", f"{200 * shares[1]:.2f}"]
+        row += [f"{100 * shares[2]:+z.2f}", f"{200 * shares[3]:.2f}"] if len(A) > 1 else ["-", "-"]
+        assert " ".join(row) in out
 
 
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):

@@ -6,8 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.diagnosis.common_delay import common_delay
-from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnose import common_delay, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions

@@ -24,7 +24,14 @@ from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Logs, scored_as
 from ident.diagnosis.joint_fits import opposed
-from ident.diagnosis.limits import centres_excluded, exclusions, undetectable, undetectable_together, undetected_sizes
+from ident.diagnosis.limits import (
+    bounds,
+    centres_excluded,
+    exclusions,
+    undetectable,
+    undetectable_together,
+    undetected_sizes,
+)
 from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, compared, directions, faults, survey
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate
@@ -32,6 +39,7 @@ from ident.estimation.intervals import max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
+DELAY = "delay"
 LINEAR = 1e-6
 """Relative part of the influence outside the column space; larger for instruments and total least squares than for
 least squares."""
@@ -92,6 +100,41 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
 
 
+def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
+    """Estimate the delay of the currents common to all logs and joints.
+
+    It is accepted like any fault of the logs, and only if it is the first one and nothing else explains the currents
+    equally well, as other faults may look like a delay.
+
+    Returns:
+        The delay to correct [s], 0 for none, and its diagnosis.
+    """
+    seen, weak = survey(logs), Severity.WEAK
+    first = next((each for each in faults(seen) if isinstance(each.found, Exact)), None)
+    if first is None:
+        own = [each for each in seen.directions if each.key == (DELAY, (), logs.every)]
+        limits = [size for size in bounds(seen.logs.model.fits, own) if size is not None]
+        shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
+        return 0.0, Diagnosis(name=DELAY, sentence=f"no delay of the currents detected; {shown}", asked=True)
+    assert isinstance(first.found, Exact), "a fault of the logs"
+    found, std = first.found.alternative, first.found.std
+    if found.key != (DELAY, (), logs.every) or found.value is None:
+        sentence = f"delay not corrected, because another fault is more significant: {found.words}"
+        return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=sentence, asked=True)
+    if first.rivals:
+        rivals = " or ".join(first.rival_words)
+        sentence = f"delay not corrected: {found.words}, which these logs cannot distinguish from: {rivals}"
+        return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=sentence, asked=True)
+    way, size = "late" if found.value > 0.0 else "early", f"{abs(found.value):.2g}"
+    if std is not None:
+        places = max(0, -int(np.floor(np.log10(std)))) if std > 0.0 else 2
+        size = f"{abs(found.value):.{places}f} ± {std:.{places}f}"
+    sentence = f"the currents are logged {size} ms {way}: corrected"
+    return 1e-3 * found.value, Diagnosis(
+        name=DELAY, severity=weak, sentence=sentence, value=found.value, std=std, unit="ms", z=first.found.z
+    )
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Known:
     """What is known of the gains.
@@ -140,26 +183,17 @@ class _Known:
 
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """Return the diagnosis of a fault of the logs."""
-    logs = seen.logs
+    logs, effects = seen.logs, _effects(fault, seen, known)
     assert isinstance(fault.found, Exact), "a fault of the logs"
-    alternative = fault.found.alternative
-    effects = _effects(fault, seen, known)
-    consequences = consequence(effects, "ratios of gains" if known is None else "gains")
+    what = fault.found.alternative
     return Diagnosis(
-        name=alternative.family,
-        severity=severity_of(effects),
-        sentence=f"{alternative.words}{consequences}",
-        cause=alternative.words,
-        advice=alternative.advice,
-        joints=alternative.joints,
-        logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
-        value=alternative.value,
-        std=fault.found.std,
-        unit=alternative.unit,
-        z=fault.z,
-        effects=effects,
+        name=what.family, severity=severity_of(effects),
+        sentence=f"{what.words}{consequence(effects, 'ratios of gains' if known is None else 'gains')}",
+        cause=what.words, advice=what.advice, joints=what.joints,
+        logs=tuple(logs.names[k] for k in what.logs) if len(what.logs) < len(logs.names) else (),
+        value=what.value, std=fault.found.std, unit=what.unit, z=fault.found.z, effects=effects,
         rivals=fault.rival_words,
-    )
+    )  # fmt: skip
 
 
 def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Diagnosis:
@@ -223,7 +257,7 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     direction = fault.found.direction
     return Diagnosis(
         name=direction.family, severity=Severity.GOOD, sentence=direction.message(fault.found.found.value, names).words,
-        joints=direction.joints, z=fault.z, rivals=fault.rival_words,
+        joints=direction.joints, z=fault.found.z, rivals=fault.rival_words,
     )  # fmt: skip
 
 

@@ -143,8 +143,7 @@ def unexplained(
     alive, upright = np.ones(K, np.bool_), np.array([(each.gravity == arm.gravity).all() for each in hypotheses])
     order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
     unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
-    stages = [range(max(0, arm.n - 2), arm.n), *(range(j, j + 1) for j in range(arm.n - 3, -1, -1))]
-    for joints in stages:
+    for joints in filter(len, (range(arm.n // 2, arm.n), range(arm.n // 2))):  # a stage repeats the links' motions
         for own in (np.flatnonzero(alive & (upright == which)) for which in (True, False)):
             if not len(own):
                 continue

@@ -207,11 +207,6 @@ class Fault:
     before: Logs
 
     @property
-    def z(self) -> float:
-        """Improvement of the predictions, in standard errors."""
-        return self.found.z
-
-    @property
     def rival_words(self) -> tuple[str, ...]:
         """Descriptions of what these logs cannot distinguish from it, each once."""
         return tuple(dict.fromkeys(each.words for each in self.rivals))

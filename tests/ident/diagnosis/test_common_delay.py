@@ -10,8 +10,8 @@ from consistency_logs import LOOSE, PLAIN, at, changed, doubted, logs_of
 from known_logs import BRICK, mounted
 from real_friction import Truth
 
-import ident.diagnosis.common_delay as measuring
-from ident.diagnosis.common_delay import common_delay
+import ident.diagnosis.diagnose as measuring
+from ident.diagnosis.diagnose import common_delay
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.limits import exclusions, undetected_sizes
 from ident.diagnosis.search import faults, survey

@@ -14,19 +14,10 @@ from scenarios.results.bare import TERMS, Link, LinkInertia, Links
     ("turns", "unit"), [((True, True), "kg m^2"), ((False, False), "kg"), ((True, False), "kg (m^2)")]
 )
 def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
-    inertia = dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.02)
-    six = LinkInertia(**inertia)
-    links = [
-        Link.model_construct(
-            joint=j,
-            mass=2.5,
-            com=(0.1, 0.2, -0.3),
-            inertia=six,
-            motor_inertia=0.7,
-            motor_unit="kg m^2" if turn else "kg",
-        )
-        for j, turn in enumerate(turns, 1)
-    ]
+    six = LinkInertia(**dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.02))
+    given = {"mass": 2.5, "com": (0.1, 0.2, -0.3), "inertia": six, "motor_inertia": 0.7}
+    units = ["kg m^2" if turn else "kg" for turn in turns]
+    links = [Link.model_construct(joint=j, motor_unit=each, **given) for j, each in enumerate(units, 1)]
     for far, said in ((0.4, "by 0.4 standard deviations."), (4.5, "by 4.5 standard deviations. This is too large; ")):
         found = Links.model_construct(links=links, farthest_parameter="MX2", farthest_deviations=far)
         table, words = found.parts()

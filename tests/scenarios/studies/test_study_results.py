@@ -109,6 +109,8 @@ def test_errors_are_a_density_beside_the_one_of_the_estimated_deviations():
     assert [each.at for each in plot.references] == [-3.0, 3.0]
     (far,) = error_plots([trial_rows(z, tolerance=0.3)])
     assert (far.references, "tolerance, 30 %, is outside" in far.caption) == ((), True)
+    (small,) = error_plots([trial_rows(0.1 * z)])
+    assert small.series[1].x[-1] == pytest.approx(1.1 * 3.0 * 1.2, rel=FIVE)  # three deviations of the estimated ones
 
 
 def cost(source: str, share: float, rms: float) -> SourceCost:

@@ -335,63 +335,36 @@ def test_links_with_backlash_hang_on_the_side_that_gravity_pulls_them_to():
     assert {*np.sign(np.round(gravity, 9))} == {-1.0, 0.0, 1.0}
 
 
-@pytest.mark.parametrize(
-    ("values", "drives", "message"),
-    [
+def test_effects_that_a_plant_has_no_place_for_are_refused():
+    weak, uneven = np.array([480.0, 480, 0, 110, 80, 45]), np.array([1.0, 1, 1, 1, 1, 2])
+    stiff = (
+        r"presliding = 2e-05 rad is too stiff for joint 6, whose dry friction is 4 N m on a rotor of 0\.268288 kg "
+        r"m\^2; expected 9\.32e-05 rad or more$"
+    )
+    for values, drives, message in (
         ({"backlash": 1e-3}, {}, r"backlash = 0\.001 rad needs elastic transmissions; state joint_compliance$"),
-        (
-            {"presliding": 2e-5},
-            {},
-            r"presliding = 2e-05 rad is too stiff for joint 6, whose dry friction is 4 N m on a rotor of 0\.268288 "
-            r"kg m\^2; expected 9\.32e-05 rad or more$",
-        ),
-        (
-            {"wrist_coupling": 1.0},
-            {"coulomb_friction": np.array([1.0, 1, 1, 1, 1, 2])},
-            r"wrist_coupling = 1 leaves joint 6 a coulomb_friction of -0\.5 N m, below 0; use a smaller share",
-        ),
-        (
-            {"joint_compliance": COMPLIANCE},
-            {"rotor_inertia": np.zeros(6)},
-            r"joint_compliance needs a rotor_inertia above 0 kg m\^2 at every joint",
-        ),
-        (
-            {"motor_warming": 50.0},
-            {"current_limit": np.array([480.0, 480, 0, 110, 80, 45])},
-            r"motor_warming refers to the current limit, but current_limit of joint 3 is 0; state one above 0$",
-        ),
-    ],
-)
-def test_effects_that_a_plant_has_no_place_for_are_refused(values, drives, message):
-    with pytest.raises(PlantError, match=message):
-        plant_model(nominal_plant(errors=ModelErrors(**values), **drives), loaded=False, step=STEP)
+        ({"presliding": 2e-5}, {}, stiff),
+        ({"wrist_coupling": 1.0}, {"coulomb_friction": uneven}, r"joint 6 a coulomb_friction of -0\.5 N m, below 0"),
+        ({"joint_compliance": COMPLIANCE}, {"rotor_inertia": np.zeros(6)}, r"needs a rotor_inertia above 0 kg m\^2"),
+        ({"motor_warming": 50.0}, {"current_limit": weak}, r"current_limit of joint 3 is 0; state one above 0$"),
+    ):
+        with pytest.raises(PlantError, match=message):
+            plant_model(nominal_plant(errors=ModelErrors(**values), **drives), loaded=False, step=STEP)
 
 
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        ("load_friction", {"transmitted_friction": 0.1}),
-        ("load_friction", {"load_friction": 0.1}),
-        ("cogging", {"cogging": 0.01}),
-        ("cogging", {"torque_ripple": 0.1}),
-        ("viscous_curve", {"viscous_curve": 0.5}),
-        ("presliding", {"presliding": 3e-4}),
-        ("temperature", {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),
-        ("temperature", {"motor_warming": 70.0, "coulomb_by_temperature": -1e-2}),
-        ("temperature", {"motor_warming": 70.0, "viscous_by_temperature": 1e-2}),
-    ],
-)
-def test_each_size_by_itself_switches_its_effect_on(name, values):
-    assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == [name]
-
-
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0},
-        {"motor_warming": 70.0},
-        {"gain_by_temperature": -1e-3},
-    ],
-)
-def test_shapes_without_a_size_and_warmth_without_consequence_are_no_effect(values):
-    assert not any(effect.varies(ModelErrors(**values)) for effect in EFFECTS.values())
+def test_each_size_by_itself_switches_its_effect_on_and_a_shape_or_warmth_without_consequence_does_not():
+    for names, values in (
+        (["load_friction"], {"transmitted_friction": 0.1}),
+        (["load_friction"], {"load_friction": 0.1}),
+        (["cogging"], {"cogging": 0.01}),
+        (["cogging"], {"torque_ripple": 0.1}),
+        (["viscous_curve"], {"viscous_curve": 0.5}),
+        (["presliding"], {"presliding": 3e-4}),
+        (["temperature"], {"motor_warming": 70.0, "gain_by_temperature": -1e-3}),
+        (["temperature"], {"motor_warming": 70.0, "coulomb_by_temperature": -1e-2}),
+        (["temperature"], {"motor_warming": 70.0, "viscous_by_temperature": 1e-2}),
+        ([], {"motor_waves": 50.0, "viscous_power": 2.0, "warming_time": 9.0}),
+        ([], {"motor_warming": 70.0}),
+        ([], {"gain_by_temperature": -1e-3}),
+    ):
+        assert [key for key, effect in EFFECTS.items() if effect.varies(ModelErrors(**values))] == names

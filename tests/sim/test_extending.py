@@ -91,7 +91,7 @@ PLAIN = nominal_plant(errors=MoreErrors())
 @pytest.fixture
 def extended(monkeypatch):
     more = {**EFFECTS, "loose": LooseAxis, "ripple": Ripple}
-    for module in (sim.plant, sim.plant, sim.engine):
+    for module in (sim.plant, sim.engine):
         monkeypatch.setattr(module, "EFFECTS", more)
     monkeypatch.setattr(sim.sensors, "SENSORS", {**SENSORS, "drift": Drift})
 

@@ -12,7 +12,7 @@ from robot_folders import arm_xml, robot_folder
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.motions import write_motion
-from scenarios.experiments.robots import check_same_payload, robot, robot_digests, structure
+from scenarios.experiments.robots import check_same_payload, joint_places, robot, robot_digests, structure
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.experiments.study import monte_carlo, study_identity
 from scenarios.support.errors import ScenarioError, WrongValue
@@ -127,8 +127,6 @@ def test_standard_denavit_hartenberg_parameters_lead_to_the_last_link(name):
         T = T @ np.array(
             [[c, -s * ca, s * sa, a[j] * c], [s, c * ca, -c * sa, a[j] * s], [0, sa, ca, d[j] + slide], [0, 0, 0, 1]]
         )
-    from scenarios.experiments.robots import joint_places
-
     anchor, axis = joint_places(arm, q)
     np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=1e-6)  # digits of the model file
     np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=1e-6)
@@ -145,8 +143,6 @@ def test_the_modified_denavit_hartenberg_parameters_of_its_maker_lead_to_the_pip
         T = T @ np.array(
             [[c, -s, 0, a[j]], [s * ca, c * ca, -sa, -sa * d[j]], [s * sa, c * sa, ca, ca * d[j]], [0, 0, 0, 1]]
         )
-    from scenarios.experiments.robots import joint_places
-
     anchor, axis = joint_places(structure(robot("piper"), ()).arm, q)
     np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=2e-4)  # 0.09 mm and 0.01 degrees between the two
     np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=3e-4)

@@ -9,6 +9,7 @@ from quick import BRIEF, quick_scenario
 from scenarios.cli import main
 from scenarios.experiments.draws import settings_with, sources_of
 from scenarios.experiments.scenario import load_scenario
+from scenarios.experiments.scenario_files import CATALOG
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.statistics import budgets, sobol_indices
 from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL, sensitivity, study_identity
@@ -25,8 +26,6 @@ def two_sources(folder: Path) -> Scenario:
         )
     )
     # `extends` would bring the sources of the scenario it extends along.
-    from scenarios.experiments.scenario_files import CATALOG
-
     method = '[identification]\nmethod = "ls-2011"\n'
     path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + method + names)
     return load_scenario(str(path))
@@ -155,8 +154,6 @@ def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
 
 
 def test_motions_that_a_source_chooses_from_are_part_of_the_study(tmp_path):
-    from scenarios.experiments.scenario_files import CATALOG
-
     motion = (CATALOG / "motions" / "drive-gains.toml").read_text()
     (tmp_path / "other.toml").write_text(motion)
     path = tmp_path / "chooses.toml"

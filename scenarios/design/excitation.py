@@ -233,6 +233,10 @@ class Design:
         near = np.maximum((CLEARANCE - self.clearance(rows.motion[0])) / CLEARANCE, 0.0)
         return self.limits.excess(rows.motion, rows.torques(self.carried.chi)), near
 
+    def largest_excess(self, rows: MotionRows) -> float:
+        """Return the largest relative violation of limits and clearance."""
+        return max(float(each.max()) for each in self.excess(rows))
+
     def broken(self, rows: MotionRows) -> str:
         """Return the largest violation, in words."""
         over, near = self.excess(rows)
@@ -263,7 +267,7 @@ class Design:
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Return whether limits are met on a fine grid; a coarse grid rejects most others at lower cost."""
         rates = (self.searched_hz, FITTED_HZ)
-        return all(max(each.max() for each in self.excess(self.rows(trajectory, hz))) <= EXCESS for hz in rates)
+        return all(self.largest_excess(self.rows(trajectory, hz)) <= EXCESS for hz in rates)
 
     def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
         """Return the motion, scaled by the first of `SIZES` that meets all limits on a fine grid.

@@ -19,7 +19,7 @@ from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SEARCHED_HZ, Design, finite, objective
 from scenarios.experiments.scenario import Setup, body_of
 from scenarios.experiments.schema import mountings
-from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried, MotionRows
+from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND, Carried
 from scenarios.rendering.content import NONE, Cell, Mood, Paragraph, Part, column, percent, table
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
@@ -284,12 +284,10 @@ class PayloadSearch:
     """The search for a payload along the motion of a scenario, for the gains of all joints."""
 
     def __init__(self, setup: Setup, density: float) -> None:
-        """Sample the motion. `density` is that of the material [kg/m^3].
-
-        Raises:
-            ScenarioError: If the scenario mounts no payload.
-        """
-        self.design, motion = Design.of(setup), setup.experiments[0].trajectory
+        """Sample the motion, for a material's density [kg/m^3]; a `ScenarioError` if no payload is mounted."""
+        stated, motion = Design.of(setup), setup.experiments[0].trajectory
+        free = dict.fromkeys(("velocity", "acceleration", "upper"), np.full(motion.n, 1e9))  # the motion is given
+        self.design = replace(stated, limits=replace(stated.limits, **free, lower=-free["upper"]))
         robot, gains = self.design.plant.robot, setup.scenario.table.identification.gains
         self.flange, self.density = flange_of(robot), density
         self.own = setup.payloads[mountings(setup.protocol)[0]]
@@ -316,7 +314,7 @@ class PayloadSearch:
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
         loaded = self.loaded(payload, weight)
-        over = _excess(loaded, self._coarse)
+        over = loaded.largest_excess(self._coarse)
         return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
     def refusal(self, weight: Weight) -> str:
@@ -325,7 +323,7 @@ class PayloadSearch:
         if payload.mass > self.most:
             return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
         loaded = self.loaded(payload, weight)
-        return loaded.broken(self._fine) if _excess(loaded, self._fine) > EXCESS else ""
+        return loaded.broken(self._fine) if loaded.largest_excess(self._fine) > EXCESS else ""
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
@@ -387,22 +385,13 @@ class PayloadSearch:
         )
 
 
-def _excess(design: Design, rows: MotionRows) -> float:
-    """Return the largest relative violation that depends on the payload: of torques and clearance."""
-    over, near = design.excess(rows)
-    return max(float(over[-1].max()), float(near.max()))
-
-
 def design_payload(
     setup: Setup, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]
 ) -> PayloadDesign:
     """Search for the best payload of every shape along a scenario's motion.
 
-    Args:
-        setup: The scenario.
-        density: Density of the material [kg/m^3].
-        seed: Seed of the search.
-        tell: Receives the completed number of `STEPS`, and the current shape.
+    `density` is that of the material [kg/m^3], `seed` that of the search; `tell` receives the completed number of
+    `STEPS`, and the current shape.
 
     Raises:
         ScenarioError: If the scenario mounts no payload; if no payload is feasible.

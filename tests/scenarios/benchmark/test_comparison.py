@@ -121,18 +121,8 @@ def test_other_methods_other_limits_and_changed_files_are_another_study(scenario
 
 
 def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, capsys):
-    words = [
-        "compare",
-        str(scenario),
-        "--method",
-        STUBS[1],
-        "--method",
-        "exec: false",
-        "-n",
-        "1",
-        "--out",
-        str(tmp_path / "o"),
-    ]
+    methods = ["--method", STUBS[1], "--method", "exec: false"]
+    words = ["compare", str(scenario), *methods, "-n", "1", "--out", str(tmp_path / "o")]
     assert main([*words, "--seed", "5", "--json", "--jobs", "1"]) == 0
     said = printed(capsys, "compare")
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said

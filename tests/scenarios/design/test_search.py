@@ -27,7 +27,6 @@ from scenarios.design.search import (
     starts,
 )
 from scenarios.experiments.motions import read_motion
-from scenarios.experiments.run import run
 from scenarios.experiments.scenario import changed, load_scenario, setup_of, setup_without_motion
 from scenarios.support.errors import ScenarioError
 from sim.errors import TrajectoryError
@@ -157,7 +156,7 @@ def test_a_joint_without_limits_is_kept_within_half_a_turn_of_home_either_way(de
 
 
 CASES = {  # costs in the search, costs after scaling (None: no size is small enough), which is taken, which are tried
-    "best": ([0.9, 0.5, 0.1], [0.9, 0.5, 0.2], 2, [2]),
+    "best": ([0.9, 0.5, 0.1], [0.9, 0.5, 0.49], 2, [2]),
     "an earlier one": ([0.9, 0.5, 0.1], [0.9, 0.6, 0.7], 1, [2, 1]),
     "the first": ([0.4, 0.3, 0.1], [0.4, 0.9, None], 0, [2, 1, 0]),
     "near ones": ([0.9, 0.118, 0.109, 0.105, 0.1], [0.9, 0.0, 0.0, 0.0, None], 1, [4, 1]),
@@ -278,17 +277,6 @@ def test_drives_bear_the_built_in_holds_with_the_weakest_gains_and_most_friction
     experiments = changed(setup, drawn).experiments
     for experiment, v in zip(experiments, feedforward_currents(experiments, 100.0), strict=True):
         assert (np.abs(v) < experiment.plant.drives.current_limit).all()
-
-
-@pytest.mark.slow
-def test_holds_at_30_hz_give_the_gains_that_gravity_loads_within_their_tolerances():
-    done = run(setup_of(load_scenario("holds")), 3)
-    gains = done.verdict.gains
-    assert done.passed
-    assert [gain.identifiable for gain in gains] == [False, True, True, True, True, True]
-    # Of 20 seeds 93 of 95 gains lay within two deviations; four of this fixed seed's are 1 in 16 000.
-    assert all(abs(gain.z) < 4.0 for gain in gains[1:])
-    np.testing.assert_allclose(1.0 / done.recordings[0].period, 30.0, rtol=1e-9)
 
 
 # The command

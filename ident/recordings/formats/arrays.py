@@ -113,10 +113,6 @@ def open_parquet(path: Path, _: LogDescription | None = None) -> Table:
 
     def load(names: Sequence[str], dated: Set[str]) -> Columns:
         with _opened(path) as file:
-            for name in names:
-                column, number = places[name]
-                kind = file.schema_arrow.field(column).type
-                _check_type(path, name, kind if number is None else kind.value_type, dated=name in dated)
             columns = list(dict.fromkeys(places[name][0] for name in names))
             count, most = file.metadata.num_rows, sum(column in columns for column, _ in places.values())
             if count * most > MOST_VALUES:
@@ -125,7 +121,8 @@ def open_parquet(path: Path, _: LogDescription | None = None) -> Table:
                     "part"
                 )
             table = file.read(columns=columns)
-        values = {each: arrow_numbers(path, each, table[each]) for each in columns}
+        dates = {places[name][0] for name in dated}
+        values = {each: arrow_numbers(path, each, table[each], dated=each in dates) for each in columns}
         return {name: values[column] if k is None else values[column][:, k] for name in names
                 for column, k in [places[name]]}  # fmt: skip
 
@@ -161,21 +158,7 @@ def _is_list(kind: object) -> bool:
     return isinstance(kind, pa.ListType | pa.FixedSizeListType)
 
 
-def _check_type(path: Path, name: str, kind: object, *, dated: bool) -> None:
-    import pyarrow as pa
-
-    value = kind.value_type if isinstance(kind, pa.DictionaryType) else kind
-    dates, number = pa.types.is_timestamp(value), (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal)
-    if dated and not dates:
-        wrong = "not dates; state its unit, s, ms, us or ns"
-    elif not dated and not any(is_kind(value) for is_kind in number):
-        wrong = "expected numbers" + ('; t is in seconds; set unit = "iso" for dates' if dates else "")
-    else:
-        return
-    raise RecordingError(f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, {wrong}")
-
-
-def arrow_numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
+def arrow_numbers(path: Path, name: str, column: "pa.ChunkedArray", *, dated: bool = False) -> Array:
     """Return a column as float64, shape (N,), or (N, k) of arrays; dates are seconds since 1970.
 
     A missing value is NaN, which a recording refuses with its row.
@@ -193,11 +176,18 @@ def arrow_numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
         if len(odd):
             raise RecordingError(f"{place}: row {odd[0] + 1} does not have {lengths[0]:g} numbers, as row 1 has")
         flat = pa.chunked_array([chunk.flatten() for chunk in column.chunks], kind.value_type)
-        return arrow_numbers(path, name, flat).reshape(len(lengths), int(lengths[0]))
-    if pa.types.is_dictionary(kind):
-        column = column.cast(kind.value_type)
-    if pa.types.is_timestamp(kind):
-        ns = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
+        return arrow_numbers(path, name, flat, dated=dated).reshape(len(lengths), int(lengths[0]))
+    value = kind.value_type if isinstance(kind, pa.DictionaryType) else kind
+    dates, numeric = pa.types.is_timestamp(value), (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal)
+    if dated and not dates:
+        raise RecordingError(f"{place} is {one_line(value)[:80]}, not dates; state its unit, s, ms, us or ns")
+    if not dated and not any(is_kind(value) for is_kind in numeric):
+        iso = '; t is in seconds; set unit = "iso" for dates' if dates else ""
+        raise RecordingError(f"{place} is {one_line(value)[:80]}, expected numbers{iso}")
+    if value is not kind:
+        column = column.cast(value)
+    if dated:
+        ns = column.cast(pa.timestamp("ns", value.tz)).cast(pa.int64())
         return _seconds(np.asarray(ns.fill_null(0).to_numpy(), dtype=np.int64), ns.is_null().to_numpy())
     try:
         if column.type != pa.float64():  # a cast would import compute kernels, a tenth of the time of a command

@@ -49,20 +49,15 @@ def test_leaving_out_reversals_removes_most_of_the_misfit_of_friction_that_is_no
     assert (left_out < 0.3 * kept).all()
 
 
-def test_rows_are_linear_in_the_currents(arm, structure, chi):
-    recording = smooth_recording(arm, chi)
-    double = Recording(recording.t, recording.q, 2.0 * recording.v)
-    for a, b in zip(
-        observe(recording, structure, OPTIONS).joints, observe(double, structure, OPTIONS).joints, strict=True
-    ):
+def test_rows_are_linear_in_the_currents_and_as_frequent_as_asked(arm, structure, chi):
+    recording, options = smooth_recording(arm, chi), ObserveOptions(rows_per_second=25.0)
+    double = replace(recording, v=2.0 * recording.v)
+    one, two = (observe(each, structure, options).joints for each in (recording, double))
+    for a, b in zip(one, two, strict=True):
         np.testing.assert_array_equal(b.V, 2.0 * a.V)
         np.testing.assert_array_equal(b.W, a.W)
-
-
-def test_row_rate_and_times_are_as_asked(arm, structure, chi):
-    joint = observe(smooth_recording(arm, chi), structure, ObserveOptions(rows_per_second=25.0)).joints[0]
-    np.testing.assert_allclose(np.diff(joint.t).min(), 0.04, rtol=1e-9)
-    assert len(joint.V) == len(joint.W) == len(joint.W_L) == len(joint.t)
+        np.testing.assert_allclose(np.diff(a.t).min(), 0.04, rtol=1e-9)
+        assert len(a.V) == len(a.W) == len(a.W_L) == len(a.t)
 
 
 def test_a_jittered_clock_is_resampled_and_said_so(arm, structure, chi):
@@ -125,21 +120,14 @@ def test_samples_near_a_reversal_are_left_out_however_fast_the_joint_turns(arm, 
             np.testing.assert_allclose(nearest[~behind.moving[:, j]].max(), 0.5 / cutoff_hz, atol=1.5 * behind.period)
 
 
-@pytest.mark.parametrize("period", [1e-3, 4e-3])
-def test_a_current_delay_is_a_time_whatever_the_sampling(arm, structure, chi, period):
+@pytest.mark.parametrize(("period", "delay"), [(1e-3, 0.02), (4e-3, 0.02), (4e-3, -0.012)])
+def test_a_current_delay_is_a_time_whatever_the_sampling_and_negative_for_late_currents(
+    arm, structure, chi, period, delay
+):
     # Currents stamped 20 ms before they act are those of a log whose currents come 20 ms later.
     recording = smooth_recording(arm, chi, period)
-    early = Recording(recording.t, recording.q, np.roll(recording.v, -round(0.02 / period), axis=0), "log")
-    on_time = observe(recording, structure, OPTIONS)
-    told = observe(early, structure, ObserveOptions(current_delay=0.02))
-    for a, b in zip(on_time.joints, told.joints, strict=True):
-        np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
-
-
-def test_currents_that_are_logged_late_have_a_negative_delay(arm, structure, chi):
-    recording = smooth_recording(arm, chi, 4e-3)
-    late = Recording(recording.t, recording.q, np.roll(recording.v, 3, axis=0), "log")
-    told = observe(late, structure, ObserveOptions(current_delay=-0.012))
+    moved = replace(recording, v=np.roll(recording.v, -round(delay / period), axis=0))
+    told = observe(moved, structure, ObserveOptions(current_delay=delay))
     for a, b in zip(observe(recording, structure, OPTIONS).joints, told.joints, strict=True):
         np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
 
@@ -148,8 +136,10 @@ def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng
     # <w, D x> = <D' w, x>: also where samples are grouped, left out at the edges and cleared of reversals.
     q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
     recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
-    behind = observe(recording, structure, ObserveOptions(rows_per_second=21.0)).full_rate
-    assert behind is not None
+    observation = observe(recording, structure, ObserveOptions(rows_per_second=21.0))
+    behind, joint = observation.recorded, observation.joints[3]
+    own = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
+    np.testing.assert_allclose(own, joint.V, rtol=1e-9)  # a recording seen as its samples are; rounding
     assert behind.group == 2
     assert behind.edge > 100
     x = rng.normal(size=(4001, 6))
@@ -159,16 +149,6 @@ def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng
         spread = behind.spread(w, joint, 4001)
         assert spread.shape == (4001,)
         np.testing.assert_allclose(spread @ x[:, joint], w @ rows, rtol=1e-10)  # rounding
-
-
-def test_a_recording_seen_as_its_samples_are_is_its_own_current(structure, rng):
-    q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
-    recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
-    observation = observe(recording, structure, ObserveOptions())
-    behind, joint = observation.full_rate, observation.joints[3]
-    assert behind is not None
-    found = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
-    np.testing.assert_allclose(found, joint.V, rtol=1e-9)  # rounding
 
 
 def test_the_time_of_a_row_is_that_of_its_currents(arm, structure, chi):

@@ -118,6 +118,21 @@ def test_each_joint_has_as_many_pieces_as_its_motion_asks_for():
     assert (louder < [slow, fast, middle]).all()
 
 
+def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatch):
+    t, rng, independent = 0.005 * np.arange(3000), np.random.default_rng(2), 2 * 15.0 * 0.005 * 2999
+    moved = full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + 1e-3 * rng.standard_normal((3000, 3)))
+
+    def criterion() -> np.ndarray:
+        found = reference(moved)
+        return independent * np.log(found.left**2) + independent * found.kept * np.log(independent)
+
+    chosen, numbers = criterion(), {int((0.5 * independent - DEGREE) / 1.15**k) for k in range(39)}
+    monkeypatch.setattr("ident.observation.smooth_motion.FINER", 1e3)
+    for number in numbers:
+        monkeypatch.setattr("ident.observation.smooth_motion.MOST", (number + 0.5 + DEGREE) / independent)
+        assert (criterion() >= chosen - 1e-6).all()
+
+
 def test_noise_alone_asks_for_one_piece():
     # A piece more where chi² of one freedom exceeds log 450 = 6.1, in 1.3 % of joints, or 2, Akaike's, in 16 %: of 30,
     # three or more do so with a chance of 0.7 and of 88 %.

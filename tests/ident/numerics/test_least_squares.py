@@ -41,8 +41,9 @@ def test_what_the_data_cannot_give_is_an_error_with_the_reason(system):
         least_squares(np.column_stack((W, W[:, 0] + W[:, 1])), Y, rank_tol=1e-9)
     with pytest.raises(IdentificationError, match="column 5 of the observation matrix is zero"):
         least_squares(np.column_stack((W, np.zeros(60))), Y, rank_tol=1e-9)
-    with pytest.raises(IdentificationError, match="5 rows cannot give 5 unknowns; record a longer motion"):
+    with pytest.raises(IdentificationError, match="5 rows cannot give 5 unknowns; record a longer motion") as caught:
         least_squares(W[:5], Y[:5], rank_tol=1e-9)
+    assert (caught.value.value, caught.value.bounds) == (5, (6, np.inf))
 
 
 def test_weights_are_the_residuals_of_each_group_s_own_solution(rng):

@@ -82,6 +82,17 @@ def test_samples_that_are_missing_are_no_jitter(arm, structure, chi):
     assert [note[: len(said)] for note in observation.notes] == [said]
 
 
+def test_rows_have_the_least_weight_that_is_asked_for(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    whole = observe(recording, structure, replace(OPTIONS, min_weight=-1.0)).joints
+    for least in (0.3, 0.8):
+        for every, some in zip(
+            whole, observe(recording, structure, replace(OPTIONS, min_weight=least)).joints, strict=True
+        ):
+            np.testing.assert_array_equal(some.position, every.position[every.weight >= least])
+            assert len(some.V) < len(every.V)
+
+
 def test_what_cannot_be_observed_is_refused(arm, structure, chi):
     recording = smooth_recording(arm, chi)
     short = Recording(recording.t[:1500], recording.q[:1500], recording.v[:1500], "log")

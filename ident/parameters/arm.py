@@ -225,7 +225,7 @@ def _arm(problem: Problem, selected: Selected, gains: KnownGains | None, ratios:
     over = "" if ratios is None else f" / g{ratios.reference + 1}"
     shown = np.flatnonzero(final.of_theta(slice(len(arm))).influence.any(axis=1))
     names = [structure.base.names[k] for k in arm[shown]]
-    covariance = shared_shares(selected, options, gains, shown).of(scale * np.eye(len(shown)))
+    covariance = shared_shares(selected, options, gains, shown)
     units = [unit_of(name, revolute) + over for name in names]
     friction = list[tuple[Quantity, ...]]()
     for j in range(structure.arm.n):

@@ -241,6 +241,7 @@ FAULTS = [
     (ros(more=GRIPPER), None, "joint 'grip_r': it mimics.*as flange"),
     (ros(more=GRIPPER), "finger_r", "joint 'grip_r': it mimics"),
     (menagerie(), "base", "no moving joint"),
+    (urdf(swap=('name="elbow_joint"', "")), None, "a joint without a name"),
     (menagerie(hand='<frame><body name="palm"><joint name="turn"/></body></frame>'), "palm", "frame"),
     (
         menagerie().replace('<body name="base" childclass="arm">', '<body name="base"><freejoint/>'),

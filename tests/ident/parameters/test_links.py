@@ -163,6 +163,18 @@ def test_data_and_model_that_are_as_sure_of_a_motor_meet_halfway(structure, draw
         assert near.motor[j] == pytest.approx(size + 0.02, rel=1e-6)
 
 
+def test_data_and_model_that_are_as_sure_of_a_link_meet_halfway(structure, drawn):
+    k = structure.base.regrouping[structure.base.names.index("MX6")]
+    variance = 0.0
+    for j, own in enumerate(drawn.own):  # of the model, by the definition of the distance
+        relative = [np.linalg.inv(pseudo_inertia(own)) @ pseudo_inertia(unit) for unit in np.eye(10)]
+        metric = np.array([[0.5 * np.trace(one @ other) for other in relative] for one in relative])
+        variance += k[14 * j : 14 * j + 10] @ np.linalg.solve(metric, k[14 * j : 14 * j + 10])
+    std = np.sqrt(variance)
+    near = found(structure, drawn, {"MX6": base_values(structure, drawn)["MX6"] + 0.1 * std}, std)
+    assert near.moved[0] == pytest.approx(-0.05, rel=1e-6)
+
+
 def test_in_the_metric_of_the_pseudo_inertia_negative_eigenvalues_become_zero(rng):
     slopes = np.zeros((20, 2, 4, 4))
     slopes[:10, 0] = slopes[10:, 1] = BASIS

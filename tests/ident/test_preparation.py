@@ -12,7 +12,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.hypothesis import as_logged, read_as
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation.observation import ObserveOptions
-from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare, spoilt_samples
+from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import Contradiction, NotIdentifiable, RecordingError
 
@@ -107,17 +107,6 @@ def test_spoilt_samples_are_left_out_of_the_gains(axes, logs, fault):
     np.testing.assert_allclose(gains(mended)[others], sound[others], rtol=1e-12)  # each joint has its own rows
 
 
-def test_samples_are_left_out_by_what_was_found_alone(logs):
-    v = logs[1].v.copy()
-    v[700:1150, 1] = v[700, 1]
-    frozen = with_v(logs[1], v)
-    assert spoilt_samples(frozen, set()) is None
-    assert spoilt_samples(frozen, {"clock", "noise"}) is None
-    at = spoilt_samples(frozen, {"frozen", "clipping"})
-    np.testing.assert_array_equal(np.flatnonzero(at[:, 1]), np.arange(700, 1150))
-    assert not at[:, [0, 2]].any()
-
-
 def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
     v = logs[1].v.copy()
     v[700:1150, 1] = v[700, 1]
@@ -138,14 +127,6 @@ def test_what_a_reading_leaves_as_it_is_is_not_observed_again(axes, logs):
     longer = read_as(found, replace(hypothesis, length_factors=1.1 * np.ones(3)))
     pairs = zip(found.problem.motions, longer.problem.motions, strict=True)
     assert not any(one.observation is other.observation for one, other in pairs)
-
-
-def test_a_log_of_another_clock_rests_on_the_same_samples_and_filters(axes, logs):
-    found = prepared(axes, *logs).logs()
-    slower = read_as(found, as_logged(axes.arm, 2).changed([1], clock=1.6))
-    for before, after in zip(found.model.rows, slower.model.rows, strict=True):
-        np.testing.assert_array_equal(after.position, before.position)
-        np.testing.assert_allclose(after.V, before.V, rtol=1e-9)
 
 
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):

@@ -188,10 +188,3 @@ def test_in_the_metric_of_the_pseudo_inertia_negative_eigenvalues_become_zero(rn
         expected = (axes * np.maximum(size, 0.0)) @ axes.T
         np.testing.assert_allclose(pseudo_inertia(possible), expected, rtol=0, atol=2e-5)
         assert np.linalg.eigvalsh(pseudo_inertia(possible))[0] > 0.0
-
-
-def test_the_pseudo_inertia_is_the_second_moment_of_the_mass(rng):
-    m, r = rng.uniform(0.2, 1.7, 5), rng.normal(size=(5, 3))
-    points = sum(standard_parameters(mass, at, (0.0,) * 6) for mass, at in zip(m, r, strict=True))
-    moments = np.column_stack((r, np.ones(5)))
-    np.testing.assert_allclose(pseudo_inertia(points), np.einsum("k,ki,kj->ij", m, moments, moments), rtol=1e-12)

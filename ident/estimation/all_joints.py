@@ -42,7 +42,7 @@ NOTHING = 1e-10
 """Relative norm below which a column is rounding error."""
 SMALL = 1e-12
 """Relative eigenvalue of cross products below which initial values do not use a combination of parameters."""
-CONVERGED = 1e-10
+CONVERGED = 1e-8
 """Largest norm of the last step."""
 LONGEST_STEP = 0.5
 """Largest norm of the change of the logarithms in one step."""
@@ -528,33 +528,44 @@ class Fit:
 
         The squares are those of the rows weighted by 1 / sigma_j. Own columns are eliminated joint by joint.
         """
-        model, J, n, tz = self.model, self.J, len(self.h), np.append(self.z, 1.0)
+        model, n, k = self.model, len(self.h), len(self.z)
         RR, FR, FF = model.blocks.RR, model.FR, model.FF
-        eF, eR = -self.c[:, None, :, None], self.rest[:, None, :, None]
-        GF, GR = FF @ eF + FR @ eR, flipped(FR) @ eF + RR @ eR  # cross products with the residual of the block
+        eF, eR, tz = -self.c[:, None, :, None], self.rest[:, None, :, None], np.append(self.z, (1.0, 0.0))
+        both = RR @ np.stack((self.rest, np.tile(tz, (n, 1))), axis=2)[:, None]  # (n, B, k + 2, 2)
+        GF, GR = FF @ eF + FR @ eR, flipped(FR) @ eF + both[..., :1]  # cross products with the residual of the block
         HF, HR = model.eliminated[0][:, None] - FF, np.sum(FR, axis=1, keepdims=True)[..., :-1] - FR[..., :-1]
-        own, both = np.arange(HF.shape[-1]), np.arange(len(self.normal))
-        HF[:, :, own, own] += FREE_BLOCK
+        i, d = np.arange(HF.shape[-1]), np.arange(n + k)
+        HF[:, :, i, i] += FREE_BLOCK
         solved = np.linalg.solve(HF, np.concatenate((HR, GF), axis=3))
-        X, y = np.ascontiguousarray(solved[..., :-1]), solved[..., -1:]
-        S = model.blocks.total[:, None, :-1, :-1] - RR[:, :, :-1, :-1] - flipped(HR) @ X
-        weighted = (self.h / model.sigma)[:, None, None] ** 2 * (S @ tz)
-        N = np.zeros((S.shape[1], len(both), len(both)))
-        N[:, n:, n:] = np.tensordot((self.h / model.sigma) ** 2, S[..., :-1, :-1], 1)
-        N[:, :n, n:] = weighted[..., :-1].swapaxes(0, 1)
+        X, y = solved[..., :-1], solved[..., -1:]
+        h2 = (self.h / model.sigma) ** 2
+        total = model.blocks.total[:, :-1]
+        inner = np.tensordot(h2, total[:, :k, :k], 1) - np.tensordot(h2, RR, 1)[:, :k, :k]
+        by_block = HR[..., :k].transpose(1, 3, 0, 2).reshape(len(inner), k, -1)  # (B, k, n f)
+        weighted = (h2[:, None, None, None] * X[..., :k]).transpose(1, 0, 2, 3).reshape(len(inner), -1, k)
+        St = (total @ tz)[:, None] - both[..., :-1, 1] - (flipped(HR) @ (X @ tz[:-1])[..., None])[..., 0]
+        St *= h2[:, None, None]
+        N = np.zeros((len(inner), n + k, n + k))
+        N[:, n:, n:] = inner - by_block @ weighted + model.blocks.prior.T @ model.blocks.prior
+        N[:, :n, n:] = St[..., :k].swapaxes(0, 1)
         N[:, n:, :n] = flipped(N[:, :n, n:])
-        N[:, both[:n], both[:n]] = (weighted @ tz).T + self.log_std**-2.0
-        N[:, n:, n:] += model.blocks.prior.T @ model.blocks.prior
+        N[:, d[:n], d[:n]] = (St @ tz[:-1]).T + self.log_std**-2.0
         N *= np.outer(self._scale, self._scale)
-        N[:, both, both] += FREE_BLOCK
+        N[:, d, d] += FREE_BLOCK
         g = (GR[:, :, :-1] - flipped(HR) @ y)[..., 0] * (self.h / model.sigma**2)[:, None, None]
-        g = np.concatenate(((g @ tz).T, np.sum(g[..., :-1], axis=0)), axis=1)
+        g = np.concatenate(((g @ tz[:-1]).T, np.sum(g[..., :k], axis=0)), axis=1)
         du = np.linalg.solve(N, (self._scale * g)[..., None])[..., 0] * self._scale
-        dR = np.einsum("jxu,bu->jbx", J, du)[..., None]
-        dF = y - X @ dR
-        eF, eR = eF + dF, eR + np.pad(dR, ((0, 0), (0, 0), (0, 1), (0, 0)))
-        squares = np.sum(eF * (FF @ eF + 2.0 * (FR @ eR)), axis=(2, 3)) + np.sum(eR * (RR @ eR), axis=(2, 3))
+        dR = np.pad(self._moved(du), ((0, 0), (0, 0), (0, 1)))[..., None]
+        dF = y - X @ dR[:, :, :-1]
+        squares = np.sum(eF * GF, axis=(2, 3)) + np.sum(eR * GR, axis=(2, 3))
+        squares += np.sum(dF * (2.0 * GF + FF @ dF + 2.0 * (FR @ dR)), axis=(2, 3))
+        squares += np.sum(dR * (2.0 * GR + RR @ dR), axis=(2, 3))
         return -du, -dF[..., 0], np.maximum(squares, 0.0) / model.sigma[:, None] ** 2
+
+    def _moved(self, du: Array) -> Array:
+        """Change of the torque's coordinates (h z, h) of each joint by changes of u (B, n + k), shape (n, B, k + 1)."""
+        ds, dz = du[:, : len(self.h)].T[..., None], du[:, len(self.h) :]
+        return self.h[:, None, None] * np.concatenate((ds * self.z + dz, ds), axis=2)
 
     @cached_property
     def residual(self) -> Array:
@@ -572,7 +583,7 @@ class Fit:
         """Errors of the prediction of each time block from the others [drive units], padded, shape (n, B, w)."""
         du, dc, _ = self.without_blocks
         R, Q = self.model.blocks.R[..., :-1], self.model.own.Q
-        moved = R @ np.einsum("jxu,bu->jbx", self.J, du)[..., None] + Q @ dc[..., None]
+        moved = R @ self._moved(du)[..., None] + Q @ dc[..., None]
         return self.residual - moved[..., 0]
 
     @cached_property

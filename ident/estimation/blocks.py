@@ -294,9 +294,9 @@ class Blocks:
         Z = (new @ T).reshape(*self.layout.shape, m)
         R = np.concatenate((self.R[..., :k], Z, self.R[..., k:]), axis=3)
         added = flipped(Z) @ R  # (n, B, m, k + m + 2)
-        old = [*range(k), k + m, k + m + 1]
         RR = np.empty((*added.shape[:2], k + m + 2, k + m + 2))
-        RR[:, :, np.array(old)[:, None], old] = self.RR
+        RR[:, :, :k, :k], RR[:, :, :k, k + m :] = self.RR[:, :, :k, :k], self.RR[:, :, :k, k:]
+        RR[:, :, k + m :, :k], RR[:, :, k + m :, k + m :] = self.RR[:, :, k:, :k], self.RR[:, :, k:, k:]
         RR[:, :, k : k + m] = added
         RR[:, :, :, k : k + m] = flipped(added)
         FR = np.concatenate((self.FR[..., :k], flipped(self.own.Q) @ Z, self.FR[..., k:]), axis=3)

@@ -10,7 +10,7 @@ compliance  of all joints, or of none; a joint whose compliance is significantly
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -138,6 +138,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         yielding: Whether joints are known to be elastic; else the data decide.
     """
     plain = fit(ready, {}, None)
+    ready = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
     along = torques_of(ready, plain.theta)
     loads = load_terms(ready, plain, along, tuple(LOAD_FORMS))
     softened = compliance_columns(ready, along)

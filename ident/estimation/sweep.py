@@ -202,8 +202,8 @@ class Torques:
         given = self.sampled if torque is None else torque
         states = behind.states
         links = given - drive_torques(self.arm, self.rotors, states.dq, states.ddq)
-        transmitted = CubicSpline.through(self.sweep.knots, links)
-        return self.links.displaced(States(*(-transmitted(self.sweep.knots, order) for order in range(3))))
+        motor = CubicSpline.through(self.sweep.knots, -links)
+        return self.links.displaced(States(-links, motor(self.sweep.knots, 1), motor(self.sweep.knots, 2)))
 
     def slowed(self, softened: Array) -> Array:
         """Convert changes by compliance (S, n, n) to rows, low-passed below frequencies of encoder noise, (rows, n)."""

@@ -112,26 +112,24 @@ def load_terms(
         rotor = spun * sweep.behind.ddq
         links = h * sweep.at_full_rate(torques.sampled)
         braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
-        columns = list[Array]()
-        for form in forms:
-            given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
-            c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
-            load = _size(form, given, c, against)
-            columns.append(load * against)
-            if form != LINKS:
-                columns.append(scale * (_size(form, given - fit.common("off", 0.0), c, against) - load) * against)
-            if form != MOTOR and unseen.any():
-                less = _size(form, given - np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor, c, against) - load
-                columns.append(scale * less * against)
-        parts.append(sweep.decimated(np.stack(columns, axis=2)))
+        columns = np.empty((*links.shape, len(names)))
+        for k, (form, name) in enumerate(names):
+            if name == form:
+                given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
+                c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
+                load = columns[:, :, k] = _friction(form, given, c, against)
+            else:
+                less = fit.common("off", 0.0) if name == OFFSET else np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor
+                columns[:, :, k] = scale * (_friction(form, given - less, c, against) - load)
+        parts.append(sweep.decimated(columns))
     rows, found = ready.of_logs(parts), {form: dict[str, Array]() for form in forms}
     for k, (form, name) in enumerate(names):
         found[form][name] = rows[:, k]
     return found
 
 
-def _size(form: str, given: Array, c: Array, against: Array) -> Array:
-    """Magnitude of the current that friction is proportional to, (N, n); that of the motor includes this friction.
+def _friction(form: str, given: Array, c: Array, against: Array) -> Array:
+    """Current of friction in proportion to another current, which for the motor includes this friction, shape (N, n).
 
     Args:
         form: One of `LOAD_FORMS`.
@@ -140,8 +138,10 @@ def _size(form: str, given: Array, c: Array, against: Array) -> Array:
         against: Sign of the current that opposes friction, shape (N, n).
     """
     if form != MOTOR:
-        return np.abs(given)
-    return np.abs(given / (1.0 - np.clip(c, -STRONGEST, STRONGEST) * against * np.sign(given)))  # W = x + c |W| against
+        return np.abs(given) * against
+    c = np.clip(c, -STRONGEST, STRONGEST)
+    toward = given * against  # W = x + c |W| against: |W| = |x| / (1 - c sign(x) against)
+    return np.where(toward > 0.0, toward / (1.0 - c), -toward / (1.0 + c)) * against
 
 
 def braking(dq: Array, fit: Fit, motion: int) -> Array:

@@ -198,11 +198,12 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
     """
     if not zero_deg and not tilt_deg:
         return ready
-    theta = fit(ready, {}, None).theta
-    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, theta)])
+    plain = fit(ready, {}, None)
+    columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, plain.theta)])
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
-    return ready.widened(columns[:, std > 0.0], std[std > 0.0]).restarted()
+    near = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
+    return near.widened(columns[:, std > 0.0], std[std > 0.0]).restarted()
 
 
 def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -> tuple[Fit, float]:

@@ -26,7 +26,7 @@ from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
+from ident.estimation.joint_by_joint import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification

@@ -19,7 +19,6 @@ MODULES = {
         "Use the gains": (
             "unseen",
             "estimation.known_gains",
-            "estimation.joint_torque",
             "parameters.weighing",
             "parameters.payload",
             "parameters.arm",
@@ -34,8 +33,7 @@ MODULES = {
             "estimation.estimators",
             "estimation.problem",
             "estimation.rows",
-            "estimation.identifiability",
-            "estimation.joint_by_joint.joint_fit",
+            "estimation.joint_by_joint",
             "estimation.intervals",
         ),
         "Mathematics": (

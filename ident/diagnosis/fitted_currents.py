@@ -10,8 +10,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, GivenGain, Setting, fit, setting
+from ident.estimation.all_joints import Fit, fit
 from ident.estimation.problem import Problem
+from ident.estimation.setting import GivenGain, Setting, setting
 from ident.estimation.sweep import Torques, assumed_compliance
 from ident.estimation.terms import compliance_columns, torques_of
 from ident.model.arm import Arm

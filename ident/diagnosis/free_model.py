@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, HeldOut, fits_of, free_fit, held_out, numbered_blocks
-from ident.estimation.joint_by_joint.gain_system import JointRows, joint_rows
+from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 

@@ -25,9 +25,8 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, finding, two_digits
 from ident.diagnosis.estimate_evidence import claimed, consequence, severity_of
 from ident.diagnosis.motion_quality import acceleration_of_unit_noise
-from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimate import FRICTION_Z, GainEstimate, IdentifiedGain, joint_signs
 from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains
-from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.sweep import inertia_matrices

@@ -9,9 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.estimation.estimate import GainEstimate, RefusedGain
+from ident.estimation.estimate import FRICTION_Z, GainEstimate, RefusedGain, joint_signs
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
-from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.recordings.recording import NO_JOINT, Motion, Recording, share_samples

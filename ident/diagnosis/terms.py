@@ -14,7 +14,7 @@ from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.hypothesis import Direction, Logs, Term
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.joint_by_joint.gain_system import JointRows, joint_rows
+from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly

@@ -7,8 +7,7 @@ A_j, theta   columns and values of the shared parameters: the arm's base paramet
 k_j          torque of the known payload parameters [N m]
 F_j, phi_j   columns of the joint's own friction and offset, and their values in drive units
 
-Rows are weighted by 1 / sigma_j, from a fit of joint j alone: with weights from the residual at the estimated gains, an
-infinite gain would be a solution. phi, then theta are eliminated (variable projection), which leaves log|h|: with
+Rows are weighted by 1 / sigma_j. phi, then theta are eliminated (variable projection), which leaves log|h|: with
 T_j = h_j (A_j theta + k_j), r the residual and Q an orthonormal basis of the columns of theta, a step solves
 
     [T'(T - r) - (T - r)' Q Q' (T - r) + 1 / prior_std^2] ds = T' r - (s - mean) / prior_std^2        s = log|h|
@@ -17,31 +16,23 @@ with r omitted on the left where that is not positive definite (Gauss and Newton
 joint and time block (`ident.estimation.blocks`), whose coordinates z, c stand for theta, phi.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lapack
 
-from ident.estimation.blocks import DEPENDENT_ALONE, ROUNDING, Blocks, Layout, Own, flat, flipped, orthonormalising
+from ident.estimation.blocks import flipped
 from ident.estimation.estimate import GainSolution
-from ident.estimation.intervals import Rows
-from ident.estimation.joint_by_joint.joint_fit import JointFit, joint_fit
-from ident.estimation.problem import Problem
-from ident.estimation.rows import OWN, Columns, SharedParameters
-from ident.estimation.sweep import Sweep
+from ident.estimation.intervals import FREE_BLOCK, Rows
+from ident.estimation.rows import OWN
+from ident.estimation.setting import Model, Setting, Term
 from ident.support.arrays import Array, Indices
 from ident.support.errors import NotIdentifiable
 
 GIVEN_STD = 1e-9
 """Prior standard deviation of the logarithm of a given gain: negligible."""
-SURE_Z = 6.0
-"""Number of standard deviations at which a joint's own estimate of its gain is used as initial value."""
-NOTHING = 1e-10
-"""Relative norm below which a column is rounding error."""
-SMALL = 1e-12
-"""Relative eigenvalue of cross products below which initial values do not use a combination of parameters."""
 CONVERGED = 1e-8
 """Largest norm of the last step."""
 LONGEST_STEP = 0.5
@@ -57,301 +48,6 @@ SAME_COST = 1e-13
 FAR = 3.0
 """Largest difference between joints in the change of log|h| up to which columns count as orthonormal: the condition
 number of the cross products is then at most e^6, a loss of three of sixteen digits."""
-FREE_BLOCK = 1e-13
-"""Cross products added to those of all other blocks, for parameters that one time block alone determines."""
-
-
-@dataclass(frozen=True, slots=True)
-class GivenGain:
-    """A known gain, which sets the scale of the others: its joint, from 0, and its value [N m / drive unit]."""
-
-    joint: int
-    value: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Term:
-    """A further column of the friction of all joints.
-
-    Attributes:
-        column: Rows of all joints, shape (r,); zero in those of joints without the term.
-        mean: Prior mean of each joint's coefficient.
-        std: Prior standard deviation, infinite without a prior.
-    """
-
-    column: Array
-    mean: float = 0.0
-    std: float = float("inf")
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Setting:
-    """A problem, prepared for fits with various terms.
-
-    Attributes:
-        problem: Motions and payloads.
-        shared: The parameters that joints share.
-        columns: Rows of all joints.
-        names: Name and motion of the columns of friction and offset, b pairs.
-        blocks: The rows with cross products.
-        alone: 1/g of the joints that determine it alone, zero for the others, shape (n,).
-        start: Initial values of 1/g, shape (n,).
-        prior_std: Prior standard deviation of log|h| about the initial value.
-        given: Known gains.
-        sweeps: Torques along each motion, if all are recorded.
-    """
-
-    problem: Problem
-    shared: SharedParameters
-    columns: Columns
-    names: tuple[tuple[str, int], ...]
-    blocks: Blocks
-    alone: Array
-    start: Array
-    prior_std: float
-    given: tuple[GivenGain, ...]
-    sweeps: tuple[Sweep, ...]
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.alone)
-
-    @property
-    def recorded(self) -> bool:
-        """Whether every motion has its recording, which columns that follow from torques need."""
-        return bool(self.sweeps)
-
-    def of_logs(self, parts: Sequence[Array]) -> Array:
-        """Join the rows of each motion, as `Sweep.rows` gives them, to those of `columns`, shape (r, m)."""
-        out = np.empty((len(self.columns.V), *parts[0].shape[1:]))
-        for number, part in enumerate(parts):
-            out[self.columns.motion == number] = part
-        return out
-
-    def with_gains(self, given: Sequence[GivenGain]) -> "Setting":
-        """Return the same problem with other known gains."""
-        start = _start(self, given)
-        return replace(self, given=tuple(given), start=start, blocks=self.blocks.at(start / self.sigma))
-
-    def restarted(self) -> "Setting":
-        """Return the same problem with initial values from all its columns."""
-        return replace(self, start=_start(self, self.given))
-
-    def braked(self) -> GivenGain:
-        """Return a gain of size 1 of the joint with the most significant friction, signed so that friction brakes."""
-        z = friction_z(self)
-        surest = int(np.argmax(np.abs(z)))
-        return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
-
-    def with_currents(self, V: Array) -> "Setting":
-        """Return the same problem with other currents (r,)."""
-        return replace(self, columns=replace(self.columns, V=V), blocks=self.blocks.with_currents(V))
-
-    def widened(self, more: Array, std: Array | float = np.inf) -> "Setting":
-        """Append shared columns (r, m) with their prior standard deviations (m,)."""
-        columns = replace(self.columns, shared=np.hstack((self.columns.shared, more)))
-        return replace(self, columns=columns, blocks=self.blocks.widened(more, np.full(more.shape[1], std)))
-
-    @cached_property
-    def sigma(self) -> Array:
-        """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
-        return sigma_of(self.blocks, self.blocks.alone.left, self.blocks.alone.rank)
-
-
-def sigma_of(blocks: Blocks, left: Array, rank: Indices) -> Array:
-    """Return the standard deviation of each joint's residual (n, B w) of a fit of some rank, shape (n,)."""
-    counts = blocks.layout.counts
-    rms = np.linalg.norm(blocks.currents, axis=1) / np.sqrt(counts)
-    return np.maximum(np.linalg.norm(left, axis=1) / np.sqrt(np.maximum(counts - rank, 1)), ROUNDING * rms)
-
-
-def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
-    """Prepare the fits of a problem.
-
-    Args:
-        problem: Motions and payloads.
-        per_motion: Whether viscous and Coulomb friction differ between motions.
-        prior_std: Prior standard deviation of log|h| about the initial value.
-        given: Known gains.
-
-    Raises:
-        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
-    """
-    shared = SharedParameters.of(problem)
-    if not shared.known.any() and not given:
-        raise NotIdentifiable(
-            "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
-            "one, or give one gain (options gain_joint and gain_value)"
-        )
-    columns = Columns.of(problem, shared)
-    names, F = columns.friction(per_motion=per_motion)
-    h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
-    for j in range(len(h)) if known else ():
-        fit = joint_fit(problem, j, known)
-        if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
-            h[j] = fit.inverse
-    sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
-    layout = Layout.of(len(h), columns.joint, columns.motion, columns.position)
-    kV = np.column_stack((columns.known, columns.V))
-    blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
-    return Setting(
-        problem=problem,
-        shared=shared,
-        columns=columns,
-        names=names,
-        blocks=blocks,
-        alone=h,
-        start=h,
-        prior_std=prior_std,
-        given=(),
-        sweeps=sweeps if all(motion.observation.full_rate is not None for motion in problem.motions) else (),
-    ).with_gains(given)
-
-
-def friction_z(ready: Setting) -> Array:
-    """Return the more significant of Coulomb and viscous friction of each joint alone, in standard deviations.
-
-    Its sign is that of the gain, as friction brakes.
-
-    Returns:
-        Shape (n,); zero without friction.
-    """
-    blocks, inner = ready.blocks, ready.blocks.A.shape[2] + 1
-    C, gram = blocks.C[:, :, :inner], blocks.cross[:, :inner, :inner]
-    size = np.sqrt(np.einsum("jaa->ja", gram) + np.sum(C**2, axis=1))
-    size = np.where(size > 0.0, size, 1.0)
-    T = orthonormalising(gram / (size[:, :, None] * size[:, None]), DEPENDENT_ALONE) / size[:, :, None]
-    along, inverse = C @ T, np.linalg.inv(blocks.own.R)
-    phi = inverse @ (blocks.C[:, :, -1:] - along @ (flipped(T) @ blocks.cross[:, :inner, -1:]))
-    spread = np.linalg.norm(np.concatenate((inverse, inverse @ along), axis=2), axis=2) * ready.sigma[:, None]
-    friction = np.array([name != "off" for name, _ in ready.names]) & blocks.own.used
-    z = np.where(friction, phi[..., 0] / spread, 0.0)
-    return np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]
-
-
-def _start(ready: Setting, given: Sequence[GivenGain]) -> Array:
-    """Return 1/g of joints alone, and of the others from link parameters shared with these, shape (n,)."""
-    h = ready.alone.copy()
-    for each in given:
-        h[each.joint] = 1.0 / each.value
-    gram = ready.blocks.cross / (ready.sigma**2)[:, None, None]
-    A, V = gram[:, :-2], gram[:, -1]  # products with [A k V]
-    sign = np.where(h != 0.0, np.sign(h), np.where(friction_z(ready) < 0.0, -1.0, 1.0))
-    if not h.any():  # the scale is free: one joint has 1
-        loudest = int(np.argmax(V[:, -1]))
-        h[loudest] = sign[loudest]
-    while not h.all():
-        normal = np.tensordot(h**2, A[:, :, :-2], 1)
-        size = np.sqrt(np.diag(normal))
-        shown = size > NOTHING * size.max(initial=0.0)  # gravity about a vertical axis is rounding error
-        scale = np.where(shown, 1.0 / np.where(shown, size, 1.0), 0.0)
-        values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-        inverse = np.where(values > SMALL * values[-1:], 1.0 / np.where(values > 0.0, values, 1.0), 0.0)
-        right = scale * (h @ A[:, :, -1] - h**2 @ A[:, :, -2])
-        theta = scale * (vectors @ (inverse * (vectors.T @ right)))
-        x = np.append(theta, 1.0)  # torque of each joint [A k] x
-        length = np.sqrt(np.maximum(np.einsum("a,jab,b->j", x, gram[:, :-1, :-1], x), 0.0))
-        along = V[:, :-1] @ x / np.where(length > 0.0, length, 1.0) ** 2
-        loud = np.maximum(np.sqrt(V[:, -1]), 1e-300)
-        explained = np.where(h == 0.0, np.abs(along) * length / loud, -1.0)
-        best = int(np.argmax(explained))  # the joint with the best fit is added first
-        size = abs(along[best]) if along[best] * sign[best] > 0.0 else loud[best] / max(length[best], 1e-300)
-        h[best] = sign[best] * (float(size) or 1.0)
-    return h
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Model:
-    """The model with some terms, f own columns and k shared coordinates, reduced to cross products.
-
-    Attributes:
-        blocks: Rows with their cross products.
-        names: Name and motion of each own column, f pairs.
-        own: Own columns, those of `blocks` first.
-        F: The columns as given, shape (r, f).
-        mean: Prior mean of each coefficient, shape (n, f).
-        std: Prior standard deviation, infinite without a prior, shape (n, f).
-    """
-
-    blocks: Blocks
-    names: tuple[tuple[str, int], ...]
-    own: Own
-    F: Array
-    mean: Array
-    std: Array
-
-    @classmethod
-    def of(cls, ready: Setting, terms: Mapping[str, Term]) -> "Model":
-        """Of a problem and further terms.
-
-        Raises:
-            NotIdentifiable: If a joint has fewer rows than unknowns.
-        """
-        blocks, n, b, e = ready.blocks, ready.n, len(ready.names), len(terms)
-        _, F = ready.columns.friction(per_motion=any(which >= 0 for _, which in ready.names))
-        F = np.column_stack((F, *(term.column for term in terms.values())))
-        own = blocks.own.extended(blocks.layout.padded(F[:, b:]))
-        for j, (rows, f) in enumerate(zip(blocks.layout.counts, own.used.sum(axis=1), strict=True)):
-            if rows <= (need := int(f) + blocks.A.shape[2] + 2):
-                raise NotIdentifiable.too_few_rows(int(rows), need, j)
-        mean, std = np.zeros((n, b + e)), np.full((n, b + e), np.inf)
-        for k, term in enumerate(terms.values(), b):
-            on = own.used[:, k]
-            mean[on, k], std[on, k] = term.mean, term.std
-        names = (*ready.names, *((name, -1) for name in terms))
-        return cls(blocks=blocks, names=names, own=own, F=F, mean=mean, std=std)
-
-    @cached_property
-    def sigma(self) -> Array:
-        """Standard deviation of the residual of each joint alone [drive units], shape (n,)."""
-        alone = self.blocks.alone
-        new = alone.outside(flat(self.own.Q[..., self.blocks.own.Q.shape[-1] :]))
-        T = orthonormalising(flipped(new) @ new, DEPENDENT_ALONE)
-        new = new @ T
-        left = alone.left - (new @ (flipped(new) @ alone.left[..., None]))[..., 0]
-        return sigma_of(self.blocks, left, alone.rank + np.count_nonzero(T.any(axis=1), axis=1))
-
-    @cached_property
-    def FF(self) -> Array:
-        """Cross products of own columns, shape (n, B, f, f)."""
-        b = self.blocks.own.Q.shape[-1]
-        FF = np.zeros((*self.own.Q.shape[:2], len(self.names), len(self.names)))
-        FF[:, :, :b, :b] = self.blocks.FF
-        FF[:, :, b:] = flipped(self.own.Q[..., b:]) @ self.own.Q
-        FF[:, :, :b, b:] = flipped(FF[:, :, b:, :b])
-        return FF
-
-    @cached_property
-    def FR(self) -> Array:
-        """Cross products of own columns with [Z k V], shape (n, B, f, k + 2)."""
-        b = self.blocks.own.Q.shape[-1]
-        return np.concatenate((self.blocks.FR, flipped(self.own.Q[..., b:]) @ self.blocks.R), axis=2)
-
-    @cached_property
-    def inverse(self) -> Array:
-        """R^-1 of the own columns, phi = R^-1 c + .., shape (n, f, f)."""
-        return np.asarray(np.linalg.inv(self.own.R), np.float64)
-
-    @cached_property
-    def prior(self) -> Array:
-        """Rows of the priors of own coefficients by c, in standard deviations, shape (n, f, f); zero without one."""
-        return np.where(np.isfinite(self.std)[..., None], self.inverse / self.std[..., None], 0.0)
-
-    @cached_property
-    def eliminated(self) -> tuple[Array, Array, Array]:
-        """Cross products of c with priors, X with c = X rest, and weighted ones of [Z k V] without own columns."""
-        s2 = self.sigma[:, None, None] ** 2
-        G = self.prior
-        m = np.where(np.isfinite(self.std), self.mean / self.std, 0.0)[..., None]
-        FF = np.sum(self.FF, axis=1) + s2 * (flipped(G) @ G)
-        i = np.arange(FF.shape[1])
-        FF[:, i, i] += ~self.own.used
-        FR, RR = np.sum(self.FR, axis=1), self.blocks.total / s2
-        FR[:, :, -1:] += s2 * (flipped(G) @ m)
-        RR[:, -1:, -1:] += flipped(m) @ m
-        X = np.linalg.solve(FF, FR)
-        return FF, X, RR - flipped(FR) @ X / s2
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,8 @@
-"""Result of an identification: a gain or a reason for each joint, with rows, residuals and influence."""
+"""Result of an identification: a gain or a reason for each joint, with rows, residuals and influence.
+
+A solution becomes an estimate by its covariance, the predicted standard deviation and the contribution of the payload;
+the sign of a gain is determined twice: by the payload's torque, and by friction, which always brakes.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,8 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.intervals import Rows
+from ident.estimation.intervals import UNCERTAINTIES, Rows
+from ident.estimation.problem import Problem
 from ident.support.arrays import Array, Indices, Mask, MaskedArray
+
+FRICTION_Z = 10.0
+"""Number of standard deviations beyond which the sign of friction is significant."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,3 +217,128 @@ class GainEstimate:
         """Ratio of the norms of a joint's residual and currents, None if no row of the joint (from 0) was used."""
         rows = self.solution.rows
         return rows.residual_share(joint) if joint in rows.unknowns else None
+
+
+def judge_identifiability(
+    method: str, problem: Problem, solution: GainSolution, *, payload: tuple[FoundParameter, ...] = ()
+) -> GainEstimate:
+    """Judge a solution joint by joint.
+
+    Args:
+        method: Name of the method.
+        problem: The problem that it solved.
+        solution: Its solution.
+        payload: Payload parameters that it estimated with the gains.
+    """
+    options, rows = problem.options, solution.rows
+    covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence)
+    predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
+    shares = (predicted, solution.payload_rel_std, solution.model_rel_std)
+    predicted = np.linalg.norm(shares, axis=0)  # refusals use the total standard deviation
+    joints: dict[int, JointResult] = {
+        j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
+        for j, reason in solution.unsolved.items()
+    }
+    for k, j in enumerate(solution.joints.tolist()):
+        name, expected = problem.joint_name(j), float(predicted[k])
+        unit = "N m" if problem.structure.arm.revolute[j] else "N"
+        reason = refusal(expected, float(solution.load_rms[k]), options.max_rel_std, unit)
+        if reason is not None:
+            joints[j] = RefusedGain(joint=name, reason=reason, predicted_rel_std=expected)
+        else:
+            gain = 1.0 / float(solution.inverse[k])
+            joints[j] = IdentifiedGain(
+                joint=name,
+                value=gain,
+                residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
+                payload_rel_std=float(shares[1][k]),
+                model_rel_std=float(shares[2][k]),
+                predicted_rel_std=expected,
+            )
+    return GainEstimate(
+        method=method,
+        joints=tuple(joints[j] for j in sorted(joints)),
+        solution=solution,
+        covariance=covariance,
+        options=options,
+        payload=payload,
+    )
+
+
+def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: Array, noise_floor: float) -> Array:
+    """Predict the relative standard deviations of gains from such data.
+
+    Args:
+        rows: Rows that the gains were estimated from.
+        influence: Derivative of each 1/g by each row's current, shape (k, r).
+        inverse: 1/g, shape (k,).
+        covariance: Covariance of 1/g from the residuals, shape (k, k).
+        noise_floor: Residual that any real drive has, as a share of the joint's rms current.
+
+    Returns:
+        Shape (k,).
+    """
+    least = rows.least_std(influence, noise_floor)
+    return np.maximum(np.sqrt(np.diag(covariance)), least) / np.abs(inverse)  # std(g) / g = std(1/g) / (1/g)
+
+
+def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit: str) -> str | None:
+    """Return the reason if a gain is refused, else None.
+
+    Args:
+        predicted_rel_std: Predicted relative standard deviation.
+        load_rms: Root mean square of the payload's torque or force on the joint.
+        max_rel_std: Largest one that is accepted.
+        unit: Unit of `load_rms`.
+    """
+    if predicted_rel_std <= max_rel_std:
+        return None
+    load = (
+        f"the payload puts {load_rms:.3g} {unit} rms on this joint" if load_rms > 0.0 else "no payload loads this joint"
+    )
+    most = _percent(max_rel_std)
+    return f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {most}; {load}"
+
+
+def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:
+    """Return the reason if the ratio of a gain to that of another joint is refused, else None.
+
+    Args:
+        rel_std: Relative standard deviation of the ratio, inf if the data do not relate the joints.
+        max_rel_std: Largest one that is accepted.
+        reference: The other joint, from 0.
+    """
+    if rel_std <= max_rel_std:
+        return None
+    tied = f"these motions hardly excite the links that it shares with joint {reference + 1}"
+    return f"standard deviation {_percent(rel_std)} of the ratio exceeds {_percent(max_rel_std)}; {tied}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSigns:
+    """Significance of the sign of each solved gain.
+
+    Attributes:
+        load_z: 1/g over its standard deviation, shape (k,).
+        friction_z: Friction over g, divided by its standard deviation, of total or Coulomb friction, whichever is more
+            significant; its sign is that of g, shape (k,). Residuals are at least the noise floor of real drives.
+    """
+
+    load_z: Array
+    friction_z: Array
+
+
+def joint_signs(estimate: GainEstimate) -> JointSigns:
+    """Return the significance of each solved gain's sign, by load and by friction."""
+    solution, options = estimate.solution, estimate.options
+    flat = solution.friction_influence.reshape(solution.friction.size, len(solution.rows.V))
+    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat)
+    least = solution.rows.least_std(flat, options.noise_floor)  # without noise everything would be significant
+    std = np.maximum(np.sqrt(np.diag(covariance)), least).reshape(solution.friction.shape)
+    z = np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)
+    surer = np.take_along_axis(z, np.argmax(np.abs(z), axis=1)[:, None], axis=1)[:, 0]
+    return JointSigns(solution.inverse / np.sqrt(np.diag(estimate.covariance)), surer)

@@ -10,12 +10,13 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import lapack
 
 from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
 """Number of time blocks of each motion."""
+FREE_BLOCK = 1e-13
+"""Information that is added for parameters that one time block alone determines, as a share of that of all blocks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,19 +134,14 @@ def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], .
 
 
 def _not_fitted_to(Q: Array, e: Array) -> Array:
-    """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
+    """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity).
+
+    A parameter that the block alone determines makes the matrix singular; `FREE_BLOCK` keeps its value.
+    """
     rows, columns = Q.shape
-    if not columns:
-        return e
     if rows <= columns:
-        return _solved(np.eye(rows) - Q @ Q.T, e)
-    return e + Q @ _solved(np.eye(columns) - Q.T @ Q, Q.T @ e)
-
-
-def _solved(A: Array, b: Array) -> Array:
-    """Solve A x = b for a positive definite A, or for one that is singular up to rounding."""
-    _, x, failed = lapack.dposv(A, b, lower=True)  # half the work of np.linalg.solve
-    return np.asarray(np.linalg.solve(A, b) if failed else x, np.float64)
+        return np.asarray(np.linalg.solve((1.0 + FREE_BLOCK) * np.eye(rows) - Q @ Q.T, e), np.float64)
+    return e + Q @ np.linalg.solve((1.0 + FREE_BLOCK) * np.eye(columns) - Q.T @ Q, Q.T @ e)
 
 
 def classical(rows: Rows, influence: Array) -> Array:

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.all_joints import GIVEN_STD, GivenGain, Sensitivity
+from ident.estimation.all_joints import GIVEN_STD, Sensitivity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
+from ident.estimation.setting import GivenGain
 from ident.model.arm import Arm
+from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import GainsError
 
@@ -232,3 +234,36 @@ def shares(found: Sensitivity, options: GainOptions, gains: KnownGains | None, r
 def deviations(covariance: Array) -> Array:
     """Return standard deviations; negative variances due to rounding are 0."""
     return np.sqrt(np.maximum(np.diag(covariance), 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointTorque:
+    """Torques of the joints that have a gain, tau = g v (paper, eq. 7): of the drive, with friction and offset.
+
+    The interval is that of the gain; it does not include noise of the currents.
+
+    Attributes:
+        t: Sample times [s], shape (N,).
+        joints: The k joints, from 0, shape (k,).
+        tau: Torques [N m, or N where a joint slides], shape (N, k).
+        std: Their standard deviations from the gains, shape (N, k).
+    """
+
+    t: Array
+    joints: Indices
+    tau: Array
+    std: Array
+
+
+def joint_torque(recording: Recording, gains: KnownGains) -> JointTorque:
+    """Return the torques at every sample, of joints that have a gain.
+
+    Raises:
+        GainsError: If recording and gains have other numbers of joints, or no joint has a gain.
+    """
+    if recording.n != len(gains.names):
+        raise GainsError(f"{recording.name}: {recording.n} joints, but gains of {len(gains.names)}")
+    if not len(gains.joints):
+        raise GainsError("gains: no joint has a gain; every one is refused")
+    v = recording.v[:, gains.joints]
+    return JointTorque(t=recording.t, joints=gains.joints, tau=v * gains.value, std=np.abs(v) * gains.std)

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, Setting, Term, fit
+from ident.estimation.all_joints import Fit, fit
 from ident.estimation.intervals import larger_of
+from ident.estimation.setting import Setting, Term
 from ident.estimation.terms import (
     LINKS,
     LOAD_FORMS,

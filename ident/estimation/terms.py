@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, Setting, Term
+from ident.estimation.all_joints import Fit
+from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import ROTOR_SHARE, Sweep, Torques, rotor_identifiable, rotor_inertia
 from ident.numerics.least_squares import factors
 from ident.numerics.signals import delayed, low_passed
@@ -101,31 +102,25 @@ def load_terms(
         return {}
     h, unseen = fit.h, ~rotor_identifiable(ready.problem.structure)
     spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
-    names = [
-        (form, name)
-        for form in forms
-        for name in (form, *([OFFSET] if form != LINKS else []), *([ROTOR] if form != MOTOR and unseen.any() else []))
-    ]
+    shares = {form: [OFFSET] if form != LINKS else [] for form in forms}
+    for form in forms if unseen.any() else ():
+        shares[form] += [ROTOR] if form != MOTOR else []
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         against = np.sign(h) * sweep.sign  # the current of a negative gain has the opposite sign
         rotor = spun * sweep.behind.ddq
         links = h * sweep.at_full_rate(torques.sampled)
         braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
-        columns = np.empty((*links.shape, len(names)))
-        for k, (form, name) in enumerate(names):
-            if name == form:
-                given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
-                c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
-                load = columns[:, :, k] = _friction(form, given, c, against)
-            else:
-                less = fit.common("off", 0.0) if name == OFFSET else np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor
-                columns[:, :, k] = scale * (_friction(form, given - less, c, against) - load)
-        parts.append(sweep.decimated(columns))
-    rows, found = ready.of_logs(parts), {form: dict[str, Array]() for form in forms}
-    for k, (form, name) in enumerate(names):
-        found[form][name] = rows[:, k]
-    return found
+        less = {OFFSET: fit.common("off", 0.0), ROTOR: np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor}
+        columns = list[Array]()
+        for form in forms:
+            given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
+            c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
+            load = _friction(form, given, c, against)
+            columns += [load, *(scale * (_friction(form, given - less[x], c, against) - load) for x in shares[form])]
+        parts.append(sweep.decimated(np.stack(columns, axis=2)))
+    rows = iter(ready.of_logs(parts).T)
+    return {form: {name: next(rows) for name in (form, *shares[form])} for form in forms}
 
 
 def _friction(form: str, given: Array, c: Array, against: Array) -> Array:

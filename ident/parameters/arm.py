@@ -17,17 +17,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, GivenGain
-from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.all_joints import Fit
+from ident.estimation.estimate import IdentifiedGain, ratio_refusal
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.identifiability import ratio_refusal
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.joint_by_joint.pooled_system import PooledSystem
+from ident.estimation.joint_by_joint import PooledSystem
 from ident.estimation.known_gains import KnownGains, Shares, deviations, held, shares
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import shared_arm
 from ident.estimation.selection import AlternativeModel, Selected
+from ident.estimation.setting import GivenGain
 from ident.model.parameters import unit_of
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices, Mask

@@ -19,12 +19,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.all_joints import Setting
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
-from ident.estimation.joint_by_joint.pooled_system import PooledSystem
+from ident.estimation.joint_by_joint import PooledSystem
 from ident.estimation.known_gains import KnownGains, Shares, deviations, held
 from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected
+from ident.estimation.setting import Setting
 from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.model.parameters import UNITS as PARAMETER_UNITS
 from ident.model.structure import Structure

@@ -15,12 +15,13 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ident.estimation.all_joints import Fit, Setting
+from ident.estimation.all_joints import Fit
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import common_scale, sharing_joints
 from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.setting import Setting
 from ident.numerics.least_squares import factors
 from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
 from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, payload_of

@@ -21,7 +21,7 @@ import pandas as pd
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
-from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.problem import ObservedMotion, pair
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper

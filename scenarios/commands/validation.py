@@ -182,7 +182,7 @@ def torque_arguments(parser: argparse.ArgumentParser) -> None:
 def torque_command(options: argparse.Namespace) -> Status:
     """Write the torques of a recording."""
     held = output.right_to_write(options, options.out, command="rx90 torque")
-    from ident.estimation.joint_torque import joint_torque
+    from ident.estimation.known_gains import joint_torque
     from ident.recordings.files import read_log
     from scenarios.gains_in_use.known_gains import Torques, check_currents
     from scenarios.rendering.content import joints_named

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, RefusedGain
-from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
 from ident.identification import Identification

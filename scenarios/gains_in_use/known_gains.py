@@ -14,7 +14,7 @@ from ident.diagnosis.gain_checks import OTHER_UNIT
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_torque import JointTorque
+from ident.estimation.known_gains import JointTorque
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.payload import FoundPayload, payload_of

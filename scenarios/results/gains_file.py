@@ -17,8 +17,7 @@ from pydantic import Field, JsonValue
 
 from ident.diagnosis.gain_checks import negative
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.joint_torque import JointTorque
-from ident.estimation.known_gains import KnownGains, estimated_gains
+from ident.estimation.known_gains import JointTorque, KnownGains, estimated_gains
 from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table
 from ident.recordings.recording import Recording

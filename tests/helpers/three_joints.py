@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from exact import exact_problem
 
-from ident.estimation.all_joints import Fit, Model, Setting, Term, search, setting
+from ident.estimation.all_joints import Fit, search
+from ident.estimation.setting import Model, Setting, Term, setting
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
 

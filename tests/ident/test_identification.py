@@ -9,11 +9,10 @@ from consistency_logs import LOOSE, logs_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, mounted, ur_like
 from real_friction import Truth
 
-from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.estimate import IdentifiedGain, joint_signs
 from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.gain_signs import joint_signs
 from ident.estimation.problem import Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe

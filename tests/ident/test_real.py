@@ -9,7 +9,7 @@ import pytest
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import compared
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import KnownGains, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import identify

@@ -15,10 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.identifiability import judge_identifiability
-from ident.estimation.joint_by_joint.gain_system import GainSystem, gain_system
-from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
+from ident.estimation.estimate import GainEstimate, judge_identifiability
+from ident.estimation.joint_by_joint import GainSystem, JointFit, NoFit, gain_system, joint_by_joint, joint_fit
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.parameters import STANDARD
 from ident.numerics.least_squares import LeastSquares

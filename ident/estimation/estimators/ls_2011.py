@@ -6,9 +6,8 @@ reason and the predicted standard deviation.
 
 from dataclasses import dataclass
 
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.identifiability import judge_identifiability
-from ident.estimation.joint_by_joint.joint_fit import joint_by_joint, joint_fit
+from ident.estimation.estimate import GainEstimate, judge_identifiability
+from ident.estimation.joint_by_joint import joint_by_joint, joint_fit
 from ident.estimation.problem import Problem
 
 NAME = "ls-2011"

@@ -12,12 +12,12 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.estimation.all_joints import Fit, GivenGain, Setting, Term, fit, fit_again, setting, solution
+from ident.estimation.all_joints import Fit, fit, fit_again, solution
 from ident.estimation.blocks import ROUNDING
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.identifiability import judge_identifiability
+from ident.estimation.estimate import GainEstimate, judge_identifiability
 from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected, selected
+from ident.estimation.setting import GivenGain, Setting, Term, setting
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,

@@ -14,11 +14,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain
-from ident.estimation.identifiability import judge_identifiability
+from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
-from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
+from ident.estimation.joint_by_joint import JointFit, NoFit, PooledSystem, joint_by_joint, joint_fit, pooled_system
 from ident.estimation.problem import Problem
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, Structure, independent_columns, random_regressor

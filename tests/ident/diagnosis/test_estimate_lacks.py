@@ -26,7 +26,7 @@ from ident.diagnosis.fitted_currents import reference
 from ident.diagnosis.search import survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
-from ident.estimation.joint_by_joint.gain_system import joint_rows
+from ident.estimation.joint_by_joint import joint_rows
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.joint_fits import backward_joints, friction_z, opposed
+from ident.estimation.estimate import FRICTION_Z
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.gain_signs import FRICTION_Z
-from ident.estimation.joint_by_joint.gain_system import JointRows
+from ident.estimation.joint_by_joint import JointRows
 from ident.estimation.problem import Problem
 
 NAMES = ("XX3", "Fc3", "off3", "Fv3")

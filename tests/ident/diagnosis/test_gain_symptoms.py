@@ -8,8 +8,7 @@ from estimates import gain_estimate
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.gain_checks import FAR, SURE_LOAD_Z, UNEXPLAINED, far_off, gain_diagnoses, negative
-from ident.estimation.estimate import GainEstimate
-from ident.estimation.gain_signs import FRICTION_Z
+from ident.estimation.estimate import FRICTION_Z, GainEstimate
 
 
 def estimate(*gains: float | None) -> GainEstimate:

@@ -7,11 +7,12 @@ import pytest
 from exact import EXACT, GAIN, exact_problem, values
 from pinocchio_arms import random_arm
 
-from ident.estimation.all_joints import fit, friction_z, setting
+from ident.estimation.all_joints import fit
 from ident.estimation.estimate import IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import Problem
+from ident.estimation.setting import friction_z, setting
 from ident.model.arm import arm_from_pinocchio
 from ident.model.structure import structure_of
 from ident.payload.payload import Payload

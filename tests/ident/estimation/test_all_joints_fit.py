@@ -9,15 +9,16 @@ from exact import GAIN, exact_problem, lopsided
 from scipy import optimize
 from three_joints import BELIEVED_STD, TRUE, Case, N, case
 
-from ident.estimation.all_joints import Model, fit, search, setting, solution
+from ident.estimation.all_joints import fit, search, solution
 from ident.estimation.intervals import jackknife, time_blocks
+from ident.estimation.setting import Model, setting
 from ident.payload.payload import Payload
 
 
 @pytest.fixture
 def steady(monkeypatch):
     sigma = np.array([0.9, 0.2, 3.1])
-    monkeypatch.setattr("ident.estimation.all_joints.sigma_of", lambda blocks, left, rank: sigma)
+    monkeypatch.setattr("ident.estimation.setting.sigma_of", lambda blocks, left, rank: sigma)
 
 
 @dataclass(frozen=True)

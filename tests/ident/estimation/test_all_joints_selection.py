@@ -10,12 +10,13 @@ from known_logs import BRICK
 from real_friction import GAIN, Truth, real_logs
 
 from ident.estimation import selection
-from ident.estimation.all_joints import Fit, Term, fit, setting
+from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.intervals import left_out, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.estimation.selection import prior_of_drives, selected
+from ident.estimation.setting import Term, setting
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,

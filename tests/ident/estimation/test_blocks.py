@@ -7,10 +7,10 @@ import pytest
 from exact import exact_problem
 from three_joints import TRUE, N, case
 
-from ident.estimation.all_joints import Model, Term, setting
 from ident.estimation.blocks import flat, flipped
 from ident.estimation.intervals import time_blocks
 from ident.estimation.rows import Columns, SharedParameters
+from ident.estimation.setting import Model, Term, setting
 
 
 def test_rows_are_the_columns_times_their_coordinates(small, unsure):

@@ -71,7 +71,7 @@ def steady_weights(monkeypatch):
         lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
     )
     sigma = np.array([0.02, 0.05, 0.03, 0.01, 0.001, 0.3])
-    monkeypatch.setattr("ident.estimation.all_joints.sigma_of", lambda blocks, left, rank: sigma)
+    monkeypatch.setattr("ident.estimation.setting.sigma_of", lambda blocks, left, rank: sigma)
 
 
 def changed(observation: Observation, joints: dict[int, JointObservation]) -> Observation:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.estimation.joint_torque import joint_torque
-from ident.estimation.known_gains import KnownGains
+from ident.estimation.known_gains import KnownGains, joint_torque
 from ident.recordings.recording import Recording
 from ident.support.errors import GainsError
 

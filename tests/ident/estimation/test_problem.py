@@ -5,12 +5,10 @@ import pytest
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_observation, exact_pair, lopsided, values
 
 import ident
-from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.estimate import IdentifiedGain, joint_signs
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.estimation.estimators.sequential_2011 import SequentialOptions, sequential_gains
-from ident.estimation.gain_signs import joint_signs
-from ident.estimation.joint_by_joint.gain_system import gain_system
-from ident.estimation.joint_by_joint.joint_fit import joint_fit
+from ident.estimation.joint_by_joint import gain_system, joint_fit
 from ident.estimation.problem import ObservedMotion, Problem, pair
 from ident.support.errors import NotIdentifiable
 

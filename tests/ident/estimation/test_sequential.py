@@ -5,7 +5,7 @@ from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, sequ
 
 from ident.estimation.estimators.sequential_2011 import first_moments
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint.joint_fit import joint_fit
+from ident.estimation.joint_by_joint import joint_fit
 from ident.estimation.problem import pair
 from ident.payload.payload import Payload
 

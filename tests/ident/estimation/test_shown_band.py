@@ -8,7 +8,8 @@ from consistency_logs import problem_of
 from known_logs import BRICK
 from real_friction import Truth, real_logs
 
-from ident.estimation.all_joints import fit, setting
+from ident.estimation.all_joints import fit
+from ident.estimation.setting import setting
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
 from ident.estimation.terms import torques_of
 from ident.numerics.signals import decimator, low_passed, smooth_motion

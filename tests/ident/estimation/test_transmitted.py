@@ -9,10 +9,11 @@ from known_logs import BRICK, fourier
 from real_friction import GAIN, MIDDLE, RATE, Truth, real_logs, three_axes, torque, with_payload
 from scipy.interpolate import make_interp_spline
 
-from ident.estimation.all_joints import Fit, Setting, fit, setting
+from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.setting import Setting, setting
 from ident.estimation.terms import (
     compliance_columns,
     torques_of,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.estimation.identifiability import predicted_rel_std
+from ident.estimation.estimate import predicted_rel_std
 from ident.estimation.intervals import UNCERTAINTIES, Rows
 
 

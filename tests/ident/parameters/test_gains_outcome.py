@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 from weighings import NAMES, PLAIN, known, weighed
 
-from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import stated_gains
 from ident.estimation.problem import Problem
 from ident.parameters.arm import arm_in_use, predicted_torque

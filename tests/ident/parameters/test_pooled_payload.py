@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from exact import EXACT, exact_observation, lopsided
 
-from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
+from ident.estimation.joint_by_joint import PooledSystem, pooled_system
 from ident.estimation.problem import ObservedMotion
 from ident.numerics.least_squares import row_weights
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper

@@ -8,7 +8,7 @@ import pytest
 from joint_masses import weighing
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimation.joint_torque import JointTorque
+from ident.estimation.known_gains import JointTorque
 from ident.unseen import Unseen, UnseenJoint
 from scenarios.gains_in_use.known_gains import Torques
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity, Verification

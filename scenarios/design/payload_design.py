@@ -175,7 +175,7 @@ class DesignedJoint(ResultModel):
     wanted: bool = Field(description="Whether the payload is designed to identify its gain")
     payload_torque_rms: float = Field(description="Rms of the joint torque that the payload causes [N m or N]")
     std: float | None = Field(description="Relative standard deviation of the gain that is predicted from the residual")
-    payload_std: float | None = Field(description="The same from the uncertainty of the payload")
+    payload_std: float | None = Field(description="The same from the payload's uncertainty, relative")
     shown: bool = Field(description="Whether the gain is expected to be identifiable")
 
 

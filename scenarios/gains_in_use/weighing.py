@@ -51,10 +51,10 @@ class Deviations(ResultModel):
     """The standard deviation of a number and its contributions, in the unit of the number; null if not identifiable.
 
     Attributes:
-        std: Total standard deviation.
-        residual_std: Contribution of the residuals to `std`.
-        gain_std: Contribution of the gains' standard deviations to `std`.
-        model_std: Contribution of the model's assumptions to `std`.
+        std: Total standard deviation, in `unit` or kg.
+        residual_std: Contribution of the residuals to `std`, in `unit` or kg.
+        gain_std: Contribution of the gains' standard deviations to `std`, in `unit` or kg.
+        model_std: Contribution of the model's assumptions to `std`, in `unit` or kg.
     """
 
     std: float | None

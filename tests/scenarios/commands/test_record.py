@@ -4,6 +4,7 @@ import re
 import shlex
 from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -23,7 +24,7 @@ from ident.payload.payload import read_payload
 from scenarios.cli import main
 from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS, command
-from scenarios.design.record import SETTINGS
+from scenarios.design.record import SETTINGS, Recorded, Sampled
 from scenarios.experiments.motions import read_motion, write_motion
 from scenarios.results.run_folder import short_path
 from sim.trajectory import FourierTrajectory, at_rest
@@ -184,6 +185,11 @@ def test_exceeded_limits_are_named(tmp_path, capsys):
     center[3], sine[0] = load_arm(rx90_mjcf.MJCF).upper[3] - 0.05, sine[1]
     far = quick(tmp_path / "far", at_rest(center, sine, none, 6.0), capsys)
     assert far["beyond_limits"] == ["joint 4: positions"]
+    robot = SimpleNamespace(max_velocity=np.array([1.0, 2.0]), max_acceleration=np.array([3.0, 4.0]))
+    arm = SimpleNamespace(n=2, joint_names=("a", "b"), lower=np.full(2, -9.0), upper=np.full(2, 9.0))
+    setup = SimpleNamespace(plant=SimpleNamespace(robot=robot), structure=SimpleNamespace(arm=arm))
+    motion = Sampled(np.arange(2.0), np.zeros((2, 2)), np.array([[-1.1, 0.0]] * 2), np.array([[0.0, 4.1]] * 2))
+    assert Recorded.of(setup, motion).beyond_limits == ["joint 1: speed", "joint 2: acceleration"]
 
 
 def test_an_arm_of_seven_joints_gets_no_urscript(tmp_path):

@@ -88,6 +88,9 @@ def test_mass_centre_and_inertia_on_a_tilted_flange_are_those_of_the_shapes_in_m
 def test_dimensions_are_those_that_their_names_state():
     assert CYLINDER.blocks[0].center == (53.0, 0.0, 14.5)
     assert PLATE.blocks[0].center == (77.0, 0.0, 11.5)
+    upright = Flange(origin=np.zeros(3), rotation=np.eye(3), name="flange")
+    for weight, center in ((CYLINDER, [0.0, 0.053, 0.0145]), (PLATE, [-0.077, 0.0, 0.0115])):  # one and two quarters
+        np.testing.assert_allclose(weight.solids(upright)[0].center, center, rtol=0, atol=1e-15)
     bracket, bar = BAR.blocks
     assert (bar.edges, bar.center) == ((47.0, 47.0, 133.0), (91.0, 0.0, 15.0 + 66.5))
     # The bracket covers the flange's face, 63 mm, and ends with the bar.

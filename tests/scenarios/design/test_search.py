@@ -132,6 +132,9 @@ def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_
     share = np.abs(found - design.limits.center) / design.limits.half
     assert share.max() <= 0.9
     assert (share.max(axis=0) > 0.6).any()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Design, "at_rest", lambda self, q: np.maximum(q[:, 0], 0.0))  # half of the positions are feasible
+        assert (starts(design, home, rng)[:, 0] <= 0.0).all()
 
 
 def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(design, monkeypatch):

@@ -73,3 +73,7 @@ def test_an_optional_package_is_recorded_where_it_is_installed(monkeypatch):
     monkeypatch.setattr("scenarios.support.versions.PACKAGES", ("scipy", "numpy", "no-such-package"))
     monkeypatch.setattr("scenarios.support.versions.OF_EXTRAS", ("numpy", "no-such-package"))
     assert list(versions.__wrapped__()) == ["python", "scipy", "numpy", "code"]
+    monkeypatch.setattr(
+        "scenarios.support.versions.DISTRIBUTIONS", {"numpy": ("scipy", "numpy")}
+    )  # the first one found
+    assert versions.__wrapped__()["numpy"] == versions.__wrapped__()["scipy"]

@@ -120,7 +120,7 @@ class GainComparison(ResultModel):
             column(f"A [{unit}]", lambda each: f"{each.A:.4f}"),
             column(f"B [{unit}]", lambda each: f"{each.B:.4f}"),
             column("Change [%]", lambda each: percent(each.rel_change, "+.2f")),
-            column("2 sigma [%]", lambda each: two_sigma(each.rel_std)),
+            column("2 sigma,\nchange [%]", lambda each: two_sigma(each.rel_std)),
             column(
                 "Relative to\ncommon factor [%]",
                 lambda each: percent(each.apart.rel_change if several else None, "+.2f"),

@@ -287,6 +287,6 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
     return Diagnosed(
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
-        indistinguishable=tuple(each for part in parts for each in part.indistinguishable),
-        indistinguishable_together=tuple(each for part in parts for each in part.indistinguishable_together),
+        undetectable=tuple(each for part in parts for each in part.undetectable),
+        undetectable_together=tuple(each for part in parts for each in part.undetectable_together),
     )

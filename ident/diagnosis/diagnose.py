@@ -3,7 +3,7 @@
 Severity follows from two numbers: z, the significance, and the effect on each gain.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -59,12 +59,27 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     found = list(faults(seen) if known is None else faults(seen, known.confirms))
     of_logs = [each for each in found if isinstance(each.found, Exact)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
-    if not of_logs:
-        diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
+    for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
+        negated = compared(logs, scaled(logs, (log,), (joint,), -1.0))
+        assert negated is not None, "only a sign is read otherwise"
+        diagnosis = _of_fault(Fault(found=negated, small=None, rivals=(), before=logs), seen, known)
+        diagnoses.append(replace(diagnosis, severity=Severity.WRONG, z=None))
     if known is None or base is None:
-        diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, FirstOrder)]
-    elif of_logs:
-        diagnoses += _of_mended(of_logs[-1], known, logs.names)
+        diagnoses += [
+            Diagnosis(
+                name=each.found.family, sentence=each.found.direction.message(each.found.found.value, logs.names).words,
+                joints=each.found.direction.joints, z=each.found.z, rivals=each.rival_words,
+            )
+            for each in found if isinstance(each.found, FirstOrder)
+        ]  # fmt: skip
+    elif of_logs:  # what the estimate still lacks after the faults of the logs are corrected
+        last = of_logs[-1].found
+        assert isinstance(last, Exact), "a fault of the logs"
+        corrected, problem = known.of(last), last.read.problem
+        if corrected is not None and _linear(corrected):
+            small, own = directions(reference(problem), last.read), stated(problem, corrected)
+            stiff, model = corrected.solution.stiff, last.read.model
+            diagnoses += lacks_of(own, small, logs.names, model, known.reestimate, stiff=stiff)
     else:
         elastic = any(each.found.family == ELASTICITY for each in found)  # from the logs alone: nothing imitates it
         stiff = None if elastic else base.solution.stiff
@@ -85,8 +100,8 @@ def _horizon(seen: Survey, base: HeldOutEstimate | None) -> Diagnosed:
     sizes = undetected_sizes(seen)
     return Diagnosed(
         excluded=(*exclusions(seen, sizes), *(() if base is None else centres_excluded(base))),
-        indistinguishable=tuple(undetectable(seen, sizes, base)),
-        indistinguishable_together=tuple(undetectable_together(seen, sizes)),
+        undetectable=tuple(undetectable(seen, sizes, base)),
+        undetectable_together=tuple(undetectable_together(seen, sizes)),
     )
 
 
@@ -196,14 +211,6 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     )  # fmt: skip
 
 
-def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Diagnosis:
-    """Return the diagnosis of a current that is negated in one log, according to friction."""
-    found = compared(seen.logs, scaled(seen.logs, (log,), (joint,), -1.0))
-    assert found is not None, "only a sign is read otherwise"
-    diagnosis = _of_fault(Fault(found=found, small=None, rivals=(), before=seen.logs), seen, known)
-    return replace(diagnosis, severity=Severity.WRONG, z=None)
-
-
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
     """Largest effect on each gain of a fault, or of what cannot be distinguished from it.
 
@@ -249,26 +256,6 @@ def _of_ratios(fit: Reference, small: FirstOrder) -> Iterator[Effect]:
     for j, moved in enumerate(log_gain - log_gain[surest]):
         if std[surest, j] > 0.0:
             yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
-
-
-def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
-    """Return the diagnosis of a term that the free model lacks, without gains that it could change."""
-    assert isinstance(fault.found, FirstOrder), "a term is a direction"
-    direction = fault.found.direction
-    return Diagnosis(
-        name=direction.family, severity=Severity.GOOD, sentence=direction.message(fault.found.found.value, names).words,
-        joints=direction.joints, z=fault.found.z, rivals=fault.rival_words,
-    )  # fmt: skip
-
-
-def _of_mended(last: Fault, known: _Known, names: Sequence[str]) -> Iterator[Diagnosis]:
-    """Return what the estimate still lacks after the faults of the logs are corrected."""
-    assert isinstance(last.found, Exact), "a fault of the logs"
-    read, mended = last.found.read, known.of(last.found)
-    if mended is not None and _linear(mended):
-        small = directions(reference(read.problem), read)
-        stiff = mended.solution.stiff
-        yield from lacks_of(stated(read.problem, mended), small, names, read.model, known.reestimate, stiff=stiff)
 
 
 def _linear(estimate: GainEstimate) -> bool:

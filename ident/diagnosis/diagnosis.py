@@ -139,14 +139,14 @@ class Diagnosed:
     Attributes:
         diagnoses: One per check, the worst first.
         excluded: Faults that these logs exclude.
-        indistinguishable: Faults of single joints and of scales that these logs cannot reveal, one phrase each.
-        indistinguishable_together: Faults of all joints together that they cannot reveal, one phrase each.
+        undetectable: Faults of single joints and of scales that these logs cannot reveal, one phrase each.
+        undetectable_together: Faults of all joints together that they cannot reveal, one phrase each.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
-    indistinguishable: tuple[str, ...] = ()
-    indistinguishable_together: tuple[str, ...] = ()
+    undetectable: tuple[str, ...] = ()
+    undetectable_together: tuple[str, ...] = ()
 
     @property
     def severity(self) -> Severity:

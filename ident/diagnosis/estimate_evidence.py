@@ -346,9 +346,11 @@ def _of_payload(
     Returns:
         The diagnosis; None if nothing is left to explain, or something else explains it equally well.
     """
-    opened = _with_masses_alone(base.problem)
-    if opened is None or not _leaves(base, free):
+    masses = {id(each): replace(each, known="mass") for each in base.problem.payloads if each.known in KNOWN_CENTRE}
+    if not masses or not _leaves(base, free):
         return None
+    motions = (replace(each, payload=masses.get(id(each.payload), each.payload)) for each in base.problem.motions)
+    opened = replace(base.problem, motions=tuple(motions))
     try:
         other = reestimate(opened)
     except IdentificationError:
@@ -398,15 +400,6 @@ def _unexplained(base: HeldOutEstimate, free: FreeModel, *, beside_faults: bool)
         value=float(times[worst]),
         unit="times",
     )
-
-
-def _with_masses_alone(problem: Problem) -> Problem | None:
-    """Return the problem with only the payloads' masses known; None if no more is known anyway."""
-    if not any(each.known in KNOWN_CENTRE for each in problem.payloads):
-        return None
-    opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in KNOWN_CENTRE}
-    motions = (replace(each, payload=opened.get(id(each.payload), each.payload)) for each in problem.motions)
-    return replace(problem, motions=tuple(motions))
 
 
 def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:

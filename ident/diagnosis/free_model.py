@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.evidence import BLOCKS, Fits, FreeFit, HeldOut, fits_of, free_fit, held_out, numbered_blocks
+from ident.diagnosis.evidence import BLOCKS, Fits, HeldOut, fits_of, free_fit, held_out, numbered_blocks
 from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
 from ident.support.arrays import Array
@@ -65,36 +65,25 @@ def _fitted(problem: Problem, rows: JointRows, further: Array | None, lengths: S
         return None
     block = numbered_blocks(rows.motion, rows.position, lengths)
     first = free_fit(W, rows.V, block, BLOCKS * len(lengths))
-    drag = _load_friction(rows, first)
-    return held_out(first if drag is None else free_fit(np.column_stack((W, drag)), rows.V, block, first.blocks))
+    dry = _column(rows, "Fc")
+    if dry is None:
+        return held_out(first)
+    loaded = np.abs(rows.V - first.residual) * dry  # friction proportional to the motor torque of the fitted model
+    return held_out(free_fit(np.column_stack((W, loaded)), rows.V, block, first.blocks))
 
 
 def free_columns(problem: Problem, rows: JointRows) -> Array:
     """Columns of the model of a joint's currents, shape (r, p)."""
-    own = [k for k, name in enumerate(rows.names) if name in _own(rows) or name.rstrip("0123456789") in COUPLED]
-    later = [rows.W[:, own] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
+    own = {f"{name}{rows.joint + 1}" for name in ("Fv", "Fc", "off")}
+    drifting = [k for k, name in enumerate(rows.names) if name in own or name.rstrip("0123456789") in COUPLED]
+    later = [rows.W[:, drifting] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
     first = problem.motions[0].payload
     payloads = [W_L for W_L, payload in zip(rows.W_L, problem.payloads, strict=True) if payload is not first]
-    return np.column_stack((rows.W, *later, *payloads, *_friction_laws(rows)))
-
-
-def _own(rows: JointRows) -> tuple[str, ...]:
-    return tuple(f"{name}{rows.joint + 1}" for name in ("Fv", "Fc", "off"))
-
-
-def _friction_laws(rows: JointRows) -> list[Array]:
-    """Friction that grows less than linearly with speed, and friction that differs between directions."""
-    speed = _column(rows, "Fv")
-    if speed is None:
-        return []
-    share = np.where(rows.weight > 0.0, rows.weight, 1.0)
-    return [np.cbrt(speed / share) * share, np.abs(speed)]
-
-
-def _load_friction(rows: JointRows, fit: FreeFit) -> Array | None:
-    """Friction proportional to the motor torque, which is that of the fitted model."""
-    direction = _column(rows, "Fc")
-    return None if direction is None else np.abs(rows.V - fit.residual) * direction
+    laws, speed = list[Array](), _column(rows, "Fv")
+    if speed is not None:  # friction that grows less than linearly with speed, or differs between directions
+        share = np.where(rows.weight > 0.0, rows.weight, 1.0)
+        laws = [np.cbrt(speed / share) * share, np.abs(speed)]
+    return np.column_stack((rows.W, *later, *payloads, *laws))
 
 
 def _column(rows: JointRows, name: str) -> Array | None:

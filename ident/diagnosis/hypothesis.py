@@ -173,6 +173,14 @@ def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     Raises:
         RecordingError: If the logs cannot be filtered under the hypothesis.
     """
+
+    def by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:  # that combine the same samples
+        return observing if clock == 1.0 else replace(
+            observing, cutoff_hz=observing.cutoff_hz / clock,
+            decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
+            rows_per_second=observing.rows_per_second / clock, current_delay=observing.current_delay * clock,
+        )  # fmt: skip
+
     arm = hypothesis.of_arm(logs.structure.arm)
     structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
     recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
@@ -180,32 +188,12 @@ def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     motions = tuple(
         motion  # already observed
         if log is before and structure is logs.structure
-        else ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
+        else ObservedMotion(observe(log, structure, by_clock(logs.observing, how.clock), left), motion.payload)
         for how, log, before, left, motion in zip(
             hypothesis.logs, recordings, logs.recordings, spoilt, logs.problem.motions, strict=True
         )
     )
-    problem = Problem(structure, motions, logs.problem.options)
-    return Logs(
-        recordings=recordings,
-        problem=problem,
-        observing=logs.observing,
-        spoilt=spoilt,
-        model=free_model(problem),
-    )
-
-
-def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
-    """Return filters that combine the same samples if time is multiplied by a factor."""
-    if clock == 1.0:
-        return observing
-    return replace(
-        observing,
-        cutoff_hz=observing.cutoff_hz / clock,
-        decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
-        rows_per_second=observing.rows_per_second / clock,
-        current_delay=observing.current_delay * clock,
-    )
+    return observed_logs(recordings, Problem(structure, motions, logs.problem.options), logs.observing, spoilt)
 
 
 def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
@@ -316,10 +304,6 @@ class Direction:
     def at_fault(self) -> bool:
         """Whether a log or a specified value would be wrong, not the model."""
         return self.term is None or self.term.at_fault
-
-    def within(self, value: Array) -> bool:
-        """Whether the first order is valid for values of its parameters, shape (m,)."""
-        return bool((np.abs(value) <= self.largest).all())
 
     def message(self, value: Array, names: Sequence[str]) -> DirectionMessage:
         """Description, remedy and size for values of its parameters.

@@ -300,7 +300,7 @@ class PredictedBudget(ResultModel):
             yield Paragraph(f"Joint {each['joint']}: no gain: {each['reason']}.", Mood.DOUBTFUL)
         for each in self.unpredicted:
             yield Paragraph(f"Not predicted: {each['source']}: {each['reason']}.", Mood.DOUBTFUL)
-        found = Diagnosed(diagnoses=(), excluded=tuple(self.excluded), indistinguishable=tuple(self.untold))
+        found = Diagnosed(diagnoses=(), excluded=tuple(self.excluded), undetectable=tuple(self.untold))
         yield from horizon_paragraphs(found, every=True, expected=True)
 
 

@@ -110,7 +110,7 @@ class CheckReadings(ResultModel):
         wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
         return cls(
             better=[each.sentence for each in wrong if each.z is not None],
-            same=[*found.indistinguishable, *found.indistinguishable_together],
+            same=[*found.undetectable, *found.undetectable_together],
             out_of_reach=joints(LIMITS),
             driven_by_friction=joints(FRICTION),
         )

@@ -60,7 +60,7 @@ class DiagnosedResult(ResultModel):
     def found(self) -> Diagnosed:
         """Return the diagnoses, with joints from 0."""
         return Diagnosed(
-            diagnoses=tuple(self.diagnoses), excluded=tuple(self.excluded), indistinguishable=tuple(self.untold)
+            diagnoses=tuple(self.diagnoses), excluded=tuple(self.excluded), undetectable=tuple(self.untold)
         )
 
     @model_serializer(mode="wrap")
@@ -72,7 +72,7 @@ class DiagnosedResult(ResultModel):
 
 def diagnosed_values(found: Diagnosed) -> dict[str, Any]:
     """Return the values of a `DiagnosedResult`."""
-    untold = [*found.indistinguishable, *found.indistinguishable_together]
+    untold = [*found.undetectable, *found.undetectable_together]
     return {"diagnoses": list(found.diagnoses), "excluded": list(found.excluded), "untold": untold}
 
 
@@ -105,7 +105,7 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
     exclude = "Logs of these motions will exclude" if expected else "Excluded"
     tell = "They will not determine" if expected else "Cannot be checked with these logs"
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    hidden = (*found.indistinguishable, *(found.indistinguishable_together if every else ()))
+    hidden = (*found.undetectable, *(found.undetectable_together if every else ()))
     return [Paragraph(f"{said}: {'; '.join(of)}.") for said, of in ((exclude, excluded), (tell, hidden)) if of]
 
 

@@ -156,11 +156,11 @@ def test_what_several_places_say_is_joined_the_worst_first():
     weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")
     excluded = Exclusion(family="zero", sentence="zeros")
     found = joined(
-        Diagnosed(diagnoses=(weak, one), indistinguishable=("x",)),
+        Diagnosed(diagnoses=(weak, one), undetectable=("x",)),
         Diagnosed(diagnoses=(two, one), excluded=(excluded,)),
     )
     assert [each.name for each in found.diagnoses] == ["a", "b", "c"]
-    assert (found.excluded, found.indistinguishable) == ((excluded,), ("x",))
+    assert (found.excluded, found.undetectable) == ((excluded,), ("x",))
 
 
 def test_spikes_are_refused_by_the_row_they_are_in(axes, logs):

@@ -118,7 +118,7 @@ def test_sound_logs_raise_nothing_anywhere(axes):
         ("negative gain", (1,)),
     ]
     default = identify(axes, mounted(bare, heavy, BRICK), gains=LOOSE).found  # the method that a check asks
-    assert (seen.found.excluded, seen.found.indistinguishable) == (default.excluded, default.indistinguishable)
+    assert (seen.found.excluded, seen.found.undetectable) == (default.excluded, default.undetectable)
     assert "payload centre" in {each.family for each in seen.found.excluded}
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()
 

@@ -124,7 +124,7 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
             Exclusion(family="zero", sentence="zeros of q2 to q5 beyond 1 degree", joints=(1, 2, 3, 4), limit=1.0),
             Exclusion(family="delay", sentence="delays beyond 5 ms"),
         ),
-        indistinguishable=("the zero of q1", "the sign of q6"),
+        undetectable=("the zero of q1", "the sign of q6"),
     )
     result = Check.of(Checked(logs=(), found=found), ur_arm)
     assert result.headline == (

@@ -129,7 +129,7 @@ def test_faults_that_motions_will_exclude_are_those_that_simulated_logs_exclude(
     simulated = horizon(prepare(simulate(setup, 7).logs, setup.structure, policy=SIMULATED).logs())
     expected = horizon(expected_preparation(setup, enough(setup)).logs())
     hidden = ("zero of q1", "zero of q5 off by half a turn", "sign and zero of q6")
-    assert expected.indistinguishable[:3] == simulated.indistinguishable[:3] == hidden
+    assert expected.undetectable[:3] == simulated.undetectable[:3] == hidden
     sizes, found = ({each.family: each for each in one.excluded} for one in (expected, simulated))
     assert set(sizes) == set(found)
     assert sizes["sign"].joints == found["sign"].joints == (0, 1, 2, 3, 4)

@@ -43,8 +43,8 @@ FOUND = Diagnosed(
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
-    indistinguishable=("zero of q1",),
-    indistinguishable_together=("whether q4 is negated",),
+    undetectable=("zero of q1",),
+    undetectable_together=("whether q4 is negated",),
 )
 MASS = CostQuantity(
     quantity="mass", unit="kg", true=None, stated=7.0, a_priori=6.5, a_priori_std=0.1, found=None, found_std=None
@@ -238,8 +238,8 @@ def test_programs_are_given_every_diagnosis_with_joints_from_1_and_it_is_read_ba
     (tmp_path / RESULT).write_text(to_json(document))
     again = read_result(tmp_path, Result)
     assert again == result
-    both = (*FOUND.indistinguishable, *FOUND.indistinguishable_together)
-    assert again.found == replace(FOUND, indistinguishable=both, indistinguishable_together=())
+    both = (*FOUND.undetectable, *FOUND.undetectable_together)
+    assert again.found == replace(FOUND, undetectable=both, undetectable_together=())
 
 
 def test_a_quantity_is_rounded_by_its_spread_and_short_lengths_are_in_millimetres():

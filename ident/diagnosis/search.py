@@ -6,7 +6,6 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import count
 from typing import TYPE_CHECKING, TypeVar
 
@@ -231,7 +230,6 @@ class Survey:
     gross: tuple[Screened, ...]
 
 
-@lru_cache(maxsize=1)  # the same logs are asked for a delay, and for all faults
 def survey(logs: Logs) -> Survey:
     """Compare logs with all alternatives."""
     fit = reference(logs.problem)

@@ -6,7 +6,7 @@
     base       `base`            independent columns (eq. 11), `structure` those that act on each joint
     solve      `least_squares`   with covariance (eq. 17 to 22)
     gains      `estimators`      from a `problem` to an `estimate`, `ls-2011` joint by joint (eq. 26 and 27)
-    judge      `identifiability`      `uncertainty` of the gains, `prediction` of it, `refusal`
+    judge      `estimate`        refusals and signs of gains, `intervals` their covariance
 
 `identify` runs all steps and checks the data for faults. The public names are exported here, listed in `__init__.pyi`,
 and imported at first use. Equation numbers are those of M. Gautier and S. Briot, New

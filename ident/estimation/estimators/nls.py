@@ -90,8 +90,8 @@ class AllJointsOptions:
         zero_std: Prior standard deviation of the joints' zeros [deg; mm for prismatic joints], which are estimated; 0
             if they are exact. Zeros of real arms have errors of 0.02 to 0.5 degrees; the default assumes a calibrated
             arm.
-        tilt_std: Prior standard deviation of the base's tilt about its x and y axes [deg], likewise. The default is 2
-            mm per metre.
+        tilt_std: Prior standard deviation of the base's tilt about each of two axes across gravity [deg], likewise. The
+            default is 2 mm per metre.
         loss: Loss of the residuals: their squares, or that of Student's t distribution, robust to gross outliers.
         prior_std: Prior standard deviation of log|1/g| about the initial value; it keeps the gain of an unloaded joint
             finite.

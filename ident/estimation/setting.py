@@ -142,7 +142,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         given: Known gains.
 
     Raises:
-        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
+        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains, or a joint
+            has fewer rows than unknowns.
     """
     shared = SharedParameters.of(problem)
     if not shared.known.any() and not given:
@@ -152,15 +153,16 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         )
     columns = Columns.of(problem, shared)
     names, F = columns.friction(per_motion=per_motion)
+    sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
+    layout = Layout.of(problem.structure.arm.n, columns.joint, columns.motion, columns.position)
+    kV = np.column_stack((columns.known, columns.V))
+    blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
+    check_rows(blocks, blocks.own)
     h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
     for j in range(len(h)) if known else ():
         fit = joint_fit(problem, j, known)
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
-    sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
-    layout = Layout.of(len(h), columns.joint, columns.motion, columns.position)
-    kV = np.column_stack((columns.known, columns.V))
-    blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
     return Setting(
         problem=problem,
         shared=shared,
@@ -173,6 +175,17 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         given=(),
         sweeps=sweeps if all(motion.observation.full_rate is not None for motion in problem.motions) else (),
     ).with_gains(given)
+
+
+def check_rows(blocks: Blocks, own: Own) -> None:
+    """Check that each joint has more rows than own columns, shared parameters, known torque and current.
+
+    Raises:
+        NotIdentifiable: If one has not.
+    """
+    for j, (rows, f) in enumerate(zip(blocks.layout.counts.tolist(), own.used.sum(axis=1).tolist(), strict=True)):
+        if rows <= (need := f + blocks.A.shape[2] + 2):
+            raise NotIdentifiable.too_few_rows(rows, need, j)
 
 
 def friction_z(ready: Setting) -> Array:
@@ -258,9 +271,7 @@ class Model:
         _, F = ready.columns.friction(per_motion=any(which >= 0 for _, which in ready.names))
         F = np.column_stack((F, *(term.column for term in terms.values())))
         own = blocks.own.extended(blocks.layout.padded(F[:, b:]))
-        for j, (rows, f) in enumerate(zip(blocks.layout.counts, own.used.sum(axis=1), strict=True)):
-            if rows <= (need := int(f) + blocks.A.shape[2] + 2):
-                raise NotIdentifiable.too_few_rows(int(rows), need, j)
+        check_rows(blocks, own)
         mean, std = np.zeros((n, b + e)), np.full((n, b + e), np.inf)
         for k, term in enumerate(terms.values(), b):
             on = own.used[:, k]

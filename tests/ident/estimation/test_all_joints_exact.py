@@ -203,6 +203,17 @@ def test_as_many_rows_as_columns_and_one_are_enough(heavy, rng, rows, enough):
             all_joints_gains(problem, COMMON)
 
 
+def test_a_joint_without_rows_is_told(structure, heavy, rng):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng)
+    motions = []
+    for each in problem.motions:
+        joints = tuple(_first(joint, 0 if j == 3 else 999) for j, joint in enumerate(each.observation.joints))
+        motions.append(replace(each, observation=replace(each.observation, joints=joints)))
+    with pytest.raises(NotIdentifiable, match="joint 4: 0 rows cannot give"):
+        all_joints_gains(replace(problem, motions=tuple(motions)), COMMON)
+
+
 def _first(joint, rows: int):
     cut = {name: getattr(joint, name)[:rows] for name in ("V", "W", "W_L", "t", "position")}
     return replace(joint, **cut)

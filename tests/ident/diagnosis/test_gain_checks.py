@@ -1,0 +1,332 @@
+"""Checks of gains: implausible values, autocorrelated residuals, encoder noise, link masses."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import LOOSE, PAYLOADS, PLAIN, all_joints, logs_of, problem_of, with_current
+from estimates import gain_estimate
+from exact import TRUSTING, drive_gains, exact_observation
+from known_logs import BRICK, mounted
+from real_friction import GAIN, Truth, real_logs, three_axes
+
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.gain_checks import (
+    FACTOR,
+    FAR,
+    MUCH,
+    SHOWN_SHARE,
+    SURE_LOAD_Z,
+    UNEXPLAINED,
+    LinkWeight,
+    autocorrelation,
+    far_off,
+    gain_diagnoses,
+    judged,
+    lag_one,
+    link_mass_consistency,
+    link_weights,
+    negative,
+    noise_in_load,
+)
+from ident.estimation.estimate import FRICTION_Z, GainEstimate
+from ident.estimation.intervals import Rows, classical
+from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.identification import Identification, identify, without_spoilt
+from ident.model.regressor import inverse_dynamics
+from ident.model.structure import structure_of
+from ident.observation.observation import ObserveOptions, observe
+from ident.payload.payload import standard_parameters
+from ident.recordings.recording import Recording
+from ident.support.errors import Contradiction
+
+
+def estimate(*gains: float | None) -> GainEstimate:
+    return gain_estimate(*gains, std=0.01, reason="no load")
+
+
+def test_a_negative_gain_is_a_doubt_and_no_error():
+    (found,) = negative({0: 13.2, 3: -7.1})
+    assert (found.severity, found.joints, found.value, found.unit) == (Severity.WEAK, (3,), -7.1, "N m/unit")
+    assert found.sentence.startswith("joint 4: the gain is negative; v4 and q4 have opposite signs")
+
+
+def test_a_gain_far_from_the_median_of_the_others_is_named_with_the_ratio():
+    gains = {0: 13.2, 1: 9.7 / FAR / 1.4, 2: -9.7}
+    (found,) = far_off(gains)
+    assert found.joints == (1,)
+    np.testing.assert_allclose(found.value, 9.7 / FAR / 1.4 / 11.45, rtol=1e-12)  # the median of 13.2 and 9.7
+    (found,) = far_off({**gains, 1: 11.45 * FAR * 1.01})
+    assert found.joints == (1,)
+    assert list(far_off({**gains, 1: 11.45 * FAR * 0.99})) == []
+    assert list(far_off({0: 13.2, 1: 11.4 / FAR * 1.2})) == []
+    assert list(far_off({4: 5e-6})) == []
+
+
+@pytest.mark.parametrize(
+    ("load", "friction", "contradicted"),
+    [
+        (1.1 * SURE_LOAD_Z, -1.1 * FRICTION_Z, True),
+        (-1.1 * SURE_LOAD_Z, 1.1 * FRICTION_Z, True),
+        (-1.1 * SURE_LOAD_Z, -1.1 * FRICTION_Z, False),
+        (0.9 * SURE_LOAD_Z, -1.1 * FRICTION_Z, False),
+        (1.1 * SURE_LOAD_Z, -0.9 * FRICTION_Z, False),
+    ],
+)
+def test_signs_by_load_and_by_friction_contradict_each_other_where_both_are_sure(
+    monkeypatch, load, friction, contradicted
+):
+    class Signs:
+        load_z, friction_z = np.array([30.0, load]), np.array([30.0, friction])
+
+    monkeypatch.setattr("ident.diagnosis.gain_checks.joint_signs", lambda _: Signs)
+    found = [each for each in gain_diagnoses(estimate(3.0, None, 2.0)) if each.name == "sign of the gain"]
+    assert [(each.severity, each.joints) for each in found] == ([(Severity.WRONG, (2,))] if contradicted else [])
+
+
+@pytest.mark.parametrize(("share", "told"), [(1.01 * UNEXPLAINED, True), (0.99 * UNEXPLAINED, False)])
+def test_a_joint_whose_current_is_badly_explained_is_named(share, told):
+    given = estimate(3.0, 2.0)
+    rows = given.solution.rows
+    left = np.where(rows.joint == 1, share * rows.V, 0.01)
+    given = replace(given, solution=replace(given.solution, rows=replace(rows, residual=left)))
+    found = [each for each in gain_diagnoses(given) if each.name == "residual"]
+    assert [each.joints for each in found] == ([(1,)] if told else [])
+    if told:
+        np.testing.assert_allclose(found[0].value, 100.0 * share, rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def lasting(axes) -> Problem:
+    """Logs in which a drift of more than a second moves the current of joint 2."""
+    rng = np.random.default_rng(6)
+
+    def drifting(v, t, q, dq):
+        noise = np.convolve(rng.normal(size=len(v) + 160), np.ones(160) / 160.0**0.5, "valid")[: len(v)]
+        return v + 0.04 * np.std(v) * noise
+
+    return problem_of(axes, [with_current(log, 1, drifting) for log in logs_of(Truth())])
+
+
+def test_residuals_that_are_white_are_no_doubt(sound_estimate):
+    found = autocorrelation(sound_estimate)
+    assert (found.severity, found.advice) == (Severity.GOOD, None)
+    assert found.value < MUCH
+
+
+def test_residuals_that_last_are_told_with_the_ratio_of_deviations(lasting):
+    estimate = all_joints(lasting)
+    found = autocorrelation(estimate)
+    assert (found.severity, found.joints) == (Severity.WEAK, (1,))
+    white = np.sqrt(np.diag(classical(estimate.solution.rows, estimate.solution.influence)))
+    ratio = float(np.sqrt(estimate.covariance[1, 1])) / white[1]  # of 1/g, as the influence is
+    np.testing.assert_allclose(found.value, ratio, rtol=1e-9)  # rounding of sums of 700 rows
+    assert f"accounts for it is {ratio:.2g} times that of white residuals" in found.sentence
+
+
+def test_a_deviation_that_takes_residuals_as_white_is_held_against_one_that_does_not(lasting):
+    aware = autocorrelation(all_joints(lasting))
+    unaware = autocorrelation(all_joints(replace(lasting, options=replace(LOOSE, uncertainty="classical"))))
+    assert unaware.severity is Severity.WEAK
+    assert "accounts for it would be" in unaware.sentence
+    np.testing.assert_allclose(unaware.value, aware.value, rtol=1e-6)  # the default is the cautious one
+
+
+def test_an_estimate_without_a_gain_has_no_deviation_to_tell(sound_estimate):
+    assert autocorrelation(replace(sound_estimate, joints=())) is None
+
+
+def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
+    left = np.array([1.0, 2.0, -3.0, 5.0, 7.0, -2.0])
+    rows = Rows(
+        V=left, residual=left, joint=np.array([0, 0, 0, 0, 0, 1]), motion=np.array([0, 0, 0, 1, 1, 1]),
+        position=np.array([4, 5, 7, 0, 1, 2]), row_period=0.05, unknowns={0: 1, 1: 0}, weight=np.ones(6),
+        explained=np.zeros((6, 0)),
+    )  # fmt: skip
+    # Pairs (1, 2) and (5, 7); -3 follows after a gap, 5 begins a motion.
+    np.testing.assert_allclose(lag_one(rows, 0), 37.0 / np.sqrt(26.0 * 53.0), rtol=1e-12)
+
+
+pytestmark = pytest.mark.usefixtures("_computed_once")
+
+SLOW = ObserveOptions(cutoff_hz=4.0, decimation_cutoff_hz=4.0, rows_per_second=8.0)
+
+
+def logs_with(encoder: float) -> list[Recording]:
+    return real_logs(Truth(), PAYLOADS, np.random.default_rng(5), encoder=encoder)
+
+
+def found(axes, logs, observing=None) -> Identification:
+    return identify(axes, mounted(*logs, BRICK), options=PLAIN, gains=LOOSE, observing=observing or ObserveOptions())
+
+
+def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_the_noise(axes):
+    logs = logs_with(2e-3)
+    biased = found(axes, logs)
+    (said,) = [each for each in biased.diagnoses if each.name == "encoder noise"]
+    assert said.severity is Severity.WRONG
+    assert "--cutoff-hz" in said.advice
+    assert said.cause in biased.reasons[0]
+    assert biased.reasons[1:] == (None, None)  # the payload's weight determines them
+    assert np.all(np.abs(biased.gain - GAIN)[1:] < 4.0 * biased.std[1:])  # more would be called wrong
+    slower = found(axes, logs, SLOW)
+    assert not any(each.name == "encoder noise" for each in slower.diagnoses)
+    assert np.all(np.abs(slower.gain - GAIN) < 3.0 * slower.std)
+    assert not slower.gain.mask.any()
+
+
+def test_the_effect_is_the_difference_from_the_method_without_this_bias_in_deviations_of_both(axes):
+    logs = logs_with(2e-3)
+    biased, other = found(axes, logs), identify(axes, mounted(*logs, BRICK), method="iv", gains=LOOSE)
+    (said,) = [each for each in biased.diagnoses if each.name == "encoder noise"]
+    moved = biased.gain / other.gain - 1.0
+    spread = np.hypot(biased.std / biased.gain, other.std / other.gain)
+    assert {each.joint for each in said.effects} == {0, 1, 2}
+    for each in said.effects:
+        if (j := each.joint) > 0:  # that of joint 1 is refused
+            np.testing.assert_allclose(each.percent, 100.0 * moved[j], rtol=1e-9)
+            np.testing.assert_allclose(each.deviations, moved[j] / spread[j], rtol=1e-9)
+
+
+def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):
+    monkeypatch.delattr("ident.diagnosis.gain_checks.instrumental_gains")
+    logs = logs_with(1e-6)
+    assert not any(each.name == "encoder noise" for each in found(axes, logs).diagnoses)
+
+
+@pytest.mark.parametrize("encoder", [1e-4, 1e-3])
+def test_the_share_of_noise_in_a_load_is_that_of_logs_without_it(axes, encoder):
+    noisy, quiet = (observe(logs_with(each)[1], axes, ObserveOptions()) for each in (encoder, 0.0))
+    q, still = quiet.recorded.q, np.zeros_like(quiet.recorded.q)
+    chi = np.zeros(axes.base.regrouping.shape[1])
+    chi[axes.payload_columns] = standard_parameters(BRICK.mass, BRICK.com, BRICK.inertia)
+    added = noisy.recorded.ddq - quiet.recorded.ddq
+    torque = inverse_dynamics(axes.arm, chi, q, still, added) - inverse_dynamics(axes.arm, chi, q, still, still)
+    load = [np.var(each.W_L @ chi[axes.payload_columns]) for each in noisy.joints]
+    # Noise density, and mean square over about 600 independent values and some 50 poses: 15 %.
+    np.testing.assert_allclose(noise_in_load(ObservedMotion(noisy, BRICK)), np.mean(torque**2, axis=0) / load, rtol=0.3)
+
+
+def test_only_what_is_known_of_a_payload_is_a_load(axes):
+    motion = observe(logs_with(1e-3)[1], axes, ObserveOptions())
+    every, mass = (noise_in_load(ObservedMotion(motion, replace(BRICK, known=each))) for each in ("all", "mass"))
+    assert (np.abs(mass / every - 1.0) > 0.02).any()
+    np.testing.assert_array_equal(noise_in_load(ObservedMotion(motion, None)), np.zeros(3))
+
+
+def test_noise_matters_least_where_gravity_makes_most_of_the_load(axes):
+    logs = logs_with(7e-5)
+    sound = found(axes, logs)
+    share = noise_in_load(ObservedMotion(observe(logs[1], axes, ObserveOptions()), BRICK))
+    (upright, *loaded) = share > sound.std / np.abs(sound.gain)
+    assert upright
+    assert not any(loaded)
+
+
+def links_of_three_axes() -> np.ndarray:
+    """Standard parameters (n, 10) of the arm behind the logs, by Pinocchio: m, m c, xx, xy, yy, xz, yz, zz."""
+    return np.array([each.toDynamicParameters()[[4, 5, 7, 6, 8, 9, 1, 2, 3, 0]] for each in three_axes().inertias[1:]])
+
+
+@pytest.mark.parametrize("couplings", [(), ((4, 5),)])
+def test_links_drawn_c_times_too_light_are_found_c_times_heavier_whatever_motors_and_friction_are(
+    arm, structure, heavy, couplings
+):
+    coupled = structure_of(replace(arm, couplings=couplings)) if couplings else structure
+    rng = np.random.default_rng(19)
+    gain = np.array([0.94, -0.96, 1.11, 0.91, 25.0, -0.04])
+    chi = rng.uniform(0.5, 2.0, len(coupled.base.labels))
+    bare, loaded = (
+        exact_observation(coupled, chi, load, gain, rng, noise=0.0, rows=160)
+        for load in (np.zeros(10), heavy.known_part().chi)
+    )
+    problem, estimate = pair(bare, loaded, heavy, TRUSTING), drive_gains(bare, loaded, heavy)
+    gains = {j: each.value for j, each in enumerate(estimate.joints)}
+    found = link_weights(problem.motions, gains, chi[:84].reshape(6, 14)[:, :10] / 3.7)
+    assert [each.joint for each in found] == list(range(6))
+    # Exact rows: rounding, amplified by the condition of the gains.
+    np.testing.assert_allclose([each.factor for each in found], 3.7, rtol=1e-9)
+    np.testing.assert_allclose([each.share for each in found], 1.0, rtol=1e-9)
+
+
+def test_an_arm_that_weighs_what_its_model_says_is_not_doubted(sound, sound_estimate):
+    finding = link_mass_consistency(sound.problem, sound_estimate, links_of_three_axes())
+    assert finding.severity is Severity.GOOD
+    # Gains are known within 2 %.
+    np.testing.assert_allclose(finding.value, 1.0, atol=0.05)
+
+
+@pytest.mark.parametrize("drawn", [1 / 9.7, 1.9])
+def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted(sound, sound_estimate, drawn):
+    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
+    assert finding.severity is Severity.WEAK
+    said = re.match(r"with these gains the arm's masses are (\S+) times those of its model", finding.sentence)
+    # Gains are known within 2 %.
+    np.testing.assert_allclose(float(said[1]), 1.0 / drawn, rtol=0.05)
+    np.testing.assert_allclose(finding.value, 1.0 / drawn, rtol=0.05)
+
+
+@pytest.mark.parametrize("drawn", [1 / 29.0, 29.0])
+def test_links_of_other_materials_are_doubted_and_no_gain_is_refused_for_them(sound, sound_estimate, drawn):
+    assert link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes()).severity is Severity.WEAK
+
+
+@pytest.mark.parametrize("drawn", [1 / 37.0, 37.0])
+def test_masses_in_different_units_refuse_every_gain(sound, sound_estimate, drawn):
+    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
+    assert finding.severity is Severity.WRONG
+    mass = sound.problem.motions[1].payload.mass
+    with pytest.raises(Contradiction, match=f"^payload mass {mass:g} kg: .* times those of its model .*mass in kg"):
+        without_spoilt(sound_estimate, [finding])
+
+
+def test_a_model_whose_masses_are_all_alike_is_no_witness(sound, sound_estimate):
+    links = links_of_three_axes()
+    links[:, 9] = 1.0
+    assert link_mass_consistency(sound.problem, sound_estimate, links) is None
+
+
+def test_without_a_bare_motion_there_is_no_witness(sound, sound_estimate):
+    loaded = replace(sound.problem, motions=sound.problem.motions[1:])
+    assert link_mass_consistency(loaded, sound_estimate, links_of_three_axes()) is None
+
+
+def weights(*factors: float, share: float = 0.9) -> list[LinkWeight]:
+    return [LinkWeight(joint=joint, factor=factor, share=share) for joint, factor in enumerate(factors)]
+
+
+def test_more_than_half_of_the_joints_have_to_be_beyond_the_factor_one_way():
+    assert judged(weights(1.2, 4.9)).severity is Severity.GOOD
+    assert judged(weights(1.6, 4.9)).severity is Severity.WEAK
+    assert judged(weights(1.1, 1.2, 4.8, 4.9)).severity is Severity.GOOD
+    assert judged(weights(1.1, 4.7, 4.8, 4.9)).severity is Severity.WEAK
+    assert judged(weights(0.1, 1.2)).severity is Severity.GOOD
+    assert judged(weights(0.1, 0.2, 1.2)).severity is Severity.WEAK
+    assert judged(weights(0.1, 4.9, 1.2)).severity is Severity.GOOD
+
+
+def test_the_joints_that_show_it_are_named_and_advice_is_given_where_it_is_in_doubt():
+    found = judged([*weights(1.6, 4.8), *weights(8.0, share=0.1)])
+    assert found.joints == (0, 1)
+    assert "payload's mass" in found.advice
+    assert judged(weights(1.1, 1.2)).advice is None
+
+
+def test_the_weight_that_is_told_is_the_median():
+    assert "masses are 3.2 times those of its model (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
+
+
+def test_the_limit_itself_is_no_doubt():
+    assert judged(weights(FACTOR, FACTOR, FACTOR)).severity is Severity.GOOD
+    assert judged(weights(FACTOR + 0.01, FACTOR + 0.01, FACTOR + 0.01)).severity is Severity.WEAK
+
+
+def test_joints_that_links_of_other_proportions_explain_badly_say_nothing():
+    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE - 0.01)) is None
+    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE)).severity is Severity.WEAK
+    assert judged([*weights(8.0), *weights(8.0, share=0.1)]) is None
+
+
+def test_torques_against_the_models_have_another_cause_than_weight():
+    assert judged(weights(-2.0, -1.3, 1.1)) is None

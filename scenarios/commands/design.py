@@ -357,8 +357,8 @@ def new_robot_command(options: argparse.Namespace) -> Status:
         payload=options.payload,
     )
 
-    def search(design: "Design", series: "Series") -> "Sequence[Found]":
-        outcome = searched(design, series, options)
+    def search(design: "Design", series: "Series", attempt: int) -> "Sequence[Found]":
+        outcome = searched(design, series, argparse.Namespace(**{**vars(options), "seed": options.seed + attempt}))
         if outcome.interrupt is not None:
             raise outcome.interrupt
         return outcome.kept

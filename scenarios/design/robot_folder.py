@@ -34,6 +34,8 @@ from sim.trajectory import FourierTrajectory
 ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
 FILES = (ROBOT, SCENARIO, MOTION)
 MADE = "Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"
+ATTEMPTS = 3
+"""Number of searches with other seeds until a motion identifies all gains."""
 HARMONICS, DURATION = 6, 20.0
 """Harmonics of the motion, and period [s]."""
 QUICKEST = 1.5
@@ -128,14 +130,14 @@ class NewRobotResult(ResultModel):
 
 
 def found_motion(
-    new: NewRobot, folder: Path, search: Callable[[Design, Series], Sequence[Found]], *, advice: str
+    new: NewRobot, folder: Path, search: Callable[[Design, Series, int], Sequence[Found]], *, advice: str
 ) -> tuple[FourierTrajectory, NewRobotResult]:
     """Find a motion that identifies the gains of a new robot, for the files in a folder.
 
     Args:
         new: The robot.
         folder: The folder.
-        search: Returns successively better motions, the best last.
+        search: Returns successively better motions of a search, the best last; searches are numbered from 0.
         advice: What to try if no motion is found.
 
     Raises:
@@ -154,14 +156,20 @@ def found_motion(
         prediction=prediction_of(DEFAULT),
     )
     series = Series(limits=limits, harmonics=HARMONICS, duration=DURATION)
-    try:
-        motion = quickened(design, best_fitted(design, series, search(design, series)))
-    except TrajectoryError as error:
-        if error.kind == NO_POSITION:
-            said = f"{error}: --payload KG; or name a pose that can be held and is clear, --home"
-        else:
-            said = f"robot {new.name}: no motion was found: {error}; {advice}"
-        raise TrajectoryError(said, kind=error.kind) from error
+    motions, failed = list[FourierTrajectory](), None
+    for attempt in range(ATTEMPTS):
+        try:
+            motions.append(best_fitted(design, series, search(design, series, attempt)))
+        except TrajectoryError as error:
+            if error.kind == NO_POSITION:
+                said = f"{error}: --payload KG; or name a pose that can be held and is clear, --home"
+                raise TrajectoryError(said, kind=error.kind) from error
+            failed = error
+        if motions and (design.deviations(motions[-1]) <= SHOWN).all():
+            break
+    if not motions:
+        raise TrajectoryError(f"robot {new.name}: {ATTEMPTS} searches for a motion failed: {failed}; {advice}")
+    motion = quickened(design, min(motions, key=design.cost))
     predicted = design.deviations(motion)
     if (predicted > SHOWN).all():
         raise PlantError(

@@ -465,7 +465,7 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
             many = sum(name == names[k] and on for name, on in zip(names, used, strict=True))
             size[j, : 2 if names[k] == "Fc" else 1, j, k] = rms(own[own[:, k] != 0.0, k]) / many
     weights = size.reshape(2 * n, n, -1)
-    spread = [W_L @ F for W_L, F in zip(columns.payload, ready.shared.spread, strict=True)]
+    spread = [W_L @ each.spread for W_L, each in zip(columns.payload, ready.shared.parts, strict=True)]
     stated = final.h[joint][:, None] * np.hstack([np.zeros((len(joint), 0)), *spread])
     loaded = columns.payload.any(axis=(0, 2))
     return GainSolution(

@@ -8,6 +8,7 @@ import numpy as np
 from ident.estimation.problem import Problem
 from ident.model.parameters import INERTIAL
 from ident.model.structure import BaseParameters, independent_columns
+from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices
 
 OWN = ("Fv", "Fc", "off")
@@ -21,14 +22,14 @@ class SharedParameters:
     Attributes:
         arm: Indices of the arm's shared parameters among its base parameters, shape (a,).
         free: Independent unknown parameters of each mounting, index arrays into `INERTIAL`.
+        parts: Known part of each mounting's payload, with factors of its covariance.
         known: Values of each mounting's known parameters, zero for the others, shape (mountings, 10).
-        spread: Factor F of the covariance F F^T of each mounting's known parameters, shape (mountings, 10, 10).
     """
 
     arm: Indices
     free: tuple[Indices, ...]
+    parts: tuple[KnownPayload, ...]
     known: Array
-    spread: Array
 
     @classmethod
     def of(cls, problem: Problem) -> "SharedParameters":
@@ -38,8 +39,8 @@ class SharedParameters:
         return cls(
             arm=shared_arm(problem.structure.base),
             free=tuple(np.sort(independent_columns(probes, [np.flatnonzero(~each.mask)])) for each in known),
+            parts=tuple(known),
             known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),
-            spread=np.array([each.spread for each in known]).reshape(len(known), len(INERTIAL), len(INERTIAL)),
         )
 
     @property

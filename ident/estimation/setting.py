@@ -158,9 +158,9 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     kV = np.column_stack((columns.known, columns.V))
     blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
     check_rows(blocks, blocks.own)
-    h, known = np.zeros(problem.structure.arm.n), [payload.known_part() for payload in problem.payloads]
-    for j in range(len(h)) if known else ():
-        fit = joint_fit(problem, j, known)
+    h = np.zeros(problem.structure.arm.n)
+    for j in range(len(h)) if shared.parts else ():
+        fit = joint_fit(problem, j, shared.parts)
         if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
             h[j] = fit.inverse
     return Setting(

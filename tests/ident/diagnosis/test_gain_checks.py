@@ -61,6 +61,9 @@ def test_a_gain_far_from_the_median_of_the_others_is_named_with_the_ratio():
     assert found.joints == (1,)
     assert list(far_off({**gains, 1: 11.45 * FAR * 0.99})) == []
     assert list(far_off({0: 13.2, 1: 11.4 / FAR * 1.2})) == []
+    assert list(far_off({0: 1.0, 1: 1.0, 2: 1.0, 3: 0.99 * FAR, 4: 0.99 * FAR})) == []  # not of their mean
+    (found,) = far_off({0: 1.0, 1: 1.0, 2: 1.0, 3: 0.9 * FAR, 4: 1.01 * FAR})
+    assert found.joints == (4,)
     assert list(far_off({4: 5e-6})) == []
 
 

@@ -4,9 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import LOOSE, PAYLOADS, logs_of
 from known_logs import arm_of, scara, ur_like
+from real_friction import Truth
 
-from ident.diagnosis.hypothesis import SLACK, STILL, LogHypothesis, as_logged, beyond_limits, within_limits
+from ident.diagnosis.hypothesis import (
+    SLACK,
+    STILL,
+    LogHypothesis,
+    as_logged,
+    beyond_limits,
+    observed_logs,
+    read_as,
+    within_limits,
+)
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
 
 RATE = 100.0
@@ -189,3 +202,12 @@ def test_a_range_at_which_a_joint_moves_is_that_of_the_arm(slider):
     for span, within in ((1.1 * STILL, True), (0.9 * STILL, False)):
         how = replace(as_logged(slider, 1).logs[0], q_factor=np.array([0.01, 1.0, 1.0, 1.0]))
         assert within_limits(slider, moved((0.0, 100.0 * span), *INSIDE[1:]), how) == within
+
+
+def test_a_clock_changes_no_sample_that_filters_combine(axes):
+    options, recorded = ObserveOptions(current_delay=0.011), logs_of(Truth())
+    motions = (ObservedMotion(observe(log, axes, options), each) for log, each in zip(recorded, PAYLOADS, strict=True))
+    logs = observed_logs(recorded, Problem(axes, tuple(motions), LOOSE), options)
+    other = read_as(logs, logs.given.changed(logs.every, clock=1.25))
+    for before, after in zip(logs.model.rows, other.model.rows, strict=True):
+        np.testing.assert_allclose(after.V, before.V, atol=1e-9 * np.std(before.V))  # rounding of the filters

@@ -5,11 +5,11 @@ further columns follow below, with the identifying columns repeated, so that no 
 """
 
 import shlex
-from collections.abc import Sequence
 from io import StringIO
 from itertools import pairwise
 from textwrap import wrap
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
@@ -99,34 +99,39 @@ def _print_table(table: Table, console: Console, width: int) -> None:
     if table.title:
         _print_words(table.title, "bold", console, width)
     rows = table.rows[: table.shown]
-
-    def grid(columns: Sequence[int], gap: int) -> Grid:
-        drawn = Grid(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
-        units = any(table.columns[k].unit for k in columns)
-        for k in columns:
-            column = table.columns[k]
-            header = f"{column.title}\n{column.unit}" if units else column.title
-            justify = "left" if column.words else "right"
-            drawn.add_column(header, justify=justify, no_wrap=not column.words, overflow="fold")
-        for row in rows:
-            drawn.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in columns))
-        return drawn
-
     shown = [k for k, column in enumerate(table.columns) if not column.file_only]
+    wished, least = dict[int, int](), dict[int, int]()
+    for k in shown:
+        texts = [*table.columns[k].title.splitlines(), table.columns[k].unit, *(row[k].text for row in rows)]
+        wished[k] = max(cell_len(text) for text in texts)
+        longest = max((cell_len(word) for text in texts for word in text.split()), default=0)
+        least[k] = min(longest, width // 2 - GAPS[0]) if table.columns[k].words else wished[k]
+
+    def used(widths: dict[int, int], gap: int) -> int:
+        return sum(widths.values()) + gap * (len(widths) - 1)
+
+    gap = next((gap for widths in (wished, least) for gap in GAPS if used(widths, gap) <= width), GAPS[0])
     keys = [k for k in shown if k < table.keys]
-    wished = [gap for gap in GAPS if console.measure(grid(shown, gap)).maximum <= width]
-    least = [gap for gap in GAPS if console.measure(grid(shown, gap)).minimum <= width]
-    gap, blocks = (*wished, *least, GAPS[0])[0], [shown]
-    if not wished and not least:
-        blocks = [keys]
-        for k in shown[len(keys) :]:
-            if blocks[-1] != keys and console.measure(grid([*blocks[-1], k], gap)).minimum > width:
-                blocks.append(keys)
-            blocks[-1] = [*blocks[-1], k]
+    blocks = [keys]
+    for k in shown[len(keys) :]:
+        if blocks[-1] != keys and used({each: least[each] for each in [*blocks[-1], k]}, gap) > width:
+            blocks.append(keys)
+        blocks[-1] = [*blocks[-1], k]
     for count, block in enumerate(blocks):
         if count:
             console.print()
-        drawn = grid(block, gap)
-        console.print(drawn, width=max(width, console.measure(drawn).minimum), crop=False)
+        widths = {k: wished[k] for k in block}
+        while used(widths, gap) > width and (wide := [k for k in block if widths[k] > least[k]]):
+            widths[max(reversed(wide), key=widths.__getitem__)] -= 1
+        drawn = Grid(box=None, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+        units = any(table.columns[k].unit for k in block)
+        for k in block:
+            column = table.columns[k]
+            header = f"{column.title}\n{column.unit}" if units else column.title
+            justify = "left" if column.words else "right"
+            drawn.add_column(header, justify=justify, width=widths[k], no_wrap=not column.words, overflow="fold")
+        for row in rows:
+            drawn.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in block))
+        console.print(drawn, soft_wrap=True)
     if len(table.rows) > len(rows) and table.rest:
         _print_words(f"{table.rest} ({EVERY_ROW})", "", console, width)

@@ -89,6 +89,17 @@ def test_a_table_that_is_continued_repeats_every_column_that_tells_its_rows_apar
     ]
 
 
+@pytest.mark.parametrize("width", [35, 34, 31, 30, 22, 21])
+def test_no_word_is_broken_and_words_wrap_before_a_table_is_continued(width):
+    columns = (Column(title="Joint"), Column(title="Name", words=True), Column(title="2 sigma"), COLUMNS[2])
+    rows = tuple(cells(joint, f"joint{joint}", "0.79", "not identified") for joint in "12")
+    lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=width)).splitlines()[2:]
+    assert max(map(len, lines)) <= width
+    assert len([line for line in lines if line.startswith("Joint")]) == {30: 2, 22: 2, 21: 3}.get(width, 1)
+    words = "Joint Name 2 sigma Verdict 1 2 joint1 joint2 0.79 not identified"
+    assert {word for line in lines for word in line.split()} == set(words.split())
+
+
 def test_columns_of_files_are_on_no_screen():
     table = replace(TABLE, columns=(COLUMNS[0], replace(COLUMNS[1], file_only=True), COLUMNS[2]), shown=None)
     report = Report("T", (table,), {})

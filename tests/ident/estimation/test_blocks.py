@@ -39,6 +39,18 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
     for k in range(3):
         each = each.widened(more[:, k : k + 1], std[k])
     anew = replace(each, blocks=each.blocks.at(each.blocks.weight))
+    columns = once.columns
+    for one in (once, each):
+        blocks = one.blocks
+        gram = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
+        np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
+        for j in range(N):  # of the currents that are there now
+            own = columns.joint == j
+            W = np.hstack((one.columns.friction(per_motion=True)[1], columns.shared, *columns.payload))[own]
+            unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
+            x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
+            left = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
+            np.testing.assert_allclose(one.sigma[j], left, rtol=1e-8)
     for one in (each, anew):
         model, other = Model.of(one, {}), Model.of(once, {})
         np.testing.assert_allclose(model.sigma, other.sigma, rtol=1e-10)

@@ -185,7 +185,8 @@ def check_command(options: argparse.Namespace) -> Status:
                 payload=payload,
                 about=None if robot.gain is None else tuple(robot.gain.tolist()),
             )
-    hint = Paragraph("--all lists every check, and the motion of each joint.")
-    report = result.report(result.headline, *(() if options.all else (hint,)), mood=result.mood)
+    hint = [Paragraph("--all lists every check, and the motion of each joint.")]
+    short = not options.all and output.form(options) == "text"  # the other formats list them
+    report = result.report(result.headline, *(hint if short else ()), mood=result.mood)
     wrong = checked.found.severity is Severity.WRONG
     return output.show(report.in_full if options.all else report, options, passed=not wrong)

@@ -23,7 +23,7 @@ COLOURS = {
 """Colours by their names in the style sheet (`page.css`), where they differ in the dark and on paper."""
 WIDTH, WIDE = 430, 620
 """Width of a plot, and of one along time [pixel]."""
-LEFT, RIGHT, BELOW, GAP = 56, 10, 36, 8
+LEFT, RIGHT, BELOW, GAP = 62, 10, 36, 8
 """Margins of axes, and the gap above a strip [pixel]."""
 STRIP = 80
 """Height below which a plot has few ticks [pixel]."""
@@ -127,7 +127,8 @@ def _draw(axes: Axes, plot: Plot) -> None:
         axes.axvspan(start, stop, color=COLOURS["band"], lw=0.0, zorder=0.5, label=plot.bands_label if not k else None)
     for axis, name in ((plot.x, "x"), (plot.y, "y")):
         own = axes.xaxis if name == "x" else axes.yaxis
-        axes.set(**{f"{name}label": axis.words})
+        low = name == "y" and plot.height < STRIP  # its label would overlap that of the plot above
+        axes.set(**{f"{name}label": axis.words.replace(" [", "\n[") if low else axis.words})
         if axis.categories:
             at = np.arange(len(axis.categories))
             own.set_ticks(at, labels=list(axis.categories))

@@ -70,11 +70,13 @@ def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
     np.testing.assert_allclose(joints[0]["covered"], (joints[0]["high"] - joints[0]["low"]) / 12.6, rtol=1e-9)
 
 
-def test_all_lists_every_check_and_how_joints_moved(cell, capsys):
-    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), "--all"]) == 0
+@pytest.mark.parametrize("option", ["--all", "--format=markdown", "--format=html", "--quiet"])
+def test_all_and_files_list_every_check_and_how_joints_moved(cell, capsys, option):
+    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), option]) == 0
     printed = capsys.readouterr().out
     for words in ("no current is clipped", "encoder resolution", "Motion of bare", "Rms acceleration"):
-        assert words in printed
+        assert (words in printed) == (option != "--quiet")
+    assert ("--all lists every check" in printed) == (option == "--quiet")
 
 
 def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, capsys):

@@ -70,13 +70,18 @@ def test_an_interval_is_a_rule_with_a_point():
 def test_a_line_breaks_where_it_has_no_number_and_the_strip_below_has_the_same_time():
     line = Series(label="line", mark="line", x=(0.5, 2.0, 7.0), y=(1.5, None, 2.5))
     time = Axis(title="time", unit="s")
-    strip = plot(line, x=time, height=50)
+    strip = plot(line, x=time, y=Axis(title="residual", unit="N m"), height=50)
     whole = figure(plot(line, x=time, bands=((0.7, 0.9),), bands_label="still", strip=strip))
     below, above = sorted(whole.axes, key=lambda axes: axes.get_position().y0)
     np.testing.assert_array_equal(np.isnan(above.lines[0].get_ydata()), [False, True, False])
     assert below.get_xlim() == above.get_xlim()
     assert [text.get_text() for text in above.get_legend().get_texts()] == ["still", "line"]
     assert spans(above) == [(0.7, pytest.approx(0.9), 0.0, 1.0)]  # as high as the axes
+    whole.draw_without_rendering()
+    label = below.yaxis.label.get_window_extent()
+    assert below.yaxis.label.get_text().split() == ["Residual", "[N", "m]"]
+    assert label.x0 > 0.0
+    assert label.height < below.get_window_extent().height  # not beside the plot above
 
 
 def test_a_reference_stands_at_a_value_of_y_or_upright_at_one_of_x():

@@ -30,9 +30,8 @@ def page(folder: Path) -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        view = browser.new_page(viewport={"width": 1280, "height": 930})
+        view = browser.new_page(viewport={"width": 1280, "height": 914})
         view.goto((folder / "report.html").as_uri())
-        view.wait_for_function("document.documentElement.dataset.drawn === 'all'")
         view.screenshot(path=HERE / "page.png")
         browser.close()
 

@@ -8,6 +8,7 @@ gains within `RANKED_BY` minus wrong gains, as a share of the gains that the dat
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,7 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import TONES, Axis, Plot, Reference, Series, intervals, values
+from scenarios.rendering.plot import SERIES, Plot, draw_bars, draw_intervals
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import DAMAGED, read_json, repeated
 from scenarios.results.studies import NORMAL, in_percent
@@ -199,30 +200,30 @@ class ComparedScenario(ResultModel):
 
     def _plots(self) -> Iterable[Plot]:
         """Errors and coverage of the best methods by joint."""
-        best, more = list(zip(self.methods, TONES, strict=False)), len(self.methods) - len(TONES)
+        best, more = self.methods[: len(SERIES)], len(self.methods) - len(SERIES)
         left = f" {more} more in the table only." if more > 0 else ""
-        joint = Axis(title="joint", categories=tuple(str(each.joint) for each in self.methods[0].joints))
-        rms, held = list[Series](), list[Series]()
-        for method, tone in best:
-            sizes = {str(each.joint): 100.0 * each.rms for each in method.joints if each.rms is not None}
-            y = values(list(sizes.values()))
-            rms.append(Series(label=method.method, mark="bars", tone=tone, x=tuple(sizes), y=y))
-            covers = {str(each.joint): in_percent(each.cover_2) for each in method.joints if each.cover_2 is not None}
-            held.append(intervals(method.method, list(covers), list(covers.values()), tone))
+        joints = [each.joint for each in self.methods[0].joints]
+        rms = {
+            method.method: {each.joint: 100.0 * each.rms for each in method.joints if each.rms is not None}
+            for method in best
+        }
+        held = {
+            method.method: {each.joint: in_percent(each.cover_2) for each in method.joints if each.cover_2 is not None}
+            for method in best
+        }
         yield Plot(
             title="Rms error",
             caption=f"Gains that each method gave; no bar where it gave none.{left}",
-            x=joint,
-            y=Axis(title="rms error", unit="%", zero=True),
-            series=tuple(rms),
+            x="Joint",
+            y="Rms error [%]",
+            draw=partial(draw_bars, joints=joints, series=rms),
         )
         yield Plot(
             title="Coverage of two estimated standard deviations",
             caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
-            x=joint,
-            y=Axis(title="held", unit="% of gains"),
-            series=tuple(held),
-            references=(Reference("", 100.0 * NORMAL),),
+            x="Joint",
+            y="Held [% of gains]",
+            draw=partial(draw_intervals, joints=joints, series=held, limit=100.0 * NORMAL),
         )
 
 

@@ -12,9 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 from ident.model.parameters import INERTIAL
 from ident.support.naming import one_line
 from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, column, number, sentence, table
-from scenarios.rendering.plot import Plot
 from scenarios.rendering.result import ResultModel
-from scenarios.results.fit import TORQUES, FitRows, torque_plot
+from scenarios.results.fit import TORQUES, torque_plot
 from scenarios.results.record import DAMAGED, digests_of, read_json, repeated
 from scenarios.support.errors import ScenarioError
 
@@ -276,31 +275,6 @@ def _printed(values: tuple[float, ...], gain: PaperGain) -> str:
     return f"{values[gain.joint - 1]:.4f}" if gain.joint <= IDENTIFIED else NONE
 
 
-def figure_3(torques: pd.DataFrame, case: PaperCase) -> list[Plot]:
-    """Return the plots of torques of joints 1 to 4, both motions in sequence; `torques` are the rows of the case."""
-    end = float(torques["t"].to_numpy().max())
-    plots: list[Plot] = []
-    for j in range(IDENTIFIED):
-        own = torques.query("joint == @j + 1").sort_values(["loaded", "t"])
-        t, measured, reconstructed = own[["t", "measured", "reconstructed"]].to_numpy(np.float64).T
-        gain, loaded = case.gains[j], own["loaded"].to_numpy(np.intp)
-        rows = FitRows(
-            joint=j,
-            scale=gain,
-            unit="N m",
-            t=t + end * loaded,
-            stamp=t,
-            V=measured / gain,
-            residual=(measured - reconstructed) / gain,
-            q=np.empty(0),
-            dq=np.empty(0),
-            motion=loaded,
-            sigma=case.fit.sigma,
-        )
-        plots.append(torque_plot(rows, ("bare flange", "7.025 kg"), (0.0, end)))
-    return plots
-
-
 class SavedPaper(BaseModel):
     """`paper.json`: the result of `rx90 paper`, provenance, and digests of the other files."""
 
@@ -337,7 +311,12 @@ def page(folder: Path) -> Report:
     if torques is None:
         raise ScenarioError(f"{one_line(rows)}: is not the file that {PAPER} names; write it again")
     more: list[Part] = [Heading("Figure 3: torques of case 2, measured and reconstructed"), Paragraph(TORQUES)]
-    more += figure_3(torques, found.cases[DRAWN - 1])
+    end = float(torques["t"].to_numpy().max())
+    for joint in range(IDENTIFIED):
+        own = torques.query("joint == @joint + 1").sort_values(["loaded", "t"])
+        t, measured, reconstructed = own[["t", "measured", "reconstructed"]].to_numpy(np.float64).T
+        motion, starts = own["loaded"].to_numpy(np.intp), [("bare flange", 0.0), ("7.025 kg", end)]
+        more.append(torque_plot(joint, "N m", t + end * motion, measured, measured - reconstructed, motion, starts))
     facts = {"Seed": str(saved.seed)}
     more += repeated({"Original command": saved.command}, facts, saved.versions, saved.files)
     return found.report(found.title(saved.seed), *more)

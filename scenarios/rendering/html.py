@@ -34,17 +34,13 @@ def render(report: Report, page: Page) -> str:
         lstrip_blocks=True,
     )
     templates.filters |= {"options": options, "prose": prose, "base64": base64.b64encode}
-    plots, drawn = [part for part in report.parts if isinstance(part, Plot)], dict[int, Markup]()
-    if plots:
-        from scenarios.rendering.drawing import svg
-
-        drawn = {id(plot): Markup(svg(plot, number)) for number, plot in enumerate(plots)}
+    plots = [part for part in report.parts if isinstance(part, Plot)]
     return templates.get_template("page.html.j2").render(
         title=report.title,
         mood=report.mood.value,
         maker=MARK,
         sections=sections(report.parts),
-        drawn=drawn,
+        drawn={id(plot): Markup(plot.svg(number)) for number, plot in enumerate(plots)},
         id=id,
         moods={mood: mood.value for mood in Mood},
         short=SHORT,

@@ -1,82 +1,57 @@
-"""Plots as data: series with labels, units and styles, for pages; text output omits them."""
+"""Plots of results: a title, a caption, and a function of Matplotlib's axes; static SVG on pages, omitted in text.
 
-import math
-from collections.abc import Sequence
+Matplotlib is imported when a page is drawn. Colours of the SVG are names of the style sheet.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from io import StringIO
+from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:  # a command without plots does not need NumPy
-    from ident.support.arrays import Array
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-Value = float | str | None
-"""A number or the name of a category; None for a gap."""
-DIGITS = 5
-"""Significant digits of a number in a plot."""
-Mark = Literal["line", "points", "bars", "intervals"]
-"""How a series is drawn."""
-Tone = Literal["first", "second", "third", "fourth", "quiet"]
-"""Style of a series: colour, dash and shape."""
-TONES: tuple[Tone, ...] = ("first", "second", "third", "fourth")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Axis:
-    """An axis of a plot.
-
-    Attributes:
-        title: Name of the quantity.
-        unit: Unit of its numbers, empty if dimensionless.
-        categories: Names along it in order, empty for an axis of numbers.
-        log: Whether the axis is logarithmic.
-        zero: Whether the axis includes 0.
-    """
-
-    title: str
-    unit: str = ""
-    categories: tuple[str, ...] = ()
-    log: bool = False
-    zero: bool = False
-
-    @property
-    def words(self) -> str:
-        """Return title, capitalised, and unit."""
-        title = self.title[:1].upper() + self.title[1:]
-        return f"{title} [{self.unit}]" if self.unit else title
-
-
-def joint_axis(joints: Sequence[int]) -> Axis:
-    """Return the axis of joints, from 1, as categories."""
-    return Axis(title="joint", categories=tuple(map(str, joints)))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
-    """A data series.
-
-    Attributes:
-        label: Label in the legend, empty for none.
-        mark: Type of mark.
-        tone: Style.
-        x, y: Coordinates, of equal length.
-        low, high: Ends of intervals, and of rules on bars; empty for other marks.
-    """
-
-    label: str = ""
-    mark: Mark = "line"
-    tone: Tone = "first"
-    x: tuple[Value, ...]
-    y: tuple[Value, ...]
-    low: tuple[float | None, ...] = ()
-    high: tuple[float | None, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """A reference line: a limit, or the border between two motions."""
-
-    label: str
-    at: float
-    upright: bool = False
+COLOURS = {
+    "ink": "#1b1f24", "grid": "#d0d7de", "band": "#e4e8ee",
+    "first": "#1f5fa8", "second": "#b93f12", "third": "#1c7a57", "fourth": "#7a3ea1",
+}  # fmt: skip
+"""Colours by their names in the style sheet (`page.css`), where they differ in the dark and on paper."""
+SERIES: tuple[tuple[str, Any, float, str, float], ...] = (
+    ("first", "-", 1.6, "o", 1.0),
+    ("second", (0.0, (4.0, 1.6)), 1.2, "s", 0.65),
+    ("third", (0.0, (2.5, 1.0)), 1.4, "^", 0.35),
+    ("fourth", (0.0, (6.0, 2.0, 1.0, 2.0)), 1.2, "D", 0.15),
+)
+"""Colour, dashes and width of lines [points], shape of points and opacity of bars: distinct without the colour."""
+LIMIT: Any = {"color": COLOURS["ink"], "lw": 0.9, "ls": (0.0, (2.5, 2.5))}
+"""Look of a reference line."""
+WIDTH, WIDE = 430, 620
+"""Width of a plot, and of one along time [pixel]."""
+SETTINGS: Any = {  # keys that the stubs of Matplotlib enumerate
+    "svg.fonttype": "none",
+    "text.parse_math": False,
+    "font.size": 10.5,
+    "text.color": COLOURS["ink"],
+    "axes.labelcolor": COLOURS["ink"],
+    "axes.edgecolor": COLOURS["grid"],
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-4, 5),
+    "axes.linewidth": 1.0,
+    "grid.color": COLOURS["grid"],
+    "grid.linewidth": 0.7,
+    "xtick.color": COLOURS["grid"],
+    "ytick.color": COLOURS["grid"],
+    "xtick.labelcolor": COLOURS["ink"],
+    "ytick.labelcolor": COLOURS["ink"],
+    "legend.frameon": False,
+    "legend.fontsize": 9.5,
+    "legend.borderpad": 0.2,
+    "legend.columnspacing": 1.2,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,40 +61,107 @@ class Plot:
     Attributes:
         title: One line above it.
         caption: Explanation in one or two sentences, including omitted data.
-        x, y: The axes.
-        series: Series in drawing order, the last on top.
-        bands: Shaded intervals of the x axis, start and end.
-        bands_label: Label of the bands.
-        references: Reference lines.
-        zoom: Whether it is along time, and wide.
-        height: Height of the axes [pixel].
-        strip: Plot below it with the same x axis and its own y scale; None for none.
+        x, y: Labels of the axes: quantity and unit.
+        draw: Draws on axes of Matplotlib, as many as `heights`.
+        wide: Whether it is along time, and wide.
+        heights: Heights of axes with one x axis, from the top [pixel].
     """
 
     title: str
     caption: str
-    x: Axis
-    y: Axis
-    series: tuple[Series, ...]
-    bands: tuple[tuple[float, float], ...] = ()
-    bands_label: str = ""
-    references: tuple[Reference, ...] = ()
-    zoom: bool = False
-    height: int = 180
-    strip: "Plot | None" = None
+    x: str
+    y: str
+    draw: Callable[..., None]
+    wide: bool = False
+    heights: tuple[int, ...] = (180,)
+
+    @property
+    def alternative(self) -> str:
+        """Text instead of the plot."""
+        return f"{self.title}: {self.y or self.x}. {self.caption}"
+
+    def figure(self) -> "Figure":
+        """Draw it without its title."""
+        from matplotlib.figure import Figure
+
+        size = (WIDE if self.wide else WIDTH) / 72.0, (sum(self.heights) + 60) / 72.0
+        whole = Figure(figsize=size, layout="constrained")
+        axes = whole.subplots(len(self.heights), sharex=True, squeeze=False, height_ratios=self.heights)[:, 0]
+        for each in axes if self.wide else ():
+            each.margins(x=0.01)
+        axes[-1].set_xlabel(self.x)
+        axes[0].set_ylabel(self.y)
+        self.draw(*axes)
+        if axes[0].get_legend_handles_labels()[0]:
+            whole.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+        return whole
+
+    def svg(self, number: int) -> str:
+        """Return an SVG element without size, and with colours of the style sheet.
+
+        `number` distinguishes its identifiers from those of other plots on a page.
+        """
+        from cycler import cycler
+        from matplotlib import rc_context
+
+        colour, dashes, widths, _, _ = zip(*SERIES, strict=True)
+        lines = cycler(color=[COLOURS[name] for name in colour], linestyle=dashes, linewidth=widths)
+        with rc_context({**SETTINGS, "axes.prop_cycle": lines, "svg.hashsalt": f"plot{number}"}):
+            drawn = StringIO()
+            self.figure().savefig(drawn, format="svg", transparent=True, metadata={"Date": None})
+        text = drawn.getvalue()
+        for pattern, short in (
+            (r"<metadata>.*?</metadata>|<!--.*?-->", ""),
+            (r'<g id="[^"]*"', "<g"),  # of no use, and the same in every figure
+            (r"font: ([\d.]+px) [^;\"]*", r"font-size: \1"),  # the family is that of the page
+            (r"(\d\.\d\d)\d+(?=[^<>]*/?>)", r"\1"),  # hundredths of a pixel
+            (r'(<svg[^>]*?) width="[\d.]+pt"', r"\1"),
+            (r'(<svg[^>]*?) height="[\d.]+pt"', r"\1"),
+            (r"\s*\n\s*", "\n"),
+        ):
+            text = re.sub(pattern, short, text, flags=re.DOTALL)
+        for name, value in COLOURS.items():
+            text = text.replace(value, f"var(--{name})")
+        return text[text.index("<svg") :]
 
 
-def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
-    """Return numbers rounded to `DIGITS` significant digits, None for NaN."""
-    return tuple(float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in map(float, numbers))
+def draw_bars(axes: "Axes", joints: Sequence[int], series: Mapping[str, Mapping[int, float]]) -> None:
+    """Draw numbers of joints, by the labels of up to four series; a joint without a number stays empty."""
+    for k, (label, found) in enumerate(series.items()):
+        at, width = _beside(axes, joints, found, k, len(series))
+        colour, _, _, _, fill = SERIES[k]
+        look: Any = {"color": COLOURS[colour], "alpha": fill, "edgecolor": COLOURS["ink"], "lw": 0.5}
+        axes.bar(at, list(found.values()), width, label=label, **look)
 
 
-def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, float]], tone: Tone) -> Series:
-    """Return a series of intervals of categories. `ends` has value, lower and upper end."""
-    value, low, high = (values([each[k] for each in ends]) for k in range(3))
-    return Series(label=label, mark="intervals", tone=tone, x=tuple(x), y=value, low=low, high=high)
+def draw_intervals(
+    axes: "Axes",
+    joints: Sequence[int],
+    series: Mapping[str, Mapping[int, tuple[float, float, float]]],
+    limit: float | None = None,
+    zero: bool = False,
+) -> None:
+    """Draw value, lower and upper end for joints, by the labels of series; a joint without them stays empty.
+
+    A line shows the `limit`, if any; with `zero` the axis includes 0.
+    """
+    for k, (label, found) in enumerate(series.items()):
+        at, _ = _beside(axes, joints, found, k, len(series))
+        colour, _, _, shape, _ = SERIES[k % len(SERIES)]
+        value, low, high = ([ends[i] for ends in found.values()] for i in range(3))
+        axes.vlines(at, low, high, color=COLOURS[colour], lw=1.8)
+        axes.plot(at, value, shape, ms=5.0, color=COLOURS[colour], label=label)
+    if limit is not None:
+        axes.axhline(limit, **LIMIT)
+    if zero:
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, 0.0), max(high, 0.0))
 
 
-def about(value: float, half: float) -> tuple[float, float, float]:
-    """Return a value with the ends of a symmetric interval."""
-    return value, value - half, value + half
+def _beside(axes: "Axes", joints: Sequence[int], found: Iterable[int], k: int, count: int) -> tuple[list[float], float]:
+    """Name joints on the x axis; return where the k-th of `count` series stands, and its width."""
+    axes.set_xticks(range(len(joints)), list(map(str, joints)))
+    axes.set_xlim(-0.6, len(joints) - 0.4)
+    axes.grid(visible=False, axis="x")
+    width = 0.75 / count
+    return [joints.index(joint) + (k - 0.5 * (count - 1)) * width for joint in found], width

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -13,7 +14,7 @@ from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, percent, table
-from scenarios.rendering.plot import TONES, Axis, Plot, intervals, joint_axis
+from scenarios.rendering.plot import Plot, draw_intervals
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import (
     MOODS,
@@ -211,18 +212,14 @@ def range_plot(logs: Mapping[str, Sequence[CheckJoint]]) -> Plot:
     limits = [each.limits for each in joints]
     stated = all(each is not None for each in limits)
     ends = np.array([each if each and stated else (0.0, 100.0) for each in limits])  # (n, 2)
-    series = []
-    for k, (name, motions) in enumerate(logs.items()):
+    series: dict[str, dict[int, tuple[float, float, float]]] = {}
+    for name, motions in logs.items():
         seen = np.array([[each.low, 0.5 * (each.low + each.high), each.high] for each in motions])
         low, middle, high = (100.0 * (seen - ends[:, :1]) / np.diff(ends)).T
-        placed = list(zip(middle.tolist(), low.tolist(), high.tolist(), strict=True))
-        series.append(intervals(name, [str(each.joint) for each in motions], placed, TONES[k % len(TONES)]))
+        placed = zip(middle.tolist(), low.tolist(), high.tolist(), strict=True)
+        series[name] = {each.joint: ends for each, ends in zip(motions, placed, strict=True)}
     of = "as a share of the range that the model states" if stated else "as the model states no range for every joint"
     unit = "% of range" if stated else ", ".join(dict.fromkeys(each.unit for each in joints))
-    return Plot(
-        title="Range of each joint",
-        caption=f"From the lowest to the highest position of each joint, {of}.",
-        x=joint_axis([each.joint for each in joints]),
-        y=Axis(title="position", unit=unit, zero=stated),
-        series=tuple(series),
-    )
+    caption = f"From the lowest to the highest position of each joint, {of}."
+    draw = partial(draw_intervals, joints=[each.joint for each in joints], series=series, zero=stated)
+    return Plot(title="Range of each joint", caption=caption, x="Joint", y=f"Position [{unit}]", draw=draw)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,15 +16,18 @@ from ident.recordings.formats.arrays import arrow_array
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices
 from ident.support.naming import one_line
-from scenarios.rendering.plot import Axis, Plot, Reference, Series, Tone, values
+from scenarios.rendering.plot import COLOURS, LIMIT, Plot
 from scenarios.results.check import CheckLog
 from scenarios.support.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 ROWS = "fit-rows.parquet"
 """Name that no recording can have: there, a hyphen precedes a number (`scenarios.experiments.schema`)."""
 COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
 """Columns of the file by the arrays of `FitRows`, in addition to `joint` and `motion`, both from 1."""
-OF_JOINT = ("joint", "scale", "unit", "turning", "sigma", "still")
+OF_JOINT = ("joint", "scale", "unit", "still")
 """The other data of `FitRows`."""
 ABOUT = b"rx90"
 """Key of the file's metadata with all other data, in JSON."""
@@ -45,21 +49,18 @@ class FitRows:
         joint: The joint, from 0.
         scale: Factor from current to the plotted quantity: the gain, or 1 if refused.
         unit: Unit of the plotted quantity.
-        turning: Whether the joint is revolute, otherwise prismatic.
         t: Time since the start of the first log, without pauses between logs [s], shape (r,).
         stamp: Time in the log at the middle of each row's filter [s], shape (r,).
         V: Currents [drive units], shape (r,).
         residual: Residuals [drive units], shape (r,).
-        q, dq: Position and speed of the joint, shape (r,); empty if not plotted.
+        q, dq: Position and speed of the joint, shape (r,).
         motion: Number of each row's motion, shape (r,).
-        sigma: Standard deviation of the residual [drive units].
         still: Time intervals near reversals whose samples are removed, start and end [s].
     """
 
     joint: int
     scale: float
     unit: str
-    turning: bool = True
     t: Array
     stamp: Array
     V: Array
@@ -67,14 +68,7 @@ class FitRows:
     q: Array
     dq: Array
     motion: Indices
-    sigma: float
     still: tuple[tuple[float, float], ...] = ()
-
-    def broken(self, values: Array) -> tuple[Array, Array]:
-        """Return times and values for a line plot, with NaN where rows are removed or a motion ends."""
-        step = np.diff(self.t)
-        gaps = np.flatnonzero((step > GAP * np.median(step)) | (np.diff(self.motion) > 0)) + 1
-        return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +122,6 @@ def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequenc
         joint=joint,
         scale=gain.value if known else 1.0,
         unit=("N m" if turning else "N") if known else "drive units",
-        turning=turning,
         t=stamp + later[motion],
         stamp=stamp,
         V=rows.V[own],
@@ -136,7 +129,6 @@ def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequenc
         q=q,
         dq=dq,
         motion=motion,
-        sigma=rows.sigma(joint),
         still=tuple(still),
     )
 
@@ -189,7 +181,8 @@ def read_fit(folder: Path) -> Fit:
             at = columns["joint"] == each["joint"] + 1
             arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
             each["still"] = tuple((start, stop) for start, stop in each["still"])
-            rows.append(FitRows(**each, motion=columns["motion"][at] - 1, **arrays))
+            own = {name: each[name] for name in OF_JOINT}
+            rows.append(FitRows(**own, motion=columns["motion"][at] - 1, **arrays))
         motions = tuple(map(CheckLog.model_validate, about["motions"]))
         return Fit(rows=tuple(rows), motions=motions, begins=tuple(about["begins"]))
     except (OSError, KeyError, TypeError, ValueError, pa.ArrowException) as error:
@@ -197,42 +190,52 @@ def read_fit(folder: Path) -> Fit:
         raise ScenarioError(f"{one_line(path)}: not rows of this version of rx90: {first}; save it again") from error
 
 
-def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
-    """Return the plot of measured and reconstructed torque of a joint, and of the residual.
+def torque_plot(
+    joint: int,
+    unit: str,
+    t: Array,
+    measured: Array,
+    residual: Array,
+    motion: Indices,
+    starts: Sequence[tuple[str, float]],
+    still: Sequence[tuple[float, float]] = (),
+) -> Plot:
+    """Return the plot of measured and reconstructed torque of a joint, from 0, and of the residual.
 
-    `begins` has the start times of the motions and the end of the last one [s].
+    Arrays have shape (r,); the lines are interrupted where rows are removed or a motion ends. `starts` has names of
+    motions with their start times [s], and `still` the time intervals near reversals [s].
     """
-    step, title, refused = -(-len(rows.t) // MOST), f"Joint {rows.joint + 1}", rows.unit == "drive units"
+    intervals = np.diff(t)
+    gaps = np.flatnonzero((intervals > GAP * np.median(intervals)) | (np.diff(motion) > 0)) + 1
+    step, refused = -(-len(t) // MOST), unit == "drive units"
+    at = np.insert(t, gaps, t[gaps] - 0.5 * intervals[gaps - 1])
+    empty = np.isnan(np.insert(t, gaps, np.nan))
+    keep = np.sort(np.r_[np.flatnonzero(empty), np.flatnonzero(~empty)[::step]])
 
-    def line(label: str, numbers: Array, tone: Tone = "first") -> Series:
-        t, y = rows.broken(rows.scale * numbers)
-        keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
-        return Series(label=label, tone=tone, x=values(t[keep]), y=values(y[keep]))
+    def draw(above: "Axes", below: "Axes") -> None:
+        for k, (start, stop) in enumerate(still):
+            label = "Near a reversal (excluded)" if k == 0 else None
+            above.axvspan(start, stop, color=COLOURS["band"], lw=0.0, zorder=0.5, label=label)
+        lines = (above, "Measured", measured), (above, "Reconstructed", measured - residual), (below, None, residual)
+        for axes, label, values in lines:
+            axes.plot(at[keep], np.insert(values, gaps, np.nan)[keep], label=label)
+        for name, start in starts:
+            above.axvline(start, **LIMIT)
+            place: Any = {"xycoords": ("data", "axes fraction"), "xytext": (3, -3), "textcoords": "offset points"}
+            above.annotate(name, (start, 1.0), va="top", fontsize=9.0, in_layout=False, **place)
+        below.axhline(0.0, **LIMIT)
+        below.set_ylabel(f"Residual\n[{'units' if refused else unit}]")
 
-    strip = Plot(
-        title=f"{title}, residual",
-        caption="",
-        x=Axis(title="time", unit="s"),
-        y=Axis(title="residual", unit="units" if refused else rows.unit),
-        series=(line("Residual", rows.residual),),
-        references=(Reference("", 0.0),),
-        zoom=True,
-        height=50,
-    )
-    share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
+    share = float(np.linalg.norm(residual) / np.linalg.norm(measured))
     what = "Current (the gain is refused)" if refused else "Gain times current"
+    quantity = {"N m": "Torque", "N": "Force"}.get(unit, "Current")
     every = "every row" if step == 1 else f"one row in {step}"
-    starts = zip(motions, begins, strict=False)
     return Plot(
-        title=title,
-        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(rows.t)}.",
-        x=Axis(title=""),
-        y=Axis(title={"N m": "torque", "N": "force"}.get(rows.unit, "current"), unit=rows.unit),
-        series=(line("Measured", rows.V), line("Reconstructed", rows.V - rows.residual, "second")),
-        bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
-        bands_label="Near a reversal (excluded)",
-        references=tuple(Reference(name, round(at, 3), upright=True) for name, at in starts),
-        zoom=True,
-        height=170,
-        strip=strip,
+        title=f"Joint {joint + 1}",
+        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(t)}.",
+        x="Time [s]",
+        y=f"{quantity} [{unit}]",
+        draw=draw,
+        wide=True,
+        heights=(170, 50),
     )

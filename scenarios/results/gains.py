@@ -1,7 +1,8 @@
 """The result of a run or an identification: gains, their intervals, verdicts and reasons for refusals."""
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
@@ -32,7 +33,7 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.plot import TONES, Axis, Plot, Series, about, intervals, joint_axis, values
+from scenarios.rendering.plot import COLOURS, Plot, draw_bars, draw_intervals
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
@@ -48,6 +49,8 @@ from scenarios.results.diagnoses import (
 )
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
+    from matplotlib.axes import Axes
+
     from scenarios.experiments.run import Run
 
 MEANING = (
@@ -335,55 +338,68 @@ class Result(DiagnosedResult):
             ]
         return table(self.gains, *columns, column("Verdict", verdict, words=True))
 
-    def _plot(self, title: str, caption: str, y: Axis, *series: Series) -> Plot:
-        x = joint_axis([gain.joint for gain in self.gains])  # joints without a gain are empty
-        return Plot(title=title, caption=caption, x=x, y=y, series=series)
-
     def _error_plot(self) -> Plot:
         found = [gain for gain in self.gains if gain.rel_error is not None]
-        there = [str(gain.joint) for gain in found]
-        errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
-        limits = [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in found]
-        return self._plot(
-            "Error of each gain, with its interval",
-            "Point: identified minus injected gain. Bar: plus and minus two standard deviations, all contributions "
-            "included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance.",
-            Axis(title="error", unit="%", zero=True),
-            intervals("Tolerance", there, limits, "quiet"),
-            intervals("Error, 2 sigma", there, errors, "first"),
+        errors = {
+            gain.joint: _about(100.0 * (gain.rel_error or 0.0), 200.0 * (gain.std or 0.0) / abs(gain.true or 1.0))
+            for gain in found
+        }
+        joints = [gain.joint for gain in self.gains]  # joints without a gain are empty
+
+        def draw(axes: "Axes") -> None:
+            limits = [100.0 * (gain.tolerance or 0.0) for gain in found]
+            at, heights = [joints.index(gain.joint) for gain in found], [2.0 * limit for limit in limits]
+            band: Any = {"color": COLOURS["band"], "zorder": 0.6, "label": "Tolerance"}
+            axes.bar(at, heights, 0.2, [-limit for limit in limits], **band)
+            draw_intervals(axes, joints, {"Error, 2 sigma": errors})
+
+        return Plot(
+            title="Error of each gain, with its interval",
+            caption="Point: identified minus injected gain. Bar: plus and minus two standard deviations, all "
+            "contributions included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance.",
+            x="Joint",
+            y="Error [%]",
+            draw=draw,
         )
 
     def _value_plot(self) -> Plot:
         """Return the plot of gains in percent, relative to a-priori gains if there are any."""
         nominal = {} if self.cost is None else {each.joint: each.a_priori_gain for each in self.cost.joints}
         stated = any(nominal.values())
-        of, ends = "the a-priori gain" if stated else "the gain", dict[str, tuple[float, float, float]]()
+        of, ends = "the a-priori gain" if stated else "the gain", dict[int, tuple[float, float, float]]()
         for gain in self.gains:
             middle = nominal.get(gain.joint) if stated else gain.estimate
             if gain.estimate is not None and middle:
                 away, reach = 100.0 * (gain.estimate / middle - 1.0), 200.0 * (gain.std or 0.0) / abs(middle)
-                ends[str(gain.joint)] = about(away, reach)
-        return self._plot(
-            f"Interval of each gain, relative to {of}",
-            "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number.",
-            Axis(title="gain", unit=f"% from {of}", zero=True),
-            intervals("Gain, 2 sigma", list(ends), list(ends.values()), "first"),
+                ends[gain.joint] = _about(away, reach)
+        joints = [gain.joint for gain in self.gains]
+        return Plot(
+            title=f"Interval of each gain, relative to {of}",
+            caption="Bar: plus and minus two standard deviations, all contributions included. Refused joints have no "
+            "number.",
+            x="Joint",
+            y=f"Gain [% from {of}]",
+            draw=partial(draw_intervals, joints=joints, series={"Gain, 2 sigma": ends}, zero=True),
         )
 
     def _share_plot(self) -> Plot:
         found = [gain for gain in self.gains if gain.estimate is not None]
-        there = tuple(str(gain.joint) for gain in found)
-        shares = {words: values([200.0 * (gain.rel(name) or 0.0) for gain in found]) for name, words in SHARES.items()}
-        return self._plot(
-            "Contributions to the intervals",
-            "Two standard deviations of each contribution; the half-width of the interval is the root of the sum "
-            "of their squares.",
-            Axis(title="2 sigma", unit="%", zero=True),
-            *(
-                Series(label=words.capitalize(), mark="bars", tone=tone, x=there, y=numbers)
-                for (words, numbers), tone in zip(shares.items(), TONES, strict=False)
-            ),
+        shares = {
+            words.capitalize(): {gain.joint: 200.0 * (gain.rel(name) or 0.0) for gain in found}
+            for name, words in SHARES.items()
+        }
+        return Plot(
+            title="Contributions to the intervals",
+            caption="Two standard deviations of each contribution; the half-width of the interval is the root of the "
+            "sum of their squares.",
+            x="Joint",
+            y="2 sigma [%]",
+            draw=partial(draw_bars, joints=[gain.joint for gain in self.gains], series=shares),
         )
+
+
+def _about(value: float, half: float) -> tuple[float, float, float]:
+    return value, value - half, value + half
 
 
 def gain_units(revolute: Sequence[bool]) -> list[str]:

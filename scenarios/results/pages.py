@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.experiments.scenario import load_scenario
 from scenarios.rendering.content import Heading, Paragraph, Part, Picture, Report
-from scenarios.rendering.plot import Axis, Plot, Series, values
+from scenarios.rendering.plot import Plot
 from scenarios.results.bare import BareResult
 from scenarios.results.check import Check, CheckLog, motion_parts, short_names
 from scenarios.results.fit import TORQUES, read_fit, torque_plot
@@ -25,6 +26,9 @@ from scenarios.results.record import RECORD, RESULT, origin_parts, read_record, 
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 PAGES = {
     **dict.fromkeys(("run", "identification", "check", "bare"), "scenarios.results.pages:page"),
@@ -115,7 +119,10 @@ def page(folder: Path) -> Report:
     fit, parts = read_fit(folder), how_to_identify(result.gains, given.gains.max_rel_std)
     names = short_names([motion.log for motion in fit.motions])
     parts += [Heading("Torques, measured and reconstructed"), Paragraph(TORQUES)]
-    parts += [torque_plot(each, names, fit.begins) for each in fit.rows]
+    for each in fit.rows:
+        measured, residual = each.scale * each.V, each.scale * each.residual
+        starts = list(zip(names, fit.begins, strict=False))
+        parts.append(torque_plot(each.joint, each.unit, each.t, measured, residual, each.motion, starts, each.still))
     parts += motion_parts(fit.motions)
     return result.report(record.title, *parts, *origin_parts(folder, record, given, result.seed))
 
@@ -128,14 +135,18 @@ def current_plot(log: Recording, joint: int) -> Plot:
         starts = np.arange(0, len(t), size)
         ends = np.minimum.reduceat(v, starts), np.maximum.reduceat(v, starts)
         t, v = np.repeat(t[starts], 2), np.column_stack(ends).ravel()
+
+    def draw(axes: "Axes") -> None:
+        axes.plot(t, v)
+
     return Plot(
         title=f"Joint {joint + 1}",
         caption=f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample.",
-        x=Axis(title="time", unit="s"),
-        y=Axis(title="current", unit="drive units"),
-        series=(Series(x=values(t), y=values(v)),),
-        zoom=True,
-        height=110,
+        x="Time [s]",
+        y="Current [drive units]",
+        draw=draw,
+        wide=True,
+        heights=(110,),
     )
 
 

@@ -3,8 +3,9 @@
 import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -12,6 +13,7 @@ import pyarrow as pa
 from pydantic import Field
 from scipy import stats
 
+from ident.support.arrays import Array
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.statistics import (
     FALSE_ALARM,
@@ -42,10 +44,13 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import Axis, Plot, Reference, Series, intervals, joint_axis, values
+from scenarios.rendering.plot import COLOURS, LIMIT, Plot, draw_intervals
 from scenarios.rendering.result import ResultModel
 from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SUMMARY, BUDGET = "summary.parquet", "budget.parquet"
 NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
@@ -122,28 +127,29 @@ class StudyResult(ResultModel):
         yield Paragraph(TRIALS)
         for kind, count in self.failures.items():
             yield Paragraph(f"{many(count, 'trial')} failed: {kind}.")
-        x, wanted = joint_axis([joint.joint for joint in self.joints]), 100.0 * self.joints[0].wanted
+        wanted = 100.0 * self.joints[0].wanted
         held = {
-            str(joint.joint): in_percent(coverage_of(round(joint.cover_2 * joint.gains), joint.gains))
+            joint.joint: in_percent(coverage_of(round(joint.cover_2 * joint.gains), joint.gains))
             for joint in self.joints
             if joint.cover_2 is not None
         }
+        joints = [joint.joint for joint in self.joints]
         yield Plot(
             title="Coverage of two estimated standard deviations",  # a gain without one is a miss
             caption=f"{INTERVALS} {100.0 * NORMAL:.1f} %, the nominal coverage.",
-            x=x,
-            y=Axis(title="held", unit="% of gains"),
-            series=(intervals("Within 2 sigma", list(held), list(held.values()), "first"),),
-            references=(Reference("", 100.0 * NORMAL),),
+            x="Joint",
+            y="Held [% of gains]",
+            draw=partial(draw_intervals, joints=joints, series={"Within 2 sigma": held}, limit=100.0 * NORMAL),
         )
-        rates = [(100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in self.joints]
+        rates = {
+            each.joint: (100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in self.joints
+        }
         yield Plot(
             title="How often each joint passed",
             caption=f"{INTERVALS} {wanted:g} %, the required pass rate.",
-            x=x,
-            y=Axis(title="passed", unit="% of trials"),
-            series=(intervals("Passed", x.categories, rates, "third"),),
-            references=(Reference("", wanted),),
+            x="Joint",
+            y="Passed [% of trials]",
+            draw=partial(draw_intervals, joints=joints, series={"Passed": rates}, limit=wanted),
         )
 
     def _verdict(self) -> Paragraph:
@@ -214,19 +220,15 @@ def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
         x, some = np.linspace(-end, end, 81), claimed[:: max(1, len(claimed) // MOST_CLAIMS)]
         estimated = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
         outside = "" if tolerance <= end else f" The tolerance, {tolerance:.3g} %, is outside the plot."
-        outline = values(np.repeat(edges, 2)), values(np.r_[0.0, np.repeat(density, 2), 0.0])
+        limits = () if outside else (-tolerance, tolerance)
         plots.append(
             Plot(
                 title=f"Joint {rows.joint}",
                 caption=f"{len(error)} errors.{outside}",
-                x=Axis(title="error", unit="%"),
-                y=Axis(title="density", unit="1/%", zero=True),
-                series=(
-                    Series(label="Errors", x=outline[0], y=outline[1]),
-                    Series(label="Estimated", tone="second", x=values(x), y=values(estimated)),
-                ),
-                references=() if outside else tuple(Reference("", at, upright=True) for at in (-tolerance, tolerance)),
-                height=130,
+                x="Error [%]",
+                y="Density [1/%]",
+                draw=partial(_draw_errors, edges=edges, density=density, x=x, estimated=estimated, limits=limits),
+                heights=(130,),
             )
         )
     return plots
@@ -257,6 +259,15 @@ def worst_trials(folder: StudyFolder, scenario: str) -> list[Part]:
         f"about {float(stats.norm.isf(0.5 / number)):.1f}. To reproduce the worst trial:"
     )
     return [Heading("Trials with the largest errors"), listed, Paragraph(said), Line(command)]
+
+
+def _draw_errors(
+    axes: "Axes", edges: Array, density: Array, x: Array, estimated: Array, limits: tuple[float, ...]
+) -> None:
+    axes.plot(np.repeat(edges, 2), np.r_[0.0, np.repeat(density, 2), 0.0], label="Errors")
+    axes.plot(x, estimated, label="Estimated")
+    for at in limits:
+        axes.axvline(at, **LIMIT)
 
 
 class Budget(ResultModel):
@@ -364,17 +375,24 @@ def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Pl
     costs = {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]
     largest = max(100.0 * cost.value for cost in costs.values())
-    limit = (Reference("", tolerance, upright=True),) if tolerance <= 2.0 * largest else ()
-    beyond = " Dashed: the tolerance." if limit else f" The tolerance, {tolerance:.3g} %, is outside the plot."
-    x, low, high = (
-        values([100.0 * getattr(costs[source], name) for source in there]) for name in ("value", "low", "high")
-    )
+    inside = tolerance <= 2.0 * largest
+    beyond = " Dashed: the tolerance." if inside else f" The tolerance, {tolerance:.3g} %, is outside the plot."
+
+    def draw(axes: "Axes") -> None:
+        at, found = [order.index(source) for source in there], [costs[source] for source in there]
+        axes.barh(at, [100.0 * each.value for each in found], 0.75, edgecolor=COLOURS["ink"], lw=0.5)
+        axes.hlines(at, [100.0 * each.low for each in found], [100.0 * each.high for each in found], COLOURS["ink"])
+        axes.set_yticks(range(len(order)), order)
+        axes.set_ylim(len(order) - 0.4, -0.6)  # the first at the top
+        axes.grid(visible=False, axis="y")
+        if inside:
+            axes.axvline(tolerance, **LIMIT)
+
     return Plot(
         title=f"Joint {budget.joint}",
         caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "
         f"intervals.{beyond}",
-        x=Axis(title="rms error from the source alone", unit="%", zero=True),
-        y=Axis(title="", categories=tuple(order)),
-        series=(Series(mark="bars", x=x, y=tuple(there), low=low, high=high),),
-        references=limit,
+        x="Rms error from the source alone [%]",
+        y="",
+        draw=draw,
     )

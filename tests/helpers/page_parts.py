@@ -39,3 +39,14 @@ def identified(value: float, std: float, payload: float = 0.0, model: float = 0.
         model_rel_std=model,
         predicted_rel_std=std / abs(value),
     )
+
+
+def drawn_intervals(axes) -> list[dict[int, tuple[float, float, float]]]:
+    """Value, lower and upper end of joints, by their labels on the x axis, of every series of intervals."""
+    names = [int(each.get_text()) for each in axes.get_xticklabels()]
+    found = []
+    for line, rules in zip(axes.lines, axes.collections, strict=False):
+        ends = [segment[:, 1].tolist() for segment in rules.get_segments()]
+        values = line.get_xydata().tolist()
+        found.append({names[round(at)]: (y, *own) for (at, y), own in zip(values, ends, strict=True)})
+    return found

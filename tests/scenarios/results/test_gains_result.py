@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from estimates import gain_estimate
-from page_parts import identified
+from page_parts import drawn_intervals, identified
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
@@ -65,6 +65,10 @@ def texts(result: Result) -> list[str]:
 def plot_of(result: Result, title: str) -> Plot:
     (plot,) = [each for each in result.plots() if each.title.startswith(title)]
     return plot
+
+
+def intervals_of(plot: Plot) -> list[dict[int, tuple[float, float, float]]]:
+    return drawn_intervals(plot.figure().axes[0])
 
 
 def test_a_result_begins_with_its_number_and_a_warning_stands_before_the_notes():
@@ -146,24 +150,28 @@ def test_tolerances_are_listed_if_they_differ_and_every_row_has_its_verdict():
 
 def test_plots_show_two_deviations_in_percent_of_the_gain():
     result = result_of(REFUSED, identified(-0.8, 0.02, 0.03, 0.007))
-    shares = {series.label: (series.x, series.y) for series in plot_of(result, "Contributions").series}
-    assert shares == {"Residual": (("2",), (5.0,)), "Payload": (("2",), (6.0,)), "Model": (("2",), (1.4,))}
+    (axes,) = plot_of(result, "Contributions").figure().axes
+    shares = {
+        bars.get_label(): [(round(bar.get_center()[0]), bar.get_height()) for bar in bars] for bars in axes.containers
+    }
+    expected = {"Residual": 5.0, "Payload": 6.0, "Model": 1.4}
+    assert shares == {name: [(1, pytest.approx(value, rel=1e-12))] for name, value in expected.items()}  # the second
     result = result_of(REFUSED, identified(-0.8, 0.012, 0.02))
     plot = plot_of(result, "Interval of each gain")
-    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "% from the gain")
-    (shown,) = plot.series
+    assert plot.y == "Gain [% from the gain]"
     # hypot(0.012, 0.02 * 0.8) = 0.02, of which two: 5 % of 0.8.
-    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (0.0,), (-5.0,), (5.0,))
+    assert intervals_of(plot) == [{2: pytest.approx((0.0, -5.0, 5.0), abs=1e-9)}]
     rest = dict.fromkeys(CostJoint.model_fields)
     joints = [CostJoint(**{**rest, "joint": j, "a_priori_gain": gain}) for j, gain in ((1, 3.0), (2, -0.5))]
     cost = ResultCost.model_construct(joints=joints, payload=[MASS], arm=[], tolerance=None, passed=None)
-    (shown,) = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain").series
-    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (60.0,), (52.0,), (68.0,))
+    plot = plot_of(result.model_copy(update={"cost": cost}), "Interval of each gain")
+    assert intervals_of(plot) == [{2: pytest.approx((60.0, 52.0, 68.0), rel=1e-9)}]
     gains = [verdict(1, **NONE, tolerance=0.03), verdict(2)]
-    tolerance, error = plot_of(result_of(identified(0.8, 0.02), gains=gains), "Error of each gain").series
+    plot = plot_of(result_of(identified(0.8, 0.02), gains=gains), "Error of each gain")
     # The refused joint does not stretch the axis.
-    assert (tolerance.x, tolerance.low, tolerance.high) == (("2",), (-7.0,), (7.0,))
-    assert (error.x, error.y, error.low, error.high) == (("2",), (4.0,), (-2.0,), (10.0,))  # 0.015 is 3 % of 0.5
+    (band,) = [patch.get_bbox() for patch in plot.figure().axes[0].patches]
+    assert (0.5 * (band.x0 + band.x1), band.y0, band.y1) == pytest.approx((1.0, -7.0, 7.0), rel=1e-9)
+    assert intervals_of(plot) == [{2: pytest.approx((4.0, -2.0, 10.0), rel=1e-9)}]  # 0.015 is 3 % of 0.5
 
 
 def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
@@ -264,12 +272,12 @@ def test_the_motion_of_a_joint_has_its_unit_and_is_a_share_of_its_range(arm):
     _, plain, table = motion_parts([both])
     units = [column.unit for column in table.columns]
     assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
-    assert plain.y.unit == "rad, m"
-    assert plain.series[0].low[1] == pytest.approx(motion.low, rel=6e-5)
-    first, second = range_plot({"first": log.joints, "second": log.joints}).series
-    assert (first.label, second.label) == ("first", "second")
-    assert (second.low[1], second.y[1], second.high[1]) == pytest.approx((25.0, 50.0, 75.0), rel=6e-5)  # five digits
-    assert first.tone is not second.tone
+    assert plain.y == "Position [rad, m]"
+    assert intervals_of(plain)[0][2][1] == pytest.approx(motion.low, rel=1e-9)
+    (axes,) = range_plot({"first": log.joints, "second": log.joints}).figure().axes
+    assert [line.get_label() for line in axes.lines] == ["first", "second"]
+    assert [own[2] for own in drawn_intervals(axes)] == [pytest.approx((50.0, 25.0, 75.0), rel=1e-9)] * 2
+    assert axes.lines[0].get_marker() != axes.lines[1].get_marker()
 
 
 NAMES = ("mass", "x", "y", "z", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
+from page_parts import drawn_intervals
 from scipy import stats
 from study_tables import gathered
 
@@ -15,9 +16,6 @@ from scenarios.experiments.scenario import load_scenario
 from scenarios.experiments.statistics import BudgetJoint, Interval, JointRows, SourceCost, joint_statistics, ranking
 from scenarios.rendering.content import Mood
 from scenarios.results.studies import Budget, StudyResult, cost_plot, error_plots, worst_trials
-
-FIVE = 6e-5
-"""Relative rounding of a plot's numbers: five digits."""
 
 
 def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
@@ -55,14 +53,14 @@ def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
     given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
     coverage, passed = StudyResult(joints=statistics, **given).plots()
     held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
-    for plot, counts in ((coverage, {"4": (held, 391)}), (passed, {"4": (5, 411), "6": (1, 411)})):
-        (series,) = plot.series
-        assert (plot.x.categories, series.x) == (("4", "6"), tuple(counts))
-        for k, (count, trials) in enumerate(counts.values()):
+    for plot, counts in ((coverage, {4: (held, 391)}), (passed, {4: (5, 411), 6: (1, 411)})):
+        (axes,) = plot.figure().axes
+        (found,) = drawn_intervals(axes)
+        assert (len(axes.get_xticks()), list(found)) == (2, list(counts))
+        for joint, (count, trials) in counts.items():
             ends = stats.beta.ppf([0.025, 0.975], [count, count + 1], [trials - count + 1, trials - count])
-            assert (series.low[k], series.high[k]) == pytest.approx(tuple(100 * ends), rel=FIVE)
-            assert series.y[k] == pytest.approx(100 * count / trials, rel=FIVE)
-    assert [each.at for each in passed.references] == [90.0]
+            assert found[joint] == pytest.approx((100 * count / trials, *(100 * ends)), rel=1e-9)
+    assert axes.lines[-1].get_ydata()[0] == 90.0
 
 
 def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_first():
@@ -102,15 +100,16 @@ def test_the_verdict_names_the_trials_of_the_worst_joint_and_files_are_written_e
 def test_errors_are_a_density_beside_the_one_of_the_estimated_deviations():
     z = np.random.default_rng(4).normal(size=4000)
     (plot,) = error_plots([trial_rows(z, tolerance=0.03), trial_rows(np.zeros(5))])
-    errors, estimated = plot.series
-    x, y = np.array(errors.x), np.array(errors.y)
-    assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) == pytest.approx(1.0, rel=1e-3)  # five digits
-    np.testing.assert_allclose(estimated.y, stats.norm.pdf(estimated.x, scale=1.2), rtol=1e-3)
-    assert [each.at for each in plot.references] == [-3.0, 3.0]
+    errors, estimated, *limits = plot.figure().axes[0].lines
+    x, y = errors.get_data()
+    assert np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)) == pytest.approx(1.0, rel=1e-9)
+    np.testing.assert_allclose(estimated.get_ydata(), stats.norm.pdf(estimated.get_xdata(), scale=1.2), rtol=1e-9)
+    assert [each.get_xdata()[0] for each in limits] == [-3.0, 3.0]
     (far,) = error_plots([trial_rows(z, tolerance=0.3)])
-    assert (far.references, "tolerance, 30 %, is outside" in far.caption) == ((), True)
+    assert (len(far.figure().axes[0].lines), "tolerance, 30 %, is outside" in far.caption) == (2, True)
     (small,) = error_plots([trial_rows(0.1 * z)])
-    assert small.series[1].x[-1] == pytest.approx(1.1 * 3.0 * 1.2, rel=FIVE)  # three deviations of the estimated ones
+    last = small.figure().axes[0].lines[1].get_xdata()[-1]
+    assert last == pytest.approx(1.1 * 3.0 * 1.2, rel=1e-9)  # three deviations of the estimated ones
 
 
 def cost(source: str, share: float, rms: float) -> SourceCost:
@@ -131,12 +130,16 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     order = ranking([budget, budget])
     assert order == ["b", "d", "e", "a", "c", "f"]
     plot = cost_plot(budget, order[:3], 0.7)
-    (bars,) = plot.series
-    assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
-    assert (bars.low, bars.high) == ((0.45, 0.18, 0.108), (0.6, 0.24, 0.144))
+    (axes,) = plot.figure().axes
+    assert [each.get_text() for each in axes.get_yticklabels()] == ["b", "d", "e"]
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]  # the first at the top
+    boxes = [bar.get_bbox() for bar in axes.patches]
+    assert [(round(0.5 * (box.y0 + box.y1)), box.x1) for box in boxes] == [(0, 0.5), (1, 0.2), (2, 0.12)]
+    rules = [each[:, 0] for each in axes.collections[0].get_segments()]
+    np.testing.assert_allclose(rules, [[0.45, 0.6], [0.18, 0.24], [0.108, 0.144]], rtol=1e-12)
     assert plot.caption.startswith("The 3 largest of 6 sources")
-    assert [each.at for each in plot.references] == [0.7]
-    assert cost_plot(budget, order, 1.1).references == ()
+    assert [line.get_xdata()[0] for line in axes.lines] == [0.7]
+    assert not cost_plot(budget, order, 1.1).figure().axes[0].lines
 
 
 def test_a_budget_is_written_with_every_source_and_shown_with_the_largest(tmp_path):

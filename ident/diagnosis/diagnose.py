@@ -57,23 +57,23 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     known = None if estimate is None else _Known(estimate, base, reestimate)
     found = list(faults(seen) if known is None else faults(seen, known.confirms))
-    of_logs = [each for each in found if isinstance(each.found, Exact)]
+    of_logs = [each for each in found if isinstance(each.best, Exact)]
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     for joint, log in () if of_logs else opposed(logs.problem):  # negated in one log, according to friction
         negated = compared(logs, scaled(logs, (log,), (joint,), -1.0))
         assert negated is not None, "only a sign is read otherwise"
-        diagnosis = _of_fault(Fault(found=negated, small=None, rivals=(), before=logs), seen, known)
+        diagnosis = _of_fault(Fault(seen, negated, ()), seen, known)
         diagnoses.append(replace(diagnosis, severity=Severity.WRONG, z=None))
     if known is None or base is None:
         diagnoses += [
             Diagnosis(
-                name=each.found.family, sentence=each.found.direction.message(each.found.found.value, logs.names).words,
-                joints=each.found.direction.joints, z=each.found.z, rivals=each.rival_words,
+                name=best.alternative.family, sentence=best.alternative.described(best.value, logs.names).words,
+                joints=best.alternative.joints, z=best.z, rivals=each.rival_words,
             )
-            for each in found if isinstance(each.found, FirstOrder)
+            for each in found if isinstance(best := each.best, FirstOrder)
         ]  # fmt: skip
     elif of_logs:  # what the estimate still lacks after the faults of the logs are corrected
-        last = of_logs[-1].found
+        last = of_logs[-1].best
         assert isinstance(last, Exact), "a fault of the logs"
         corrected, problem = known.of(last), last.read.problem
         if corrected is not None and _linear(corrected):
@@ -81,7 +81,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
             stiff, model = corrected.solution.stiff, last.read.model
             diagnoses += lacks_of(own, small, logs.names, model, known.reestimate, stiff=stiff)
     else:
-        elastic = any(each.found.family == ELASTICITY for each in found)  # from the logs alone: nothing imitates it
+        elastic = any(
+            each.best.alternative.family == ELASTICITY for each in found
+        )  # from the logs alone: nothing imitates it
         stiff = None if elastic else base.solution.stiff
         diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
     if estimate is not None:
@@ -125,14 +127,14 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
         The delay to correct [s], 0 for none, and its diagnosis.
     """
     seen, weak = survey(logs), Severity.WEAK
-    first = next((each for each in faults(seen) if isinstance(each.found, Exact)), None)
+    first = next((each for each in faults(seen) if isinstance(each.best, Exact)), None)
     if first is None:
         own = [each for each in seen.directions if each.key == (DELAY, (), logs.every)]
         limits = [size for size in bounds(seen.logs.model.fits, own) if size is not None]
         shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
         return 0.0, Diagnosis(name=DELAY, sentence=f"no delay of the currents detected; {shown}", asked=True)
-    assert isinstance(first.found, Exact), "a fault of the logs"
-    found, std = first.found.alternative, first.found.std
+    assert isinstance(first.best, Exact), "a fault of the logs"
+    found, std = first.best.alternative, first.best.std
     if found.key != (DELAY, (), logs.every) or found.value is None:
         sentence = f"delay not corrected, because another fault is more significant: {found.words}"
         return 0.0, Diagnosis(name=DELAY, severity=weak, sentence=sentence, asked=True)
@@ -146,7 +148,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
         size = f"{abs(found.value):.{places}f} ± {std:.{places}f}"
     sentence = f"the currents are logged {size} ms {way}: corrected"
     return 1e-3 * found.value, Diagnosis(
-        name=DELAY, severity=weak, sentence=sentence, value=found.value, std=std, unit="ms", z=first.found.z
+        name=DELAY, severity=weak, sentence=sentence, value=found.value, std=std, unit="ms", z=first.best.z
     )
 
 
@@ -191,7 +193,7 @@ class _Known:
         """Error of the gains due to a fault of the logs, or to a term that the model lacks."""
         if isinstance(found, FirstOrder):
             if self.base is not None:
-                yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
+                yield from self.base.effects(self.base.stacked(found.alternative.columns) @ found.value)
         elif (other := self.of(found)) is not None:
             yield from between(self.now, other)
 
@@ -199,14 +201,14 @@ class _Known:
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """Return the diagnosis of a fault of the logs."""
     logs, effects = seen.logs, _effects(fault, seen, known)
-    assert isinstance(fault.found, Exact), "a fault of the logs"
-    what = fault.found.alternative
+    assert isinstance(fault.best, Exact), "a fault of the logs"
+    what = fault.best.alternative
     return Diagnosis(
         name=what.family, severity=severity_of(effects),
         sentence=f"{what.words}{consequence(effects, 'ratios of gains' if known is None else 'gains')}",
         cause=what.words, advice=what.advice, joints=what.joints,
         logs=tuple(logs.names[k] for k in what.logs) if len(what.logs) < len(logs.names) else (),
-        value=what.value, std=fault.found.std, unit=what.unit, z=fault.found.z, effects=effects,
+        value=what.value, std=fault.best.std, unit=what.unit, z=fault.best.z, effects=effects,
         rivals=fault.rival_words,
     )  # fmt: skip
 
@@ -217,17 +219,18 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
     Without gains it is the effect of a small fault on their ratios or, if these are unknown, the share of the currents
     that it explains.
     """
-    assert isinstance(fault.found, Exact), "a fault of the logs"
+    assert isinstance(fault.best, Exact), "a fault of the logs"
     moved = list[Effect]()
     if known is not None:
-        moved += (effect for each in (fault.found, *fault.rivals) for effect in known.effects(each))
-    elif fault.small is not None and fault.small.within and fault.before is seen.logs and seen.fit is not None:
-        moved += _of_ratios(seen.fit, fault.small)
+        moved += (effect for each in (fault.best, *fault.rivals) for effect in known.effects(each))
+    elif fault.model.logs is seen.logs and seen.fit is not None:
+        small = next((each for each in seen.small if each.near(fault.best.alternative)), None)
+        moved += [] if small is None or not small.within else _of_ratios(seen.fit, small)
     if moved:
         joints = sorted({each.joint for each in moved})
         own = ([each for each in moved if each.joint == j] for j in joints)
         return tuple(max(each, key=lambda effect: abs(effect.deviations or 0.0)) for each in own)
-    return tuple(_of_currents(fault.before, fault.found))
+    return tuple(_of_currents(fault.model.logs, fault.best))
 
 
 def _of_currents(before: Logs, found: Exact) -> Iterator[Effect]:
@@ -245,8 +248,8 @@ def _of_ratios(fit: Reference, small: FirstOrder) -> Iterator[Effect]:
     found, influence = fit.fitted, fit.fitted.log_h.influence
     currents = np.concatenate(
         [
-            np.zeros(rows) if each is None else each @ small.found.value
-            for each, rows in zip(small.direction.columns, np.bincount(found.rows.joint).tolist(), strict=True)
+            np.zeros(rows) if each is None else each @ small.value
+            for each, rows in zip(small.alternative.columns, np.bincount(found.rows.joint).tolist(), strict=True)
         ]
     )
     C = max_of_classical_and_jackknife(found.rows, influence)

@@ -1,9 +1,9 @@
 """An estimate as a model of the currents, and what it lacks: payload values, terms, faults that only gains reveal.
 
 The rows, weights and columns of the estimate, all joints together with the payload as specified, predict each time
-block from the others. Directions that are not identifiable in the free model of the logs, such as the payload's centre,
-are compared here. The effect of each on the gains follows from the influence of each row, that of large faults from
-another estimate; severity follows from it:
+block from the others. Small alternatives that are not identifiable in the free model of the logs, such as the payload's
+centre, are compared here. Severity follows from the effect of each on the gains, by the influence of each row, for
+large faults by another estimate:
 
     error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
 """
@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
+from typing import TypeAlias
 
 import numpy as np
 
@@ -33,8 +34,8 @@ from ident.diagnosis.evidence import (
     z_of,
 )
 from ident.diagnosis.free_model import FreeModel, row_counts
-from ident.diagnosis.hypothesis import Direction
-from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, add_significant
+from ident.diagnosis.hypothesis import Alternative
+from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE, payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.problem import Problem
@@ -88,7 +89,7 @@ class HeldOutEstimate:
         return Score(squares, counts)
 
     @cached_property
-    def payload_errors(self) -> tuple[Direction, ...]:
+    def payload_errors(self) -> tuple[Alternative, ...]:
         """Errors of the specified payloads."""
         return tuple(payload_errors(self.problem, self.estimate))
 
@@ -99,16 +100,16 @@ class HeldOutEstimate:
         parts = ((columns[j], rows.V[rows.of(j)]) for j in rows.unknowns)
         return np.vstack([np.zeros((len(V), width)) if each is None else each for each, V in parts])
 
-    def weighted(self, direction: Direction) -> Direction:
+    def weighted(self, direction: Alternative) -> Alternative:
         """A direction, converted to the rows of the estimate's fit, which is one part."""
         weight = self.solution.rows.weight[:, None]
         return replace(direction, columns=(weight * self.stacked(direction.columns),))
 
-    def each_added(self, directions: Sequence[Direction], worth: float = 0.0) -> list[Evidence | None]:
+    def each_added(self, directions: Sequence[Alternative], worth: float = 0.0) -> list[Evidence | None]:
         """Improvement by each of many directions, each added alone; None also for less than `worth`."""
         return each_added(self.fits, [self.weighted(each).columns for each in directions], worth)
 
-    def beside(self, direction: Direction) -> "HeldOutEstimate":
+    def beside(self, direction: Alternative) -> "HeldOutEstimate":
         """The same estimate with the direction added to its model."""
         held = self._held
         (columns,) = self.weighted(direction).columns
@@ -224,7 +225,7 @@ ANOTHER = "the payload is not as specified: its centre of mass, its inertia or i
 
 def lacks_of(
     base: HeldOutEstimate,
-    small: Sequence[Direction],
+    small: Sequence[Alternative],
     names: Sequence[str],
     free: FreeModel | None = None,
     reestimate: Estimate | None = None,
@@ -247,11 +248,12 @@ def lacks_of(
     taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
         yield diagnosis_of(lack, names)
-        base = base.beside(lack.best.direction)
-        open_ones.remove(lack.best.direction)
+        base = base.beside(lack.best.alternative)
+        open_ones.remove(lack.best.alternative)
     for each in believed:
-        if (more := base.each_added([each])[0]) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
-            yield diagnosis_of(Lack(base, FirstOrder(each, more), ()), names)
+        for found in added([each], base.each_added([each])):
+            if found.z > SHOWN and beyond_prior(found):
+                yield diagnosis_of(Lack(base, found, ()), names)
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
@@ -262,47 +264,34 @@ def lacks_of(
     found = [diagnosis_of(each, names) for each in lacks]
     yield from found
     if free is not None:
-        faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.direction.at_fault)
+        faults = (each for lack, each in zip(lacks, found, strict=True) if lack.best.alternative.at_fault)
         beside_faults = any(each.severity is Severity.WRONG for each in faults)
-        yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=beside_faults)
+        yield from _unexplained(_extended(*lacks[-1][:2]) if lacks else base, free, beside_faults=beside_faults)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Lack:
-    """A significant effect that a model lacks.
-
-    Attributes:
-        base: The model.
-        best: The term or fault.
-        rivals: Alternatives that cannot be distinguished from it.
-    """
-
-    base: HeldOutEstimate
-    best: FirstOrder
-    rivals: tuple[FirstOrder, ...]
-
-    @property
-    def beside(self) -> HeldOutEstimate:
-        """The model with this effect."""
-        return self.base.beside(self.best.direction)
+Lack: TypeAlias = Significant[HeldOutEstimate, FirstOrder]
+"""An effect that an estimate lacks."""
 
 
-def shown_beside(base: HeldOutEstimate, choices: Sequence[Direction]) -> Iterator[Lack]:
+def shown_beside(base: HeldOutEstimate, choices: Sequence[Alternative]) -> Iterator[Lack]:
     """Return significant effects that a model lacks, the largest first, each with the earlier ones included."""
 
     def significant(base: HeldOutEstimate) -> list[FirstOrder]:
-        compared = zip(choices, base.each_added(choices, WORTH), strict=True)
-        found = (FirstOrder(each, more) for each, more in compared if more is not None)
-        return [each for each in found if each.within and each.z > SHOWN]
+        return [each for each in added(choices, base.each_added(choices, WORTH)) if each.within and each.z > SHOWN]
 
-    def extended(base: HeldOutEstimate, found: FirstOrder) -> HeldOutEstimate:
-        return base.beside(found.direction)  # which then adds nothing
+    return add_significant(base, significant, _extended)
 
-    return (Lack(*found) for found in add_significant(base, significant, extended))
+
+def _extended(base: HeldOutEstimate, found: FirstOrder) -> HeldOutEstimate:
+    """The model with an effect, which then adds nothing."""
+    return base.beside(found.alternative)
 
 
 def imitated(
-    base: HeldOutEstimate, solution: GainSolution | None, believed: Sequence[Direction], choices: Sequence[Direction]
+    base: HeldOutEstimate,
+    solution: GainSolution | None,
+    believed: Sequence[Alternative],
+    choices: Sequence[Alternative],
 ) -> Iterator[Lack]:
     """Return faults that selected elastic joints absorb: they predict significantly better than elasticity.
 
@@ -314,21 +303,21 @@ def imitated(
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
-        first_order = [lack.base.each_added([each])[0] for each in choices if each.family == ELASTICITY]
+        first_order = [lack.model.each_added([each])[0] for each in choices if each.family == ELASTICITY]
         elastic = [
-            log_density_improvement(lack.base.by_joint, base.by_joint),
+            log_density_improvement(lack.model.by_joint, base.by_joint),
             *(each.u for each in first_order if each is not None),
         ]
-        if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.direction.at_fault:
+        if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.alternative.at_fault:
             return
         yield lack
 
 
-def beyond_prior(direction: Direction, more: Evidence) -> bool:
+def beyond_prior(found: FirstOrder) -> bool:
     """Whether an estimated parameter contradicts its specified standard deviation."""
-    assert direction.prior_std is not None, "asked of what is stated"
-    spread = more.covariance + np.diag(np.square(direction.prior_std))
-    return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
+    assert found.alternative.prior_std is not None, "asked of what is stated"
+    spread = found.covariance + np.diag(np.square(found.alternative.prior_std))
+    return float(found.value @ np.linalg.solve(spread, found.value)) > SHOWN**2
 
 
 def _of_payload(
@@ -356,11 +345,13 @@ def _of_payload(
     except IdentificationError:
         return None
     u = log_density_improvement(base.by_joint, stated(opened, other).by_joint)
-    of_payload = first is not None and first.best.family in (CENTRE, INERTIA)
+    of_payload = first is not None and first.best.alternative.family in (CENTRE, INERTIA)
     if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
         return None
     effects = tuple(between(base.estimate, other))
-    if first is not None and of_payload and not _leaves(first.beside, free):  # its size is correct to first order
+    if (
+        first is not None and of_payload and not _leaves(_extended(first.model, first.best), free)
+    ):  # its size is correct to first order
         diagnosis = diagnosis_of(first, names)
     else:
         logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
@@ -408,26 +399,26 @@ def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
     What the model lacks is no fault of a log: it refuses gains only if it changes one by more than the largest standard
     deviation of a gain that is not refused.
     """
-    direction, more = lack.best.direction, lack.best.found
-    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
+    base, best, rivals = lack
+    effects = base.effects(base.stacked(best.alternative.columns) @ best.value, _extended(base, best))
     severity = severity_of(effects)
-    limit = 100.0 * lack.base.problem.options.max_rel_std
+    limit = 100.0 * base.problem.options.max_rel_std
     beyond = any(each.spoils and abs(each.percent) > limit for each in effects)
-    if severity is Severity.WRONG and not direction.at_fault and not beyond:
+    if severity is Severity.WRONG and not best.alternative.at_fault and not beyond:
         severity = Severity.WEAK
-    message = direction.message(more.value, names)
+    found, logs, one = best.alternative.described(best.value, names), best.alternative.logs, len(best.value) == 1
     return Diagnosis(
-        name=direction.family,
+        name=best.alternative.family,
         severity=severity,
-        sentence=f"{message.words}{consequence(effects)}",
-        cause=message.words,
-        advice=message.advice,
-        joints=direction.joints,
-        logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
-        value=message.value,
-        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
-        unit=direction.unit if message.value is not None else None,
-        z=z_of(more.u),
+        sentence=f"{found.words}{consequence(effects)}",
+        cause=found.words,
+        advice=found.advice,
+        joints=best.alternative.joints,
+        logs=tuple(names[k] for k in logs) if len(logs) < len(names) else (),
+        value=found.value,
+        std=float(np.sqrt(best.covariance[0, 0])) * best.alternative.scale if one else None,
+        unit=best.alternative.unit if found.value is not None else None,
+        z=best.z,
         effects=effects,
-        rivals=tuple(each.direction.message(each.found.value, names).words for each in lack.rivals),
+        rivals=tuple(each.alternative.described(each.value, names).words for each in rivals),
     )

@@ -15,12 +15,12 @@ from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.fitted_currents import STEP, Reference
 from ident.diagnosis.hypothesis import (
     Alternative,
-    Direction,
     Logs,
     beyond_limits,
     in_logs,
     in_rows,
     scopes,
+    small,
     within_limits,
 )
 from ident.estimation.sweep import across
@@ -51,7 +51,7 @@ class Family:
     Attributes:
         name: Name of its directions.
         alternatives: Large ones, as hypotheses.
-        directions: FirstOrder ones, as columns of currents; none if all are large.
+        directions: Small ones, with columns of currents; none if all are large.
         seldom: Whether it is a rare fault, so that it comes last of alternatives that predict equally well.
         limits: Sizes that are bounded. Its own large alternatives are then not reported as excluded.
         excluded: Names of its large alternatives that are excluded as a whole or by joint, with their wording.
@@ -59,7 +59,7 @@ class Family:
 
     name: str
     alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
-    directions: Callable[[Reference, Logs], Iterable[Direction]] = lambda reference, logs: ()
+    directions: Callable[[Reference, Logs], Iterable[Alternative]] = lambda reference, logs: ()
     seldom: bool = False
     limits: tuple[Limit, ...] = ()
     excluded: Mapping[str, str] = field(default_factory=dict[str, str])
@@ -81,17 +81,15 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
     yield from (reversed_joint(logs, j, scope) for j in range(arm.n) for scope in every[1:])
 
 
-def small_zeros(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """A small error of each joint's zero."""
     arm = logs.structure.arm
     parts = [motion.rows(motion.displaced()) for motion in reference.motions]
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
-        yield Direction(
-            family="zero", joints=(k,), logs=scope,
-            columns=in_rows([[each[:, k : k + 1] for each in part] for part in parts], scope),
-            alternative=lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
-            unit="degrees" if arm.revolute[k] else "mm", scale=180.0 / np.pi if arm.revolute[k] else 1e3,
-            largest=LARGEST_ANGLE,
+        yield small(
+            lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
+            in_rows([[each[:, k : k + 1] for each in part] for part in parts], scope),
+            scale=180.0 / np.pi if arm.revolute[k] else 1e3, largest=LARGEST_ANGLE,
         )  # fmt: skip
 
 
@@ -129,7 +127,7 @@ LARGEST_DELAY = 0.03
 """Largest delay for which the first order is valid [s]."""
 
 
-def delays(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents with a small delay: of all joints together, of each alone, and in one log different for each joint.
 
     In all logs, different delays would imitate backlash and presliding friction. Long ones are found by steps.
@@ -140,11 +138,10 @@ def delays(reference: Reference, logs: Logs) -> Iterator[Direction]:
     for scope in scopes(len(parts)):
         apart = (every,) if n > 1 and len(scope) < len(parts) else ()
         for joints in ((), *((j,) for j in range(n)), *apart):
-            yield Direction(
-                family="delay", joints=joints, logs=scope,
-                columns=in_rows(each_own if len(joints) > 1 else parts, scope, joints or None),
-                alternative=lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
-                unit="ms", scale=1e3, largest=LARGEST_DELAY,
+            yield small(
+                lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
+                in_rows(each_own if len(joints) > 1 else parts, scope, joints or None),
+                scale=1e3, largest=LARGEST_DELAY,
             )  # fmt: skip
 
 
@@ -231,14 +228,12 @@ def bases(logs: Logs) -> Iterator[Alternative]:
                 yield _standing(logs, gravity, words)
 
 
-def small_tilts(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def small_tilts(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """The base tilted slightly about two horizontal axes."""
     if logs.structure.arm.gravity.any():
         parts = [motion.rows(motion.tilted()) for motion in reference.motions]
-        yield Direction(
-            family="base", joints=(), logs=logs.every, columns=in_rows(parts, logs.every),
-            alternative=lambda value: tilted(logs, value), unit="degrees", scale=180.0 / np.pi, largest=LARGEST_ANGLE,
-        )  # fmt: skip
+        columns = in_rows(parts, logs.every)
+        yield small(lambda value: tilted(logs, value), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
 
 
 def tilted(logs: Logs, turn: Array) -> Alternative:
@@ -284,17 +279,15 @@ def lengths(logs: Logs) -> Iterator[Alternative]:
     return (lengthened(logs, which, factor) for factor in FACTORS_OF_LENGTH for which in _lengths_of(logs))
 
 
-def small_lengths(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Every length, or one, slightly longer."""
     arm = logs.structure.arm
     for which in _lengths_of(logs):
         longer = lengthened(logs, which, 1.0 + STEP).hypothesis.of_arm(arm)
         parts = [motion.rows(motion.changed(longer)[..., None]) for motion in reference.motions]
-        yield Direction(
-            family="lengths", joints=() if which is None else (which,), logs=logs.every,
-            columns=in_rows(parts, logs.every),
-            alternative=lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
-            unit="%", scale=100.0, largest=LARGEST_LENGTH,
+        yield small(
+            lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
+            in_rows(parts, logs.every), scale=100.0, largest=LARGEST_LENGTH,
         )  # fmt: skip
 
 
@@ -336,14 +329,13 @@ def clocks(logs: Logs) -> Iterator[Alternative]:
         yield from (timed(logs, scope, factor) for factor in sorted(factors) if abs(factor - 1.0) > 0.01)
 
 
-def small_clocks(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Clocks that run slightly slower."""
     parts = [motion.rows(motion.hurried()[..., None]) for motion in reference.motions]
     for scope in scopes(len(parts)):
-        yield Direction(
-            family="clock", joints=(), logs=scope, columns=in_rows(parts, scope),
-            alternative=lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
-            unit="%", scale=100.0, largest=LARGEST_CLOCK,
+        yield small(
+            lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
+            in_rows(parts, scope), scale=100.0, largest=LARGEST_CLOCK,
         )  # fmt: skip
 
 
@@ -377,15 +369,13 @@ def scales(logs: Logs) -> Iterator[Alternative]:
         yield from (scaled(logs, (k,), (j,), -1.0) for j in range(n))
 
 
-def small_scales(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def small_scales(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log that are slightly larger, all of them or one: the columns are the fitted currents."""
     for k, joints in product(_later(logs), ((), *((j,) for j in range(logs.structure.arm.n)))):
         own = reference.explained(k)
-        yield Direction(
-            family="current scale", joints=joints, logs=(k,),
-            columns=tuple(each[:, None] if not joints or j in joints else None for j, each in enumerate(own)),
-            alternative=lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
-            unit="", scale=1.0, largest=LARGEST_SCALE,
+        yield small(
+            lambda value, k=k, joints=joints: scaled(logs, (k,), joints, 1.0 + float(value[0])),
+            [each[:, None] if not joints or j in joints else None for j, each in enumerate(own)], largest=LARGEST_SCALE,
         )  # fmt: skip
 
 

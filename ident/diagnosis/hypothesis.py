@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import PurePath
-from typing import NamedTuple
 
 import numpy as np
 
@@ -203,22 +202,32 @@ def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alternative:
-    """An interpretation of logs that assumes a fault.
+    """Another interpretation of logs, which assumes a fault, or a term that the model lacks.
+
+    A small one has columns: currents change in proportion to its parameters, and it stands for all sizes.
 
     Attributes:
-        family: Kind of fault, such as `zero` or `delay`.
-        parameter: Family of directions whose parameter is, or is included in, its size; "" if that is its own.
+        family: Kind of fault, such as `zero` or `delay`, or of term.
+        parameter: Family of the small alternatives whose parameter is, or is included in, its size; "" if that is its
+            own.
         words: Description, such as `zero of q2 off by +4 degrees in loaded.csv alone`.
         joints: Joints concerned, from 0; empty for all.
         logs: Logs concerned, from 0.
-        hypothesis: The interpretation of the logs.
+        hypothesis: The interpretation of the logs; as they are for a term.
         advice: The remedy.
         value: Size of the fault, None without one.
         unit: Unit of the size.
         parameters: Number of parameters.
-        refined: Function that returns the same alternative with parameters changed slightly, in units of the family's
-            direction.
+        refined: Function that returns the same alternative with parameters changed slightly, in units of the columns.
         searched: Whether its size was selected from a grid, so that it has no special value.
+        columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
+            they are zero; empty for a large alternative.
+        scale: Reported value per unit of the columns.
+        largest: Largest value of the parameters for which the first order is valid.
+        prior_std: Specified standard deviations of the parameters, which the estimate includes, shape (m,).
+        term: Whether it adds to the model and does not interpret the logs.
+        at_fault: Whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks
+            it, which is only reported.
     """
 
     family: str
@@ -233,91 +242,43 @@ class Alternative:
     parameters: int = 1
     refined: "Callable[[Array], Alternative] | None" = None
     searched: bool = False
+    columns: tuple[Array | None, ...] = ()
+    scale: float = 1.0
+    largest: float = np.inf
+    prior_std: Array | None = None
+    term: bool = False
+    at_fault: bool = True
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
         """Family of its parameter, joints and logs, which identify it."""
         return self.parameter or self.family, self.joints, self.logs
 
+    def at(self, value: Array) -> "Alternative":
+        """Return a small alternative with values of its parameters, shape (m,)."""
+        assert self.refined is not None, "small"
+        return self.refined(value)
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Term:
-    """An effect that is not an interpretation of the logs: the model lacks it, or a payload is not as specified.
-
-    Attributes:
-        words: Function that returns its description from the parameters, shape (m,).
-        advice: The remedy.
-        at_fault: Whether a log or a specified value would be wrong, so that gains may be refused; else the model lacks
-            it, which is only reported.
-    """
-
-    words: Callable[[Array], str]
-    advice: str
-    at_fault: bool
+    def described(self, value: Array, names: Sequence[str]) -> "Alternative":
+        """The same, with the logs of a term named in its description; names are those of all logs."""
+        found = self.at(value)
+        return replace(found, words=in_logs(found.words, self.logs, names)) if self.term else found
 
 
-class DirectionMessage(NamedTuple):
-    """Description of an alternative of a given size, the remedy, and its size, None without one."""
-
-    words: str
-    advice: str
-    value: float | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Direction:
-    """A small alternative: the currents change in proportion to its parameters.
-
-    Attributes:
-        family: Kind of fault, or of term of the model.
-        parameter: As for an alternative.
-        joints: Joints concerned, from 0; empty for all.
-        logs: Logs concerned, from 0.
-        columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
-            they are zero.
-        alternative: Function that returns the alternative for values of the parameters, shape (m,); None for a term.
-        term: The term, None for an alternative.
-        unit: Unit in which the parameter is reported.
-        scale: Reported value per unit of the columns.
-        largest: Largest value of the parameter for which the first order is valid.
-        prior_std: Specified standard deviations of the parameters, which the estimate includes, shape (m,).
-    """
-
-    family: str
-    parameter: str = ""
-    joints: tuple[int, ...]
-    logs: tuple[int, ...]
-    columns: tuple[Array | None, ...]
-    alternative: Callable[[Array], Alternative] | None = None
-    term: Term | None = None
-    unit: str
-    scale: float
-    largest: float
-    prior_std: Array | None = None
-
-    @property
-    def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
-        """As for an alternative."""
-        return self.parameter or self.family, self.joints, self.logs
-
-    @property
-    def at_fault(self) -> bool:
-        """Whether a log or a specified value would be wrong, not the model."""
-        return self.term is None or self.term.at_fault
-
-    def message(self, value: Array, names: Sequence[str]) -> DirectionMessage:
-        """Description, remedy and size for values of its parameters.
-
-        Args:
-            value: Values of the parameters, shape (m,).
-            names: Names of all logs.
-        """
-        if self.alternative is not None:
-            found = self.alternative(value)
-            return DirectionMessage(found.words, found.advice, found.value)
-        assert self.term is not None, "one of both"
-        words = in_logs(self.term.words(value), self.logs, names)
-        return DirectionMessage(words, self.term.advice, float(value[0]) * self.scale if len(value) == 1 else None)
+def small(
+    at: Callable[[Array], Alternative],
+    columns: Sequence[Array | None],
+    *,
+    scale: float = 1.0,
+    largest: float = np.inf,
+    prior_std: Array | None = None,
+) -> Alternative:
+    """Return small alternatives of all sizes, from a function of their parameters and columns of currents."""
+    width = next(each.shape[1] for each in columns if each is not None)
+    return replace(
+        at(np.zeros(width)), refined=at, columns=tuple(columns), parameters=width,
+        scale=scale, largest=largest, prior_std=prior_std,
+    )  # fmt: skip
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

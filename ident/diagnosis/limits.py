@@ -14,7 +14,7 @@ from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate
 from ident.diagnosis.evidence import Fits, each_z, log_density_improvement
 from ident.diagnosis.families import FAMILIES, Limit
-from ident.diagnosis.hypothesis import Alternative, Direction
+from ident.diagnosis.hypothesis import Alternative
 from ident.diagnosis.search import SHOWN, Survey
 from ident.diagnosis.terms import CENTRE
 from ident.support.arrays import Array, Indices, Mask
@@ -35,7 +35,7 @@ Sizes: TypeAlias = Mapping[Limit, Mapping[tuple[tuple[int, ...], str], float]]
 """Largest sizes that are not excluded, by joints and unit, where there is a limit."""
 
 
-def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
+def bounds(fits: Fits, directions: Sequence[Alternative]) -> list[float | None]:
     """Return the size beyond which each direction, of one parameter, is excluded; None if it is not.
 
     Predictions become worse with the size, so that it is found by bisection, for all directions at once.
@@ -88,7 +88,7 @@ def undetected_sizes(seen: Survey) -> Sizes:
     return {kind: {key: size for key, size in sizes.items() if np.isfinite(size)} for kind, sizes in found.items()}
 
 
-def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Direction]:
+def _of_limit(seen: Survey, family: str, limit: Limit) -> list[Alternative]:
     kind = family, len(limit.column), 1 if limit.one_log else len(seen.logs.recordings)
     return [each for each in seen.directions if (each.family, len(each.joints), len(each.logs)) == kind]
 

@@ -7,7 +7,7 @@ Terms that a model may lack compete with faults, so that no fault is reported fo
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, TypeVar
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ident.diagnosis.evidence import Evidence, each_added, log_density_improveme
 from ident.diagnosis.families import FAMILIES, Family
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.free_model import free_model
-from ident.diagnosis.hypothesis import Alternative, Direction, Logs, read_as, scored_as
+from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
 from ident.diagnosis.screening import Screened, screened
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
@@ -42,33 +42,17 @@ REFINED, SETTLED = 3, 0.5
 """Largest number of steps that refine the size of a fault, and step, in standard deviations, below which they end."""
 
 
-class _Candidate:
-    """Common properties of alternatives that are compared to first order and exactly."""
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """An alternative compared with the logs as they are.
 
-    __slots__ = ()
+    Attributes:
+        alternative: The alternative.
+        u: Improvement of the log predictive density in each block, shape (blocks,).
+    """
 
-    if TYPE_CHECKING:
-
-        @property
-        def what(self) -> Direction | Alternative: ...
-
-        @property
-        def u(self) -> Array: ...
-
-    @property
-    def family(self) -> str:
-        """Kind of fault, or of term of the model."""
-        return self.what.family
-
-    @property
-    def parameter(self) -> str:
-        """Family of directions that have its parameter."""
-        return self.what.key[0]
-
-    @property
-    def logs(self) -> tuple[int, ...]:
-        """Logs concerned, from 0."""
-        return self.what.logs
+    alternative: Alternative
+    u: Array
 
     @property
     def gain(self) -> float:
@@ -81,79 +65,40 @@ class _Candidate:
         return z_of(self.u)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FirstOrder(_Candidate):
-    """A direction, and its improvement of the predictions."""
+@dataclass(frozen=True, eq=False)
+class FirstOrder(Compared):
+    """A small alternative compared to first order, with its parameters, shape (m,), and their covariance."""
 
-    direction: Direction
-    found: Evidence
-
-    @property
-    def what(self) -> Direction:
-        """The direction."""
-        return self.direction
-
-    @property
-    def u(self) -> Array:
-        """Improvement in each block, shape (blocks,)."""
-        return self.found.u
-
-    @property
-    def parameters(self) -> int:
-        """Number of parameters."""
-        return len(self.found.value)
-
-    @property
-    def words(self) -> str:
-        """Short description."""
-        return self.direction.family
+    value: Array
+    covariance: Array
 
     @property
     def within(self) -> bool:
         """Whether the first order is valid for its size."""
-        return bool((np.abs(self.found.value) <= self.direction.largest).all())
+        return bool((np.abs(self.value) <= self.alternative.largest).all())
 
-    def near(self, alternative: Alternative) -> bool:
+    def near(self, other: Alternative) -> bool:
         """Whether an alternative is this one evaluated exactly, not another one of a very different size."""
-        if self.direction.alternative is None or self.direction.key != alternative.key:
+        if self.alternative.term or self.alternative.key != other.key:
             return False
-        own = self.direction.alternative(self.found.value)
-        if own.family != alternative.family or own.value is None or alternative.value is None:
+        own = self.alternative.at(self.value)
+        if own.family != other.family or own.value is None or other.value is None:
             return False
-        return abs(own.value - alternative.value) <= self.direction.largest * self.direction.scale
+        return abs(own.value - other.value) <= self.alternative.largest * self.alternative.scale
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Exact(_Candidate):
-    """An alternative compared exactly with the logs as they are.
+@dataclass(frozen=True, eq=False)
+class Exact(Compared):
+    """An alternative compared exactly.
 
     Attributes:
-        alternative: The alternative.
-        u: Improvement in each block, shape (blocks,).
         read: The logs under its hypothesis.
         spread: Standard deviations of its refined parameters, shape (m,); None without parameters, or if it predicts
             too badly.
     """
 
-    alternative: Alternative
-    u: Array  # pyright: ignore[reportIncompatibleMethodOverride]
     read: Logs
     spread: Array | None = None
-
-    @property
-    def what(self) -> Alternative:
-        """The alternative."""
-        return self.alternative
-
-    @property
-    def parameters(self) -> int:
-        """Number of parameters."""
-        return self.alternative.parameters
-
-    @property
-    def words(self) -> str:
-        """Description."""
-        return self.alternative.words
 
     @property
     def std(self) -> float | None:
@@ -169,6 +114,26 @@ Found = TypeVar("Found", bound=Exact | FirstOrder)
 Model = TypeVar("Model")
 
 
+class Significant(NamedTuple, Generic[Model, Found]):
+    """A fault, or a term that a model lacks.
+
+    Attributes:
+        model: The model, with what was found earlier.
+        best: The fault or term.
+        rivals: Alternatives that cannot be distinguished from it.
+    """
+
+    model: Model
+    best: Found
+    rivals: tuple[Found, ...]
+
+    @property
+    def rival_words(self) -> tuple[str, ...]:
+        """Descriptions of what cannot be distinguished from it, each once; families of those to first order."""
+        described = (each.alternative for each in self.rivals)
+        return tuple(dict.fromkeys(each.family if each.columns else each.words for each in described))
+
+
 def select_hypothesis(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
     """Return the most likely of significantly better alternatives, and those that cannot be distinguished from it.
 
@@ -177,38 +142,16 @@ def select_hypothesis(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]
     """
 
     def contains(general: Found, special: Found) -> bool:
-        same = (general.parameter, general.logs) == (special.parameter, special.logs)
-        return same and general.parameters > special.parameters
+        (one, _, logs), (other, _, others) = general.alternative.key, special.alternative.key
+        return (one, logs) == (other, others) and general.alternative.parameters > special.alternative.parameters
 
     best = max(shown, key=lambda each: each.gain)
     special = [each for each in shown if contains(best, each) and z_of(best.u - each.u) < SHOWN]
     best = max(special, key=lambda each: each.gain, default=best)
     seldom = {family.name for family in FAMILIES if family.seldom}
     tied = [each for each in shown if z_of(best.u - each.u) < TIE and not contains(each, best)]  # includes itself
-    best = max(tied, key=lambda each: (each.family not in seldom, each.gain))
+    best = max(tied, key=lambda each: (each.alternative.family not in seldom, each.gain))
     return best, tuple(each for each in tied if each is not best)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Fault:
-    """An accepted alternative, or a term of the model.
-
-    Attributes:
-        found: The exactly evaluated alternative, or the term.
-        small: The direction of a small alternative, or the term itself; None for a large one.
-        rivals: Alternatives and terms that these logs cannot distinguish from it.
-        before: The logs in which it was found: as they are, or with earlier faults corrected.
-    """
-
-    found: Exact | FirstOrder
-    small: FirstOrder | None
-    rivals: tuple[Exact | FirstOrder, ...]
-    before: Logs
-
-    @property
-    def rival_words(self) -> tuple[str, ...]:
-        """Descriptions of what these logs cannot distinguish from it, each once."""
-        return tuple(dict.fromkeys(each.words for each in self.rivals))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,16 +161,20 @@ class Survey:
     Attributes:
         logs: The logs.
         fit: The fit that directions are computed from, None if it failed.
-        directions: Directions of all families.
+        directions: Alternatives of all families.
         small: Their improvements, the best first.
         gross: Large alternatives on subsampled states, the best first.
     """
 
     logs: Logs
     fit: Reference | None
-    directions: tuple[Direction, ...]
+    directions: tuple[Alternative, ...]
     small: tuple[FirstOrder, ...]
     gross: tuple[Screened, ...]
+
+
+Fault: TypeAlias = Significant[Survey, Exact | FirstOrder]
+"""A fault of logs or a term, and the survey in which it was found: of logs with earlier faults corrected."""
 
 
 def survey(logs: Logs) -> Survey:
@@ -239,18 +186,23 @@ def survey(logs: Logs) -> Survey:
     return Survey(logs, fit, small_ones, small, tuple(gross))
 
 
-def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES) -> list[Direction]:
+def directions(fit: Reference | None, logs: Logs, families: Collection[Family] = FAMILIES) -> list[Alternative]:
     """Return the directions of all families; none without a fit."""
     if fit is None:
         return []
     return [each for family in families for each in family.directions(fit, logs)]
 
 
-def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[FirstOrder, ...]:
+def smalls(logs: Logs, found: Sequence[Alternative]) -> tuple[FirstOrder, ...]:
     """Return the improvements by directions that are worth a comparison, the best first."""
-    each = zip(found, each_added(logs.model.fits, [one.columns for one in found], WORTH), strict=True)
-    small = [FirstOrder(direction, more) for direction, more in each if more is not None]
+    small = added(found, each_added(logs.model.fits, [one.columns for one in found], WORTH))
     return tuple(sorted(small, key=lambda each: -each.gain))
+
+
+def added(found: Sequence[Alternative], evidence: Sequence[Evidence | None]) -> list[FirstOrder]:
+    """Small alternatives with the evidence for them, without those that have none."""
+    each = zip(found, evidence, strict=True)
+    return [FirstOrder(one, more.u, more.value, more.covariance) for one, more in each if more is not None]
 
 
 def add_significant(
@@ -260,7 +212,7 @@ def add_significant(
     *,
     most: int | None = None,
     confirms: Callable[[Found], bool] = lambda _: True,
-) -> Iterator[tuple[Model, Found, tuple[Found, ...]]]:
+) -> Iterator[Significant[Model, Found]]:
     """Yield what a model significantly lacks, that which explains most first, each with the earlier ones included.
 
     Args:
@@ -269,9 +221,6 @@ def add_significant(
         extend: Returns a model with a hypothesis included.
         most: Largest number of hypotheses, None for any number.
         confirms: Whether a hypothesis is accepted; the next best one is taken if it is not.
-
-    Yields:
-        The model, the hypothesis, and those that cannot be distinguished from it.
     """
     for _ in count() if most is None else range(most):
         candidates = compare(model)
@@ -282,7 +231,7 @@ def add_significant(
             candidates.remove(best)
         else:
             return
-        yield model, best, indistinguishable
+        yield Significant(model, best, indistinguishable)
         model = extend(model, best)
 
 
@@ -295,25 +244,21 @@ def faults(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> 
     """
 
     def significant(seen: Survey) -> list[Exact | FirstOrder]:
-        terms = [each for each in seen.small if each.direction.alternative is None]
+        terms = [each for each in seen.small if each.alternative.term]
         return [each for each in (*_in_full(seen), *terms) if each.z > SHOWN]
 
     def extended(seen: Survey, found: Exact | FirstOrder) -> Survey:
         if isinstance(found, Exact):
             return survey(found.read)
         # terms found earlier are not kept; alternatives are evaluated exactly without any
-        logs = replace(seen.logs, model=free_model(seen.logs.problem, found.direction.columns))
-        others = [each.direction for each in seen.small if each.direction is not found.direction]
+        logs = replace(seen.logs, model=free_model(seen.logs.problem, found.alternative.columns))
+        others = [each.alternative for each in seen.small if each.alternative is not found.alternative]
         return replace(seen, logs=logs, small=smalls(logs, others))
 
     def accepted(found: Exact | FirstOrder) -> bool:
         return isinstance(found, FirstOrder) or confirms(found)
 
-    for seen_as, best, rivals in add_significant(seen, significant, extended, most=MOST, confirms=accepted):
-        small = best if isinstance(best, FirstOrder) else None
-        if isinstance(best, Exact):
-            small = next((each for each in seen_as.small if each.near(best.alternative)), None)
-        yield Fault(found=best, small=small, rivals=rivals, before=seen_as.logs)
+    return add_significant(seen, significant, extended, most=MOST, confirms=accepted)
 
 
 def _in_full(seen: Survey) -> list[Exact]:
@@ -322,8 +267,8 @@ def _in_full(seen: Survey) -> list[Exact]:
     best_of = {each.family: each for each in reversed(gross)}  # of different families
     others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
     likely = [(each, SETTLED if each.searched else SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
-    shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
-    likely += [(each.direction.alternative(each.found.value), SETTLED) for each in shown[:LOOKED_AT]]  # pyright: ignore
+    shown = [each for each in seen.small if not each.alternative.term and each.z > SHOWN - 1.0]
+    likely += [(each.alternative.at(each.value), SETTLED) for each in shown[:LOOKED_AT]]
     found = dict[object, Exact]()
     for each, least in likely:
         full = _refined(seen.logs, each, least)
@@ -375,4 +320,4 @@ def compared(logs: Logs, alternative: Alternative) -> Exact | None:
     except IdentificationError:
         return None
     score = scored_as(other.model.fits.score, alternative.hypothesis)
-    return Exact(alternative, log_density_improvement(logs.model.fits.score, score), other)
+    return Exact(alternative, log_density_improvement(logs.model.fits.score, score), read=other)

@@ -12,7 +12,7 @@ from numpy.polynomial import legendre
 from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.free_model import COUPLED
-from ident.diagnosis.hypothesis import Direction, Logs, Term
+from ident.diagnosis.hypothesis import Alternative, Logs, as_logged, small
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
@@ -49,20 +49,20 @@ DEGREE = 6
 """Degrees of the polynomials in position, and of those in speed for each direction."""
 
 
-def elasticity(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Elastic joints, each with its own compliance."""
     size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
     yield _term(ELASTICITY, (), logs, [each * size for each in reference.softened])
 
 
-def position(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
     for rows in logs.model.rows:
         columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
         yield _of_joint("position-dependent torque", logs, rows.joint, columns)
 
 
-def speed(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction with another dependence on speed."""
     for rows in logs.model.rows:
         dq = states(logs, rows)[1]
@@ -94,7 +94,7 @@ def since_middle(rows: JointRows, log: int | None = None) -> Array:
     return rows.position / max(1, int(own.max(initial=1))) - 0.5
 
 
-def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction that changes within each log."""
     for rows in logs.model.rows:
         own = [k for k, name in enumerate(rows.names) if name in (f"Fv{rows.joint + 1}", f"Fc{rows.joint + 1}")]
@@ -104,7 +104,7 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
             yield _of_joint("friction drift", logs, rows.joint, columns)
 
 
-def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction of a motor that turns with two joints, different in a later log."""
     for rows in logs.model.rows:
         coupled = [k for k, name in enumerate(rows.names) if name.rstrip("0123456789") in COUPLED]
@@ -113,30 +113,29 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
             yield _of_joint("friction drift", logs, rows.joint, np.hstack(parts))
 
 
-def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Currents of one log whose scale drifts during the log, of all joints or of one."""
     for log in range(len(logs.recordings)):
         explained = zip(logs.model.rows, reference.explained(log), strict=True)
         columns = [(own * since_middle(rows, log))[:, None] for rows, own in explained]
         for joints in ((), *((j,) for j in range(len(columns)))):
             chosen = [each if not joints or j in joints else None for j, each in enumerate(columns)]
-            yield replace(_term("current drift", joints, logs, chosen), logs=(log,), unit="%", scale=100.0)
+            yield _term("current drift", joints, logs, chosen, (log,), unit="%", scale=100.0)
 
 
-def offsets(reference: Reference, logs: Logs) -> Iterator[Direction]:
+def offsets(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Offsets of currents that differ between logs or drift within one: of one joint, or of all independently."""
     n = logs.structure.arm.n
     for log in range(len(logs.recordings)):
         level = [((rows.motion == log) * rows.weight)[:, None] for rows in logs.model.rows]
         drift = [own * since_middle(rows, log)[:, None] for own, rows in zip(level, logs.model.rows, strict=True)]
         for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
-            found = [_of_joint(family, logs, j, each) for j, each in enumerate(columns)]
+            yield from (_of_joint(family, logs, j, each, (log,)) for j, each in enumerate(columns))
             if n > 1 and columns:
-                found.append(_term(family, (), logs, [c * (np.arange(n) == j) for j, c in enumerate(columns)]))
-            yield from (replace(each, logs=(log,)) for each in found)
+                yield _term(family, (), logs, [c * (np.arange(n) == j) for j, c in enumerate(columns)], (log,))
 
 
-TERMS: dict[str, Callable[[Reference, Logs], Iterator[Direction]]] = {
+TERMS: dict[str, Callable[[Reference, Logs], Iterator[Alternative]]] = {
     ELASTICITY: elasticity,
     "position-dependent torque": position,
     "friction law": speed,
@@ -147,19 +146,32 @@ TERMS: dict[str, Callable[[Reference, Logs], Iterator[Direction]]] = {
 }
 
 
-def _of_joint(family: str, logs: Logs, joint: int, columns: Array) -> Direction:
+def _of_joint(family: str, logs: Logs, joint: int, columns: Array, scope: tuple[int, ...] | None = None) -> Alternative:
     n = logs.structure.arm.n
-    return _term(family, (joint,), logs, [columns if j == joint else None for j in range(n)])
+    return _term(family, (joint,), logs, [columns if j == joint else None for j in range(n)], scope)
 
 
-def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: Sequence[Array | None]) -> Direction:
+def _term(
+    family: str,
+    joints: tuple[int, ...],
+    logs: Logs,
+    columns: Sequence[Array | None],
+    scope: tuple[int, ...] | None = None,
+    unit: str = "",
+    scale: float = 1.0,
+) -> Alternative:
     words, advice = MESSAGES[family]
-    sentence = f"joint {joints[0] + 1}: {words}" if joints else words
-    return Direction(
-        family=family, joints=joints, logs=logs.every, columns=tuple(columns),
-        term=Term(words=lambda _: sentence, advice=advice, at_fault=family in (OFFSET, OFFSET_DRIFT)),
-        unit="", scale=1.0, largest=np.inf,
+    found = Alternative(
+        family=family, words=f"joint {joints[0] + 1}: {words}" if joints else words, joints=joints,
+        logs=logs.every if scope is None else scope, hypothesis=logs.given, advice=advice, unit=unit,
+        term=True, at_fault=family in (OFFSET, OFFSET_DRIFT),
     )  # fmt: skip
+    return small(lambda value: replace(found, value=_single(value, scale)), columns, scale=scale)
+
+
+def _single(value: Array, scale: float) -> float | None:
+    """Reported size of one parameter, None for several."""
+    return float(value[0]) * scale if len(value) == 1 else None
 
 
 KNOWN_CENTRE = ("all", "com")
@@ -193,7 +205,7 @@ def _in_mm(offset: Array) -> str:
     return ", ".join("-" if np.isnan(x) else two_digits(1e3 * x, sign="+") for x in offset)
 
 
-def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
+def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Alternative]:
     """Errors of the specified centre of mass and inertia of each payload, and its shift within a log."""
     rows = [joint_rows(problem, j) for j in range(problem.structure.arm.n)]
     for which, payload in enumerate(problem.payloads):
@@ -223,7 +235,7 @@ def _of_payload(
     family: str,
     change: Array,
     prior_std: Sequence[float] = (),
-) -> Direction:
+) -> Alternative:
     """Return the currents from a change of a payload's standard parameters, shape (10, m).
 
     Changes without effect, as of a centre along the axes of an arm whose axes are all parallel, are left out.
@@ -233,17 +245,20 @@ def _of_payload(
     size = np.sqrt(np.sum([np.sum(each**2, axis=0) for each in columns if each is not None], axis=0))
     felt, (words, advice) = size > ROUNDING * size.max(), OF_PAYLOAD[family]
 
-    def description(values: Array) -> str:
-        each = np.full((len(values) // felt.sum(), len(felt)), np.nan)
-        each[:, felt] = values.reshape(len(each), -1)
-        return words(each.ravel())
-
-    mounted = problem.payloads[which]
-    return Direction(
-        family=family, parameter=CENTRE if family == SHIFT else "", joints=(),
+    mounted, scale = problem.payloads[which], 1.0 if family == INERTIA else 1e3
+    found = Alternative(
+        family=family, parameter=CENTRE if family == SHIFT else "", words="", joints=(),
         logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
-        columns=tuple(None if each is None else each[:, felt] for each in columns),
-        term=Term(words=description, advice=advice, at_fault=True),
-        unit="kg m^2" if family == INERTIA else "mm", scale=1.0 if family == INERTIA else 1e3, largest=np.inf,
+        hypothesis=as_logged(problem.structure.arm, len(problem.motions)), advice=advice,
+        unit="kg m^2" if family == INERTIA else "mm", term=True,
+    )  # fmt: skip
+
+    def sized(values: Array) -> Alternative:
+        each = np.full((len(values) // max(1, felt.sum()), len(felt)), np.nan)
+        each[:, felt] = values.reshape(len(each), felt.sum())
+        return replace(found, words=words(each.ravel()), value=_single(values, scale))
+
+    return small(
+        sized, [None if each is None else each[:, felt] for each in columns], scale=scale,
         prior_std=np.array(prior_std)[felt] if any(prior_std) else None,
     )  # fmt: skip

@@ -53,7 +53,7 @@ def computed_once() -> Iterator[None]:
 
     def found(seen: Survey, confirms: Callable[[Exact], bool] = lambda _: True) -> Iterable[Fault]:
         kept = next(found for own, found in surveys.values() if own is seen)
-        confirmed = all(not isinstance(each.found, Exact) or confirms(each.found) for each in kept)
+        confirmed = all(not isinstance(each.best, Exact) or confirms(each.best) for each in kept)
         return kept if confirmed else faults(seen, confirms)
 
     def once(name: str, method: Estimator) -> Estimator:

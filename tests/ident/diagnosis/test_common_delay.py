@@ -121,8 +121,8 @@ def test_what_comes_before_a_common_delay_is_named_and_nothing_is_corrected(axes
 def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeypatch):
     def tied(seen):
         (first, *_) = faults(seen)
-        zero = replace(first.found.alternative, words="the zero of q2 is off by 3 degrees")
-        yield replace(first, rivals=(first.small, replace(first.found, alternative=zero)))
+        zero = replace(first.best.alternative, words="the zero of q2 is off by 3 degrees")
+        yield first._replace(rivals=(first.model.small[0], replace(first.best, alternative=zero)))
 
     monkeypatch.setattr(measuring, "faults", tied)
     delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))

@@ -15,9 +15,9 @@ from real_friction import Truth
 from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.estimate_evidence import between, beyond_prior, consequence, severity_of
-from ident.diagnosis.evidence import Evidence, each_added
+from ident.diagnosis.evidence import each_added
 from ident.diagnosis.families import scaled
-from ident.diagnosis.search import Exact, Fault, FirstOrder, compared, faults, select_hypothesis
+from ident.diagnosis.search import Exact, Fault, FirstOrder, added, compared, faults, select_hypothesis
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.intervals import max_of_classical_and_jackknife
@@ -124,20 +124,19 @@ def test_a_fault_that_the_estimate_cannot_test_is_diagnosed_from_the_logs(axes):
 
 
 def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():
-    found, rival = (Exact(None, np.ones(40), None) for _ in range(2))
+    found, rival = (Exact(None, np.ones(40), read=None) for _ in range(2))
     told = {found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)], rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)]}
     known = SimpleNamespace(effects=told.get)
-    fault = Fault(found=found, small=None, rivals=(rival,), before=None)
-    assert _effects(fault, SimpleNamespace(), known) == (told[rival][0], told[found][1])
+    assert _effects(Fault(None, found, (rival,)), SimpleNamespace(), known) == (told[rival][0], told[found][1])
 
 
 def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
     fit = sound_survey.fit
     zero = next(each for each in sound_survey.directions if each.key == ("zero", (1,), (0, 1)))
-    small = FirstOrder(zero, each_added(sound_survey.logs.model.fits, [zero.columns])[0])
+    (small,) = added([zero], each_added(sound_survey.logs.model.fits, [zero.columns]))
     rows, influence = fit.fitted.rows, fit.fitted.log_h.influence
     C = max_of_classical_and_jackknife(rows, influence)
-    moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])
+    moved = influence @ np.concatenate([each @ small.value for each in zero.columns])
     ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains
     std = np.sqrt(np.einsum("abj,jk,abk->ab", ratios, C, ratios))
     found = {each.joint: each for each in _of_ratios(fit, small)}
@@ -169,7 +168,7 @@ def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(de
     stated, found = np.array([0.03, 0.2]), np.array([[0.0016, 0.0], [0.0, 0.3]])
     value = np.array([deviations * 0.05, 0.0])  # of 0.03 stated and 0.04 found
     given = SimpleNamespace(prior_std=stated)
-    assert beyond_prior(given, Evidence(u=np.ones(40), value=value, covariance=found)) is beyond
+    assert beyond_prior(FirstOrder(given, np.ones(40), value, found)) is beyond
 
 
 def test_the_consequence_is_told_of_the_gains_that_matter():
@@ -272,9 +271,9 @@ def test_the_next_best_fault_is_taken_where_the_estimate_contradicts_the_best(so
     )
     full = lambda seen: [next_best, best] if seen is sound_survey else []  # noqa: E731
     monkeypatch.setattr("ident.diagnosis.search._in_full", full)
-    assert next(faults(sound_survey)).found is best
-    assert next(faults(sound_survey, lambda each: each is not best)).found is next_best
-    assert not any(isinstance(each.found, Exact) for each in faults(sound_survey, lambda _: False))
+    assert next(faults(sound_survey)).best is best
+    assert next(faults(sound_survey, lambda each: each is not best)).best is next_best
+    assert not any(isinstance(each.best, Exact) for each in faults(sound_survey, lambda _: False))
 
 
 def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):
@@ -312,7 +311,8 @@ def test_a_current_that_friction_shows_to_be_negated_is_wrong_with_what_that_doe
 def shown(family: str, parameters: int, gain: float, logs: tuple[int, ...] = (0, 1), wave: float = 1.0):
     """An alternative whose gain differs between blocks by a wave: of two with one wave the difference is sure."""
     u = gain / 40.0 + wave * np.linspace(-1.0, 1.0, 40)
-    return SimpleNamespace(family=family, parameter=family, parameters=parameters, gain=gain, u=u, logs=logs)
+    own = SimpleNamespace(family=family, parameters=parameters, key=(family, (), logs))
+    return SimpleNamespace(alternative=own, gain=gain, u=u)
 
 
 def test_of_alternatives_that_predict_as_well_lengths_come_last():

@@ -29,8 +29,8 @@ from ident.diagnosis.estimate_evidence import (
 )
 from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.fitted_currents import reference
-from ident.diagnosis.hypothesis import Direction, Term
-from ident.diagnosis.search import FirstOrder, survey
+from ident.diagnosis.hypothesis import Alternative, small
+from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.gain_options import GainOptions
@@ -51,11 +51,11 @@ def made(rng):
     return stated(problem_like((33, 33)), linear_estimate(solution, rel_std=0.04)), left_of, refit
 
 
-def direction(columns, family="delay", alternative=None) -> Direction:
-    return Direction(
-        family=family, joints=(), logs=(0, 1), columns=tuple(columns), alternative=alternative, unit="ms", scale=1e3,
-        largest=np.inf,
-    )  # fmt: skip
+def direction(columns, **more) -> Alternative:
+    """A small alternative; of its size nothing but the value is described."""
+    plain = Alternative(family="delay", words="it drifts", joints=(), logs=(0, 1), hypothesis=None, advice="", unit="%")
+    at = lambda x: replace(plain, **more, value=100.0 * float(x[0]))  # noqa: E731
+    return small(at, columns, scale=100.0)
 
 
 def test_an_estimate_predicts_each_block_as_one_that_has_not_seen_it(made):
@@ -169,10 +169,9 @@ def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
 
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
     columns = [rng.normal(size=(60, 1)) for _ in range(2)]
-    term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
-    drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
+    drift = direction(columns, logs=(1,), term=True)
     more = made[0].each_added([drift])[0]
-    said = diagnosis_of(Lack(made[0], FirstOrder(drift, more), ()), ("a.csv", "b.csv"))
+    said = diagnosis_of(Lack(made[0], *added([drift], [more]), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")
@@ -272,8 +271,8 @@ def test_a_component_of_a_centre_without_effect_is_left_out_and_named_so(axes, l
     monkeypatch.setattr(terms, "per_metre", lambda payload: per_metre(payload) * [1.0, least, 1.0])
     (centre, _, shift) = payload_errors(problem, joint_by_joint(problem))
     assert {each.shape[1] for each in centre.columns} == {2}
-    assert "(+13, -, -27) mm" in centre.message(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
-    moved = shift.message(np.array([0.1, 0.2, 0.3, 0.013, -0.027, 0.041]), ("a.csv", "b.csv"))
+    assert "(+13, -, -27) mm" in centre.described(np.array([0.013, -0.027]), ("a.csv", "b.csv")).words
+    moved = shift.described(np.array([0.1, 0.2, 0.3, 0.013, -0.027, 0.041]), ("a.csv", "b.csv"))
     assert "(+13, -27, +41) mm" in moved.words
 
 
@@ -296,10 +295,10 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     base = stated(problem, estimate)
     (centre, *_) = payload_errors(problem, estimate)
     (found,) = imitated(base, base.solution.stiff, (), [centre, elastic(axes, logs)])
-    assert found.best.direction is centre
+    assert found.best.alternative is centre
     np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).each_added([centre])[0].u), rtol=1e-9)
     assert found.best.z > z_of(base.each_added([centre])[0].u) + 1.0
-    for each in found.base.effects(found.base.stacked(centre.columns) @ found.best.found.value):
+    for each in found.model.effects(found.model.stacked(centre.columns) @ found.best.value):
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)  # of joint 2, a third of it is what yielding joints changed
         np.testing.assert_allclose(each.percent, error, rtol=0.1)
@@ -313,7 +312,7 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
     moved = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
     for factor, severity in ((0.9, Severity.WRONG), (1.1, Severity.WEAK)):
         options = replace(problem.options, max_rel_std=factor * moved[-1] / 100.0)
-        limited = replace(lack, base=replace(lack.base, problem=replace(problem, options=options)))
+        limited = lack._replace(model=replace(lack.model, problem=replace(problem, options=options)))
         assert diagnosis_of(limited, ("a", "b")).severity is severity
     assert len(moved) > 1
     assert moved[-1] > 1.3 * moved[0]
@@ -340,7 +339,7 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
     (centre, *_) = payload_errors(problem, estimate)
-    assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
+    assert [each.best.alternative for each in shown_beside(stated(problem, stiff), [centre])] == [
         centre
     ]  # alone it is believed
     assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre, elastic(axes, logs)]))
@@ -366,10 +365,10 @@ def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(ax
         problem = problem_of(axes, pair)
         base = stated(problem, all_joints(problem))
         lack = next(shown_beside(base, list(payload_errors(problem, base.estimate))))
-        assert lack.best.family == name
-        assert lack.best.what.logs == (1,)
+        assert lack.best.alternative.family == name
+        assert lack.best.alternative.logs == (1,)
         if name == "payload shift":
-            size, std = lack.best.found.value[-3:], np.sqrt(np.diag(lack.best.found.covariance))[-3:]
+            size, std = lack.best.value[-3:], np.sqrt(np.diag(lack.best.covariance))[-3:]
             assert (np.abs(size - (0.05, 0.05, -0.05)) < 3.0 * std).all()
             assert (std[[0, 2]] < 0.005).all()  # the second axis is hardly moved by these joints
             told = [float(x) for x in re.findall(r"[+-]\d+(?:\.\d+)?", diagnosis_of(lack, ("a", "b")).cause)]

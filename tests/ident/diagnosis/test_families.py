@@ -8,7 +8,6 @@ from consistency_logs import at, changed, doubted, exchanged, logs_of, problem_o
 from real_friction import Truth
 
 from ident.diagnosis import families, search, terms
-from ident.diagnosis.evidence import Evidence
 from ident.diagnosis.families import FAMILIES
 from ident.diagnosis.fitted_currents import reference
 from ident.diagnosis.hypothesis import in_logs, scopes
@@ -154,11 +153,11 @@ def found(sound):
 
 
 def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found):
-    faults = [each for each in found if each.alternative is not None]
+    faults = [each for each in found if not each.term]
     assert {each.family for each in faults} == {"zero", "base", "lengths", "clock", "delay", "current scale"}
     for each in faults:
         m = next(c for c in each.columns if c is not None).shape[1]
-        other = each.alternative(np.full(m, 0.013))
+        other = each.at(np.full(m, 0.013))
         assert other.key == each.key
         assert (other.joints, other.logs) == (each.joints, each.logs)
         more = other.refined(np.full(m, 0.0))
@@ -172,7 +171,7 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
 
 
 def test_terms_of_the_model_are_no_alternative_readings(found):
-    terms = {each.family for each in found if each.alternative is None}
+    terms = {each.family for each in found if each.term}
     assert terms == {
         "joint elasticity",
         "position-dependent torque",
@@ -182,7 +181,7 @@ def test_terms_of_the_model_are_no_alternative_readings(found):
         "offset",
         "offset drift",
     }
-    wrong = {each.family for each in found if each.alternative is None and each.at_fault}
+    wrong = {each.family for each in found if each.term and each.at_fault}
     assert wrong == {"offset", "offset drift"}  # of a current sensor, not of a model of the arm
 
 
@@ -212,7 +211,7 @@ def test_steps_of_a_size_add_up(sound):
 def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     tilt = next(each for each in found if each.family == "base")
     value = np.array([0.05, -0.12])
-    other = tilt.alternative(value)
+    other = tilt.at(value)
     before, after = sound.structure.arm.gravity, other.hypothesis.gravity
     np.testing.assert_allclose(np.linalg.norm(after), np.linalg.norm(before), rtol=1e-12)
     angle = np.arccos(before @ after / (before @ before))
@@ -220,22 +219,20 @@ def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     np.testing.assert_allclose(other.value, np.rad2deg(angle), rtol=1e-9)
     small = 1e-6 * value
     derivative = sum(x * np.cross(axis, before) for x, axis in zip(small, across(sound.structure.arm), strict=True))
-    np.testing.assert_allclose(
-        tilt.alternative(small).hypothesis.gravity - before, derivative, atol=1e-10
-    )  # second order
+    np.testing.assert_allclose(tilt.at(small).hypothesis.gravity - before, derivative, atol=1e-10)  # second order
     assert len(list(families.bases(sound))) == 25  # of 26 directions, one is the model's
 
 
 def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or_a_sign(sound, found):
     zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
-    small = FirstOrder(zero, Evidence(u=np.ones(40), value=np.array([0.06]), covariance=np.eye(1)))
+    small = FirstOrder(zero, np.ones(40), np.array([0.06]), np.eye(1))
     assert small.near(families.turned(sound, 1, (0, 1), 1.0, 0.09))
     assert not small.near(families.turned(sound, 1, (0, 1), 1.0, 0.06 + np.pi / 2))
     assert not small.near(families.turned(sound, 1, (0, 1), -1.0, 0.06))
     assert not small.near(families.turned(sound, 2, (0, 1), 1.0, 0.06))
     assert not small.near(families.turned(sound, 1, (1,), 1.0, 0.06))
     scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
-    small = FirstOrder(scale, Evidence(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
+    small = FirstOrder(scale, np.ones(40), np.array([0.2]), np.eye(1))
     assert small.near(families.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
 
@@ -261,7 +258,7 @@ def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
 def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found, share, within):
     delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
     value = np.array([share * families.LARGEST_DELAY])
-    assert FirstOrder(delay, Evidence(u=np.ones(40), value=value, covariance=np.eye(1))).within is within
+    assert FirstOrder(delay, np.ones(40), value, np.eye(1)).within is within
 
 
 def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_them_at_the_ends(sound, found):

@@ -71,10 +71,10 @@ def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen,
     for sign in (1.0, -1.0):
         # Read in full and observed again: the first order errs by a tenth, of times, which move all steps, by more.
         more = {"delay": 1.4, "clock": 1.2}.get(family, 1.1)
-        full = compared(logs, found.alternative(np.array([more * sign * size])))
+        full = compared(logs, found.at(np.array([more * sign * size])))
         assert full.gain < 0.0
         assert full.z < -SHOWN
-    part = [compared(logs, found.alternative(np.array([0.4 * sign * size]))).z for sign in (1.0, -1.0)]
+    part = [compared(logs, found.at(np.array([0.4 * sign * size]))).z for sign in (1.0, -1.0)]
     assert max(part) > -SHOWN
 
 

@@ -66,6 +66,7 @@ MODULES = {
         "Studies": (
             "experiments.study",
             "experiments.statistics",
+            "results.sensitivity",
         ),
         "Folders that are left": ("results.run_folder", "experiments.study_folder", "results.problem_folder"),
         "Write a command, a report, workers": (

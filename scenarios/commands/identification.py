@@ -11,7 +11,7 @@ from scenarios.support.errors import ScenarioError
 if TYPE_CHECKING:
     from scenarios.results.gains_file import GainsFile
 
-TEXT, FIGURES = "paper.md", ("figure3.png", "figure3.svg")
+TEXT = "paper.md"
 
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:

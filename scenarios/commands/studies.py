@@ -105,7 +105,7 @@ def sensitivity_command(options: argparse.Namespace) -> Status:
     study = sensitivity(scenario, **own, seed=options.seed)
     words = [word for name, value in own.items() for word in (f"--{name}", value)]
     folder = _carried_out(study, options, "sensitivity", *words)
-    from scenarios.results.studies import Budget
+    from scenarios.results.sensitivity import Budget
 
     found = Budget.of(scenario, study.count, folder, options.seed)
     title = found.title(len(scenario.table.sources))

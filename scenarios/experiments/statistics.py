@@ -1,32 +1,23 @@
-"""Statistics of a study's rows, joint by joint: errors, coverage and pass rates, and the error budget of its sources.
+"""Statistics of a study's rows, joint by joint: errors, coverage and pass rates.
 
 Parts of a study are read one at a time, so it needs memory for three numbers per trial and joint with a gain.
 
 Pass rule: for each joint, the number of misses among N trials is compared with the binomial distribution at the
 required rate. A joint fails if that many misses, or more, have a probability below `false_alarm` / n. A method with the
 required rate on every joint therefore fails in less than `false_alarm` of all studies (Bonferroni).
-
-Budget of a sensitivity study: the error from each source alone, and its share of the total variance.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 from scipy import stats
 
-from ident.support.arrays import Array, Indices, Mask
-from scenarios.experiments.schema import Scenario
-from scenarios.experiments.study import ALL, ALONE, NONE, SOBOL
+from ident.support.arrays import Array, Mask
 from scenarios.experiments.study_folder import StudyFolder
-from scenarios.support.errors import StudyError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 CONFIDENCE = 0.95
 """Level of the intervals of shares of trials."""
@@ -36,11 +27,6 @@ SHOWN = 5000
 """Least number of injected gains kept per joint (if available); figures show no more points."""
 COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
 """Columns of a study that statistics and figures need."""
-NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
-"""Columns of a sensitivity study that the budget uses."""
-TAILS = (2.5, 97.5)
-"""Percentiles of the bootstrap at the ends of an interval."""
-RESAMPLES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -278,172 +264,3 @@ def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
 def detectable_rate(trials: int, allowed: int, power: float) -> float:
     """Return the pass rate below which a joint fails with a probability of at least `power`."""
     return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
-    """A value and its 95 % bootstrap interval.
-
-    Attributes:
-        value: A share of the gain, or of the variance of its error.
-        low, high: Ends of the interval, relative as the value.
-    """
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SourceCost:
-    """Error of one joint's gain from one source.
-
-    Attributes:
-        joint: Joint number, from 1.
-        source: Name of the source.
-        trials: Trials of the source alone that gave a gain.
-        bias: Mean relative error from the source alone, including that of the method without sources.
-        rms: Root mean square of the relative error from the source alone.
-        share: The source's share of the sum of all sources' mean squares.
-        first, total: Sobol indices: share of the error's variance that vanishes if the source is known, and that
-            remains if all others are known; None if the design has too few complete samples.
-    """
-
-    joint: int
-    source: str
-    trials: int
-    bias: float
-    rms: Interval
-    share: float
-    first: Interval | None
-    total: Interval | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BudgetJoint:
-    """Relative errors of one joint's gain.
-
-    Attributes:
-        joint: Number of the joint, from 1.
-        costs: One entry per source with which, alone, the joint has a gain, the largest error first.
-        floor: Relative error with every source off, null where the joint was refused.
-        together: Root mean square of the relative error with all sources on, null where no such trial gave a gain.
-        samples: Number of rows of the Sobol design from which the indices are computed.
-        lost: Number of trials without a gain for the joint.
-        summed: Relative error expected for `together` if the sources are independent and their effects add up.
-        silent: Sources with which, alone, the joint never has a gain.
-    """
-
-    joint: int
-    costs: list[SourceCost]
-    floor: float | None
-    together: float | None
-    samples: int
-    lost: int
-    summed: float
-    silent: list[str]
-
-
-def study_budget(scenario: Scenario, folder: StudyFolder, seed: int) -> tuple[BudgetJoint, ...]:
-    """Compute the budget of a sensitivity study, of joints that should have a gain.
-
-    Raises:
-        StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
-    """
-    wanted = [joint for joint, identifiable in enumerate(scenario.table.tolerance.identifiable, 1) if identifiable]
-    found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)
-    silent = ", ".join(str(each.joint) for each in found if not each.costs)
-    if silent:
-        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; see column `reason` of the rows")
-    return found
-
-
-def budgets(rows: "pd.DataFrame", sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
-    """Return the budget of each joint. `rows` has one row per trial and joint, with the columns `NEEDED`."""
-    return tuple(_joint_budget(rows.query("joint == @joint"), joint, sources, seed) for joint in joints)
-
-
-def _joint_budget(rows: "pd.DataFrame", joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
-    by_source = rows.query(f"design == {ALONE!r}").groupby("source")
-    alone = {name: group["rel_error"].dropna().to_numpy() for name, group in by_source}
-    squares = {name: float(np.mean(alone[name] ** 2)) for name in sources if len(alone.get(name, ())) > 0}
-    # The estimator of Sobol indices needs a power of 2 of complete rows: the largest one available.
-    design = rows.query(f"design == {SOBOL!r}")
-    design = design.assign(sample=design["sample"].astype(int)).pivot_table(
-        index="sample", columns="source", values="rel_error", dropna=False
-    )
-    whole = design.reindex(columns=["A", "B", *sources]).dropna().to_numpy()
-    n = 2 ** int(np.log2(len(whole))) if len(whole) else 0
-    indices = sobol_indices(whole[:n, 0], whole[:n, 1], whole[:n, 2:].T, seed) if n >= 4 else ([], [])
-    first, total = (dict(zip(sources, order, strict=False)) for order in indices)
-    costs = [
-        SourceCost(
-            joint=joint,
-            source=name,
-            trials=len(alone[name]),
-            bias=float(np.mean(alone[name])),
-            rms=_rms(alone[name], seed),
-            share=square / max(sum(squares.values()), 1e-300),
-            first=first.get(name),
-            total=total.get(name),
-        )
-        for name, square in squares.items()
-    ]
-    none, together = alone.get(NONE, np.empty(0)), alone.get(ALL, np.empty(0))
-    floor = float(none[0]) if len(none) else None
-    # Signed biases beyond that of the method, and variances, of independent sources add up.
-    bias = (floor or 0.0) + sum(cost.bias - (floor or 0.0) for cost in costs)
-    variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
-    return BudgetJoint(
-        joint=joint,
-        costs=sorted(costs, key=lambda cost: -cost.rms.value),
-        floor=floor,
-        together=float(np.sqrt(np.mean(together**2))) if len(together) else None,
-        samples=n,
-        lost=int(np.count_nonzero(rows["rel_error"].isna())),
-        summed=float(np.sqrt(variance + bias**2)),
-        silent=[name for name in sources if name not in squares],
-    )
-
-
-def ranking(found: Sequence[BudgetJoint]) -> list[str]:
-    """Return sources sorted by their share, summed over the joints, the largest first."""
-    total = Counter[str]()
-    for cost in (cost for budget in found for cost in budget.costs):
-        total[cost.source] += cost.share  # pyright: ignore[reportArgumentType]  (a counter adds any numbers)
-    return [source for source, _ in total.most_common()]
-
-
-def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
-    """Return first- and total-order indices of one output; the seed is that of the bootstrap.
-
-    The output is known on matrices A and B, both (n,), n a power of 2, and on A with the columns of source k from B,
-    (d, n).
-    """
-
-    def indices(k: Indices) -> Array:  # (2, d)
-        of = stats.sobol_indices(func={"f_A": A[k][None], "f_B": B[k][None], "f_AB": AB[:, k][:, None]}, n=len(A))
-        return np.array([of.first_order.ravel(), of.total_order.ravel()])
-
-    found, ends = (
-        indices(np.arange(len(A))),
-        np.percentile([indices(k) for k in _resampled(len(A), seed)], TAILS, axis=0),
-    )
-    first, total = (
-        [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
-        for order in zip(found, *ends, strict=True)
-    )
-    return first, total
-
-
-def _rms(error: Array, seed: int) -> Interval:
-    value = float(np.sqrt(np.mean(error**2)))
-    if len(error) < 2 or np.ptp(error) == 0.0:
-        return Interval(value=value, low=value, high=value)
-    low, high = np.percentile(np.sqrt(np.mean(error[_resampled(len(error), seed)] ** 2, axis=1)), TAILS)
-    return Interval(value=value, low=float(low), high=float(high))
-
-
-def _resampled(n: int, seed: int) -> Indices:
-    """Return the indices of each bootstrap resample, shape (RESAMPLES, n)."""
-    return np.random.default_rng(seed).integers(n, size=(RESAMPLES, n))

@@ -46,7 +46,7 @@ RESULTS = {
     "patch": "scenarios.gains_in_use.patch:Patched",
     "predict": "scenarios.prediction.budget:PredictedBudget",
     "monte-carlo": "scenarios.results.studies:StudyResult",
-    "sensitivity": "scenarios.results.studies:Budget",
+    "sensitivity": "scenarios.results.sensitivity:Budget",
     "compare": "scenarios.benchmark.comparison:Comparison",
     "paper": "scenarios.benchmark.paper_result:PaperResult",
 }

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 PAGES = {
     **dict.fromkeys(("run", "identification", "check", "bare"), "scenarios.results.pages:page"),
     "monte-carlo": "scenarios.results.studies:monte_carlo_page",
-    "sensitivity": "scenarios.results.studies:sensitivity_page",
+    "sensitivity": "scenarios.results.sensitivity:sensitivity_page",
     "comparison": "scenarios.benchmark.comparison:page",
     "paper": "scenarios.benchmark.paper_result:page",
 }

@@ -1,4 +1,4 @@
-"""Results of studies: errors, intervals and pass rates of Monte Carlo trials; sources of each joint's error, ranked."""
+"""Result of a Monte Carlo study: errors, intervals and pass rates of each joint."""
 
 import shlex
 from collections.abc import Iterable, Sequence
@@ -17,17 +17,13 @@ from ident.support.arrays import Array
 from scenarios.experiments.schema import Scenario
 from scenarios.experiments.statistics import (
     FALSE_ALARM,
-    BudgetJoint,
     Coverage,
-    Interval,
     JointRows,
     JointStatistics,
     StudyRows,
     coverage_of,
     joint_statistics,
-    ranking,
     rows_in,
-    study_budget,
 )
 from scenarios.experiments.study_folder import StudyFolder, read_study
 from scenarios.rendering.content import (
@@ -44,34 +40,24 @@ from scenarios.rendering.content import (
     percent,
     table,
 )
-from scenarios.rendering.plot import COLOURS, LIMIT, Plot, draw_intervals
+from scenarios.rendering.plot import LIMIT, Plot, draw_intervals
 from scenarios.rendering.result import ResultModel
-from scenarios.results.gains import budget_verdict
 from scenarios.results.record import repeated
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SUMMARY, BUDGET = "summary.parquet", "budget.parquet"
+SUMMARY = "summary.parquet"
 NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
 """Nominal coverage of an interval of two standard deviations."""
 BINS, WORST = 40, 5
 MOST_CLAIMS = 500
 """Least number of estimated standard deviations in the mean density, if available."""
-SHOWN, DRAWN = 6, 10
-"""Number of sources per joint on a screen (files have all), and in a plot."""
-WIDEST = 0.5
-"""Width of an index's interval above which the index is withheld: half of its range."""
 INTERVALS = "Bars: 95 % intervals (Clopper and Pearson). Dashed:"
 TRIALS = (
     "Bias, std: mean and standard deviation of the error. Estimated std: rms of the standard deviations that "
     "the trials estimate, all contributions included. Within: trials with an error below 1 or 2 of these; "
     "correct ones give 68.3 % and 95.4 %. A joint that is refused passes if the scenario expects it."
-)
-SOURCES = (
-    "Alone: the source at its declared size, all others off. Share: of the sum of mean squares. First and total "
-    "order: Sobol indices of the error's variance with all sources on, with 95 % bootstrap intervals; withheld where "
-    "trials are too few for an interval narrower than 0.5."
 )
 
 
@@ -122,7 +108,10 @@ class StudyResult(ResultModel):
                 "Passed [%]",
                 lambda joint: Cell(percent(joint.pass_rate, ".1f"), Mood.PLAIN if joint.held else Mood.BAD),
             ),
-            column("95 % interval [%]", lambda joint: _ends(joint.pass_low, joint.pass_high, ".1f")),
+            column(
+                "95 % interval [%]",
+                lambda joint: f"{percent(joint.pass_low, '.1f')}..{percent(joint.pass_high, '.1f')}",
+            ),
         )
         yield Paragraph(TRIALS)
         for kind, count in self.failures.items():
@@ -203,10 +192,6 @@ def in_percent(found: Coverage) -> tuple[float, float, float]:
     return 100.0 * found.share, 100.0 * found.low, 100.0 * found.high
 
 
-def _ends(low: float, high: float, form: str = ".3f") -> str:
-    return f"{percent(low, form)}..{percent(high, form)}"
-
-
 def error_plots(joints: Sequence[JointRows]) -> list[Plot]:
     """Return plots of errors, the density estimated for them, and the tolerance; of joints with different errors."""
     plots: list[Plot] = []
@@ -268,131 +253,3 @@ def _draw_errors(
     axes.plot(x, estimated, label="Estimated")
     for at in limits:
         axes.axvline(at, **LIMIT)
-
-
-class Budget(ResultModel):
-    """What `rx90 sensitivity --json` prints."""
-
-    scenario: str = Field(description="Name of the scenario")
-    trials: int = Field(description="Number of trials")
-    joints: list[BudgetJoint] = Field(description="Joints that should have a gain")
-    tolerance: list[float] = Field(description="Largest relative error that passes, of each of these joints")
-
-    @classmethod
-    def of(cls, scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> "Budget":
-        """Compute the budget of a sensitivity study.
-
-        Raises:
-            StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
-        """
-        joints = list(study_budget(scenario, folder, seed))
-        tolerance = [scenario.table.tolerance.gain[each.joint - 1] for each in joints]
-        return cls(scenario=scenario.name, trials=trials, joints=joints, tolerance=tolerance)
-
-    def title(self, sources: int) -> str:
-        """Return the title of a report."""
-        return f"Error budget of scenario {self.scenario}: {self.trials} trials, {sources} error sources"
-
-    def parts(self) -> Iterable[Part]:
-        """Errors with all sources on and the source to reduce first, then each joint's sources, the largest first."""
-        limits, order = list(zip(self.joints, self.tolerance, strict=True)), ranking(self.joints)[:DRAWN]
-        yield budget_verdict(
-            [(each.joint, each.together, limit, each.costs[0].source if each.costs else None) for each, limit in limits]
-        )
-        for budget, limit in limits:
-            floor = "refused" if budget.floor is None else f"{100.0 * budget.floor:+.3f} %"
-            lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
-            yield Heading(f"Joint {budget.joint}")
-            yield Paragraph(
-                f"All together {percent(budget.together)} % rms "
-                f"(sum of the single sources: {100.0 * budget.summed:.3f} %, none: {floor}; "
-                f"Sobol indices from {budget.samples} rows){lost}."
-            )
-            hidden = budget.costs[SHOWN:]
-            yield table(
-                budget.costs,
-                column("Source", lambda cost: cost.source, words=True),
-                column("Alone [% rms]", lambda cost: percent(cost.rms.value)),
-                column("95 % interval [%]", lambda cost: _ends(cost.rms.low, cost.rms.high)),
-                column("Bias [%]", lambda cost: percent(cost.bias, "+.3f")),
-                column("Share [%]", lambda cost: percent(cost.share, ".1f")),
-                column("First order", lambda cost: _index(cost.first)),
-                column("Total order", lambda cost: _index(cost.total)),
-                shown=SHOWN,
-                rest=f"and {len(hidden)} more with {100.0 * sum(cost.share for cost in hidden):.2g} % together",
-            )
-            if budget.silent:
-                silent = ", ".join(budget.silent)
-                text = f"Effect unknown, as no trial with one of these sources alone gave a gain: {silent}."
-                yield Paragraph(text, strong=True)
-            if budget.costs:
-                yield cost_plot(budget, order, 100.0 * limit)
-        yield Paragraph(SOURCES)
-
-    def write(self, folder: Path) -> Path:
-        """Write `BUDGET`, one row per joint and source.
-
-        Raises:
-            OSError: If it cannot be written.
-        """
-        rows: list[dict[str, object]] = []
-        for cost in (cost for budget in self.joints for cost in budget.costs):
-            row: dict[str, object] = {
-                name: getattr(cost, name) for name in ("joint", "source", "trials", "bias", "share")
-            }
-            for name in ("rms", "first", "total"):
-                of: Interval | None = getattr(cost, name)
-                row |= {name: of and of.value, f"{name}_low": of and of.low, f"{name}_high": of and of.high}
-            rows.append(row)
-        pd.DataFrame(rows).to_parquet(folder / BUDGET, index=False)
-        return folder / BUDGET
-
-
-def _index(index: Interval | None) -> str | None:
-    if index is None or index.high - index.low >= WIDEST:
-        return None
-    return f"{index.value:.2f} ({index.low:.2f}..{index.high:.2f})"
-
-
-def sensitivity_page(folder: Path) -> Report:
-    """Return the page of a folder.
-
-    Raises:
-        ScenarioError: If it holds no study, or one of another version; if trials are missing.
-        StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
-    """
-    study = read_study(folder)
-    result = Budget.of(study.scenario, study.trials, study.rows, study.seed)
-    origin = repeated({"Original command": study.command}, {"Seed": str(study.seed)}, study.versions)
-    return result.report(result.title(len(study.scenario.table.sources)), *origin)
-
-
-def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Plot:
-    """Return the plot of one joint's rms error from each of the largest sources alone, with intervals.
-
-    `order` has the sources, and `tolerance` is in %.
-    """
-    costs = {cost.source: cost.rms for cost in budget.costs}
-    there = [source for source in order if source in costs]
-    largest = max(100.0 * cost.value for cost in costs.values())
-    inside = tolerance <= 2.0 * largest
-    beyond = " Dashed: the tolerance." if inside else f" The tolerance, {tolerance:.3g} %, is outside the plot."
-
-    def draw(axes: "Axes") -> None:
-        at, found = [order.index(source) for source in there], [costs[source] for source in there]
-        axes.barh(at, [100.0 * each.value for each in found], 0.75, edgecolor=COLOURS["ink"], lw=0.5)
-        axes.hlines(at, [100.0 * each.low for each in found], [100.0 * each.high for each in found], COLOURS["ink"])
-        axes.set_yticks(range(len(order)), order)
-        axes.set_ylim(len(order) - 0.4, -0.6)  # the first at the top
-        axes.grid(visible=False, axis="y")
-        if inside:
-            axes.axvline(tolerance, **LIMIT)
-
-    return Plot(
-        title=f"Joint {budget.joint}",
-        caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "
-        f"intervals.{beyond}",
-        x="Rms error from the source alone [%]",
-        y="",
-        draw=draw,
-    )

@@ -13,9 +13,10 @@ from scipy import stats
 from study_tables import gathered
 
 from scenarios.experiments.scenario import load_scenario
-from scenarios.experiments.statistics import BudgetJoint, Interval, JointRows, SourceCost, joint_statistics, ranking
+from scenarios.experiments.statistics import JointRows, joint_statistics
 from scenarios.rendering.content import Mood
-from scenarios.results.studies import Budget, StudyResult, cost_plot, error_plots, worst_trials
+from scenarios.results.sensitivity import Budget, BudgetJoint, Interval, SourceCost, cost_plot, ranking
+from scenarios.results.studies import StudyResult, error_plots, worst_trials
 
 
 def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:

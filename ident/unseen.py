@@ -26,9 +26,9 @@ from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint import PooledSystem, pooled_system
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
 from ident.estimation.problem import ObservedMotion
+from ident.estimation.rows import Columns
 from ident.identification import Identification
 from ident.model.parameters import INERTIAL
 from ident.model.structure import Structure, independent_columns
@@ -264,7 +264,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     Raises:
         GainsError: If no joint has a gain in both.
     """
-    system, payload, fits = pooled_system(unseen.parts), unseen.log.payload, found.fits
+    system, payload, fits = Columns.of(unseen.parts), unseen.log.payload, found.fits
 
     def currents(torque: Array, gains: KnownGains) -> Array:
         per_torque = np.zeros(len(gains.names))
@@ -315,7 +315,7 @@ def predicted(unseen: UnseenMotion, found: UsedModel, other: UsedModel | None = 
     )
 
 
-def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
+def _largest(system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float) -> float:
     """Return the limit of the relative prediction error of a joint with gain g.
 
     The limit is `SPOILS` times the expected error: the cross-validation error of the fit, and the effect of the
@@ -324,7 +324,7 @@ def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: in
     """
     carried, at = (unseen.log.payload or UNKNOWN).known_part(), system.joint == j
     of_arm = np.sum((system.W[at] @ model.covariance) * system.W[at])
-    of_payload = np.sum((system.W_L[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
+    of_payload = np.sum((system.carried[at] @ np.column_stack((carried.spread, carried.chi * std / g))) ** 2)
     size = g**2 * np.sum(system.V[at] ** 2)
     if j not in model.fits:
         return float(np.hypot(LARGE_RESIDUAL, SPOILS * np.sqrt(of_arm / size)))
@@ -332,7 +332,7 @@ def _largest(system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: in
     return float(np.clip(SPOILS * expected, SHARE, LARGE_RESIDUAL))
 
 
-def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[int]) -> Verdict:
+def _verdict(system: Columns, found: Array, other: Array, joints: Sequence[int]) -> Verdict:
     """Return Student's t-test of the difference of relative squared errors per time block, of all joints together."""
     from scipy.special import stdtrit  # slow import, rarely needed
 
@@ -348,7 +348,7 @@ def _verdict(system: PooledSystem, found: Array, other: Array, joints: Sequence[
 
 
 def _gain_error(
-    system: PooledSystem, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float
+    system: Columns, unseen: UnseenMotion, model: UsedModel, j: int, g: float, std: float
 ) -> tuple[float, float] | None:
     """Return the relative error of a gain g according to the payload, and its standard deviation.
 
@@ -358,7 +358,7 @@ def _gain_error(
     if unseen.log.payload is None or j not in model.fits:
         return None
     known, at = unseen.log.payload.known_part(), np.flatnonzero(system.joint == j)
-    W, W_L, names = system.W[at], system.W_L[at], unseen.parts[0].observation.structure.base.names
+    W, W_L, names = system.W[at], system.carried[at], unseen.parts[0].observation.structure.base.names
     own = np.array([name.rstrip("0123456789") not in (*INERTIAL, *ROTOR) for name in names])
     X = np.column_stack((W_L @ known.chi, W[:, own & W.any(axis=0)]))  # friction and offset are free here
     if len(independent_columns(X, [np.arange(X.shape[1])])) < X.shape[1]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.evidence import BLOCKS, Fits, HeldOut, fits_of, free_fit, held_out, numbered_blocks
-from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
+from ident.estimation.rows import OWN, Columns, joint_rows
 from ident.support.arrays import Array
 
 COUPLED = ("Fvm", "Fcm")
@@ -30,7 +30,7 @@ class FreeModel:
     """
 
     problem: Problem
-    rows: tuple[JointRows, ...]
+    rows: tuple[Columns, ...]
     fits: Fits
 
 
@@ -57,7 +57,7 @@ def row_counts(problem: Problem) -> list[int]:
     ]
 
 
-def _fitted(problem: Problem, rows: JointRows, further: Array | None, lengths: Sequence[int]) -> HeldOut | None:
+def _fitted(problem: Problem, rows: Columns, further: Array | None, lengths: Sequence[int]) -> HeldOut | None:
     W = free_columns(problem, rows)
     if further is not None:
         W = np.column_stack((W, further))
@@ -65,27 +65,21 @@ def _fitted(problem: Problem, rows: JointRows, further: Array | None, lengths: S
         return None
     block = numbered_blocks(rows.motion, rows.position, lengths)
     first = free_fit(W, rows.V, block, BLOCKS * len(lengths))
-    dry = _column(rows, "Fc")
-    if dry is None:
+    dry = rows.own("Fc")
+    if not dry.any():
         return held_out(first)
     loaded = np.abs(rows.V - first.residual) * dry  # friction proportional to the motor torque of the fitted model
     return held_out(free_fit(np.column_stack((W, loaded)), rows.V, block, first.blocks))
 
 
-def free_columns(problem: Problem, rows: JointRows) -> Array:
+def free_columns(problem: Problem, rows: Columns) -> Array:
     """Columns of the model of a joint's currents, shape (r, p)."""
-    own = {f"{name}{rows.joint + 1}" for name in ("Fv", "Fc", "off")}
-    drifting = [k for k, name in enumerate(rows.names) if name in own or name.rstrip("0123456789") in COUPLED]
+    drifting = rows.of_parameter(*OWN, *COUPLED)
     later = [rows.W[:, drifting] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
     first = problem.motions[0].payload
     payloads = [W_L for W_L, payload in zip(rows.W_L, problem.payloads, strict=True) if payload is not first]
-    laws, speed = list[Array](), _column(rows, "Fv")
-    if speed is not None:  # friction that grows less than linearly with speed, or differs between directions
+    laws, speed = list[Array](), rows.own("Fv")
+    if speed.any():  # friction that grows less than linearly with speed, or differs between directions
         share = np.where(rows.weight > 0.0, rows.weight, 1.0)
         laws = [np.cbrt(speed / share) * share, np.abs(speed)]
     return np.column_stack((rows.W, *later, *payloads, *laws))
-
-
-def _column(rows: JointRows, name: str) -> Array | None:
-    label = f"{name}{rows.joint + 1}"
-    return rows.W[:, rows.names.index(label)] if label in rows.names else None

@@ -18,8 +18,9 @@ from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.estimation.estimate import FRICTION_Z
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
-from ident.estimation.joint_by_joint import gain_system, joint_rows
+from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.estimation.rows import joint_rows
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
@@ -54,12 +55,11 @@ def total_and_coulomb_z(problem: Problem, joint: int, covariance: Callable[[Rows
         return None
     Q = U[:, :rank]
     inverse = (Vt[:rank].T / s[:rank]) @ Q.T  # minimum norm: dependent columns share equally
-    own = [name in (f"Fv{joint + 1}", f"Fc{joint + 1}") for name in rows.names]
-    dry = [name == f"Fc{joint + 1}" for name in rows.names]
-    weights = np.array((own, dry), dtype=np.float64)  # coefficients of unit columns are friction at typical speed
+    both, dry = rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")
+    weights = np.array((both, dry), dtype=np.float64)  # coefficients of unit columns are friction at typical speed
     influence = readonly(weights @ inverse)
     fitted = Rows(
-        V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=np.full(len(rows.V), joint), motion=rows.motion,
+        V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
         position=rows.position, row_period=problem.row_period, unknowns={joint: float(rank)},
         weight=np.ones(len(rows.V)), explained=Q,
     )  # fmt: skip

@@ -14,8 +14,8 @@ from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.hypothesis import Alternative, Logs, as_logged, small
 from ident.estimation.estimate import GainEstimate
-from ident.estimation.joint_by_joint import JointRows, joint_rows
 from ident.estimation.problem import Problem
+from ident.estimation.rows import Columns, joint_rows
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, readonly
 
@@ -57,18 +57,18 @@ def elasticity(reference: Reference, logs: Logs) -> Iterator[Alternative]:
 
 def position(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Torque that depends on the joint's position: a spring, a cable, a kinematic error."""
-    for rows in logs.model.rows:
+    for j, rows in enumerate(logs.model.rows):
         columns = _polynomials(states(logs, rows)[0], DEGREE) * rows.weight[:, None]
-        yield _of_joint("position-dependent torque", logs, rows.joint, columns)
+        yield _of_joint("position-dependent torque", logs, j, columns)
 
 
 def speed(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction with another dependence on speed."""
-    for rows in logs.model.rows:
+    for j, rows in enumerate(logs.model.rows):
         dq = states(logs, rows)[1]
         even = _polynomials(np.abs(dq), DEGREE // 2)
         columns = np.hstack((even, np.sign(dq)[:, None] * even)) * rows.weight[:, None]
-        yield _of_joint("friction law", logs, rows.joint, columns)
+        yield _of_joint("friction law", logs, j, columns)
 
 
 def _polynomials(x: Array, degree: int) -> Array:
@@ -78,17 +78,17 @@ def _polynomials(x: Array, degree: int) -> Array:
     return readonly(legendre.legvander(scaled, degree)[:, 1:])
 
 
-def states(logs: Logs, rows: JointRows) -> tuple[Array, Array]:
+def states(logs: Logs, rows: Columns) -> tuple[Array, Array]:
     """Position and speed of a joint at the middle of its rows' filters, each of shape (r,)."""
     q, dq = np.zeros(len(rows.V)), np.zeros(len(rows.V))
     for log, motion in enumerate(logs.problem.motions):
         behind, own = motion.observation.recorded, rows.motion == log
         at = rows.position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
-        q[own], dq[own] = behind.q[at, rows.joint], behind.dq[at, rows.joint]
+        q[own], dq[own] = behind.q[at, rows.joint[own]], behind.dq[at, rows.joint[own]]
     return q, dq
 
 
-def since_middle(rows: JointRows, log: int | None = None) -> Array:
+def since_middle(rows: Columns, log: int | None = None) -> Array:
     """Time of each row from -0.5 to 0.5, from beginning to end of a log, or of the longest, shape (r,)."""
     own = rows.position if log is None else rows.position[rows.motion == log]
     return rows.position / max(1, int(own.max(initial=1))) - 0.5
@@ -96,21 +96,21 @@ def since_middle(rows: JointRows, log: int | None = None) -> Array:
 
 def warming(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction that changes within each log."""
-    for rows in logs.model.rows:
-        own = [k for k, name in enumerate(rows.names) if name in (f"Fv{rows.joint + 1}", f"Fc{rows.joint + 1}")]
-        if own:
+    for j, rows in enumerate(logs.model.rows):
+        own = rows.of_parameter("Fv", "Fc")
+        if own.any():
             time = [since_middle(rows) * (rows.motion == log) for log in range(len(logs.recordings))]
             columns = np.hstack([rows.W[:, own] * each[:, None] for each in time])
-            yield _of_joint("friction drift", logs, rows.joint, columns)
+            yield _of_joint("friction drift", logs, j, columns)
 
 
 def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Friction of a motor that turns with two joints, different in a later log."""
-    for rows in logs.model.rows:
-        coupled = [k for k, name in enumerate(rows.names) if name.rstrip("0123456789") in COUPLED]
-        if coupled and len(logs.recordings) > 1:
+    for j, rows in enumerate(logs.model.rows):
+        coupled = rows.of_parameter(*COUPLED)
+        if coupled.any() and len(logs.recordings) > 1:
             parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in range(1, len(logs.recordings))]
-            yield _of_joint("friction drift", logs, rows.joint, np.hstack(parts))
+            yield _of_joint("friction drift", logs, j, np.hstack(parts))
 
 
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Alternative]:
@@ -229,7 +229,7 @@ def per_metre(payload: Payload) -> Array:
 
 def _of_payload(
     problem: Problem,
-    rows: Sequence[JointRows],
+    rows: Sequence[Columns],
     estimate: GainEstimate,
     which: int,
     family: str,

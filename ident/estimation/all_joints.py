@@ -465,9 +465,8 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
             many = sum(name == names[k] and on for name, on in zip(names, used, strict=True))
             size[j, : 2 if names[k] == "Fc" else 1, j, k] = rms(own[own[:, k] != 0.0, k]) / many
     weights = size.reshape(2 * n, n, -1)
-    spread = [W_L @ each.spread for W_L, each in zip(columns.payload, ready.shared.parts, strict=True)]
+    spread = [W_L @ each.spread for W_L, each in zip(columns.W_L, ready.shared.parts, strict=True)]
     stated = final.h[joint][:, None] * np.hstack([np.zeros((len(joint), 0)), *spread])
-    loaded = columns.payload.any(axis=(0, 2))
     return GainSolution(
         rows=replace(rows, V=columns.V),
         joints=np.arange(n),
@@ -475,7 +474,7 @@ def solution(ready: Setting, final: Fit, model: Array) -> GainSolution:
         influence=final.h[:, None] * final.log_h.influence,
         payload=final.log_h.influence @ stated,
         model=np.hstack((final.log_h.belief, model)),
-        load_rms=np.array([rms(columns.known[loaded & (joint == j)]) for j in range(n)]),
+        load_rms=np.array([rms(ready.k[columns.loaded & (joint == j)]) for j in range(n)]),
         friction=np.einsum("qjf,jf->q", weights, final.phi).reshape(n, 2),
         friction_influence=final.of_phi(weights).influence.reshape(n, 2, -1),
         unsolved={},

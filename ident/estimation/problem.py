@@ -1,5 +1,6 @@
 """Input of an estimator: the arm's structure, the motions with their payloads, and options."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ident.estimation.gain_options import GainOptions
@@ -21,6 +22,11 @@ class ObservedMotion:
 
     observation: Observation
     payload: Payload | None
+
+
+def mounted(motions: Sequence[ObservedMotion]) -> tuple[Payload, ...]:
+    """Return the payload of each mounting, in the order of their first motions."""
+    return tuple({id(motion.payload): motion.payload for motion in motions if motion.payload is not None}.values())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,8 +57,7 @@ class Problem:
     @property
     def payloads(self) -> tuple[Payload, ...]:
         """The payload of each mounting, in the order of their first motions."""
-        mounted = {id(motion.payload): motion.payload for motion in self.motions if motion.payload is not None}
-        return tuple(mounted.values())
+        return mounted(self.motions)
 
     @property
     def row_period(self) -> float:

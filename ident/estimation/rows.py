@@ -1,18 +1,107 @@
-"""Rows of all joints of a problem, one joint after the other, with the columns of the model of all joints."""
+"""Rows of the joints of several motions, stacked; and the parameters that joints share."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.problem import Problem
+from ident.estimation.problem import ObservedMotion, Problem, mounted
 from ident.model.parameters import INERTIAL
 from ident.model.structure import BaseParameters, independent_columns
 from ident.payload.payload import KnownPayload
-from ident.support.arrays import Array, Indices
+from ident.support.arrays import Array, Indices, Mask
 
 OWN = ("Fv", "Fc", "off")
 """Parameters that act on one joint only; they are estimated in drive units."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Columns:
+    """`g V = W @ chi + sum of W_L @ chi_L`, rows in order of joints (eq. 16), then of motions.
+
+    Attributes:
+        names: Names of the arm's base parameters, b strings.
+        joint: Joint of each row, from 0, shape (r,).
+        motion: Motion of each row, in the order given, shape (r,).
+        position: Number of each row in its motion, including omitted rows, shape (r,).
+        t: Time at the middle of each row's filter [s], shape (r,).
+        V: Currents [drive units], shape (r,).
+        weight: Remaining filter weight of each row, below 1 near reversals, shape (r,).
+        loaded: Mask of the rows with a payload, shape (r,).
+        W: Columns of the base parameters, shape (r, b).
+        W_L: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
+    """
+
+    names: tuple[str, ...]
+    joint: Indices
+    motion: Indices
+    position: Indices
+    t: Array
+    V: Array
+    weight: Array
+    loaded: Mask
+    W: Array
+    W_L: Array
+
+    @classmethod
+    def of(cls, motions: Sequence[ObservedMotion], joints: Sequence[int] | None = None) -> "Columns":
+        """Stack motions of one structure, one or more, for some joints in ascending order, or for all."""
+        structure, payloads = motions[0].observation.structure, mounted(motions)
+        chosen = range(structure.arm.n) if joints is None else joints
+        parts = [(j, k, motion.observation.joints[j]) for j in chosen for k, motion in enumerate(motions)]
+        ends = np.cumsum([0, *(len(part.V) for *_, part in parts)]).tolist()
+        r, b = ends[-1], len(structure.base.columns)
+        joint, motion, position = np.empty((3, r), np.intp)
+        t, V, weight = np.empty((3, r))
+        W, W_L = np.zeros((r, b)), np.zeros((len(payloads), r, len(INERTIAL)))
+        for (j, k, part), start, stop in zip(parts, ends, ends[1:], strict=False):
+            rows = slice(start, stop)
+            joint[rows], motion[rows], position[rows] = j, k, part.position
+            t[rows], V[rows], weight[rows] = part.t, part.V, part.weight
+            W[rows, part.columns] = part.W
+            for which, payload in enumerate(payloads):
+                if motions[k].payload is payload:
+                    W_L[which, rows] = part.W_L
+        loaded = np.array([each.payload is not None for each in motions])[motion]
+        return cls(
+            names=structure.base.names, joint=joint, motion=motion, position=position, t=t, V=V, weight=weight,
+            loaded=loaded, W=W, W_L=W_L,
+        )  # fmt: skip
+
+    @property
+    def carried(self) -> Array:
+        """Ten columns of the payload that each row carries, zero without one, shape (r, 10)."""
+        return np.sum(self.W_L, axis=0)
+
+    def of_parameter(self, *kinds: str) -> Mask:
+        """Mask of the base parameters of some kinds, as `Fv`, without regard to the joint, shape (b,)."""
+        return np.isin([name.rstrip("0123456789") for name in self.names], kinds)
+
+    def own(self, name: str) -> Array:
+        """Column of viscous friction, Coulomb friction or offset, each row's joint's own, shape (r,).
+
+        It is zero for a joint with a shared parameter in its place.
+        """
+        return np.sum(self.W[:, self.of_parameter(name)], axis=1)
+
+    def friction(self, *, per_motion: bool) -> tuple[tuple[tuple[str, int], ...], Array]:
+        """Name and motion, -1 for all motions, of the columns of friction and offset, and the columns, shape (r, b)."""
+        motions = np.unique(self.motion).tolist() if per_motion else [-1]
+        names = [(name, which) for name in OWN for which in (motions if name != "off" else [-1])]
+        own = {name: self.own(name) for name in OWN}
+        columns = [np.where((self.motion == which) | (which < 0), own[name], 0.0) for name, which in names]
+        return tuple(names), np.column_stack(columns)
+
+
+def joint_rows(problem: Problem, joint: int) -> Columns:
+    """Return the rows of one joint, from 0, with the base parameters that are identifiable from this joint alone."""
+    rows, alone = Columns.of(problem.motions, [joint]), problem.structure.joint_independent[joint]
+    return replace(rows, names=tuple(rows.names[k] for k in alone), W=rows.W[:, alone])
+
+
+def shared_arm(base: BaseParameters) -> Indices:
+    """Indices of base parameters that joints share: all but friction and offset, shape (a,)."""
+    return np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in base.names], OWN))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,6 +137,11 @@ class SharedParameters:
         """Number of shared parameters, p."""
         return len(self.arm) + sum(len(each) for each in self.free)
 
+    def columns(self, rows: Columns) -> tuple[Array, Array]:
+        """Their columns A, shape (r, p), and the torque k of the known payload parameters [N m], shape (r,)."""
+        free = [W_L[:, each] for W_L, each in zip(rows.W_L, self.free, strict=True)]
+        return np.hstack([rows.W[:, self.arm], *free]), np.einsum("krp,kp->r", rows.W_L, self.known)
+
     def payload_values(self, theta: Array) -> Array:
         """All parameters of each mounting, known and estimated, shape (mountings, 10)."""
         chi, first = self.known.copy(), len(self.arm)
@@ -55,78 +149,3 @@ class SharedParameters:
             each[free] = theta[first : first + len(free)]
             first += len(free)
         return chi
-
-
-def shared_arm(base: BaseParameters) -> Indices:
-    """Indices of base parameters that joints share: all but friction and offset, shape (a,)."""
-    return np.flatnonzero(~np.isin([name.rstrip("0123456789") for name in base.names], OWN))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Columns:
-    """Rows of all joints, one joint after the other, then by motion.
-
-    Attributes:
-        joint: Joint of each row, from 0, shape (r,).
-        motion: Motion of each row, shape (r,).
-        position: Number of each row in its motion, including omitted rows, shape (r,).
-        V: Currents [drive units], shape (r,).
-        shared: A: columns of the parameters that joints share, shape (r, p).
-        known: k: torque of the known payload parameters [N m], shape (r,).
-        own: Columns of viscous friction, Coulomb friction and offset by name, each of shape (r,); zero for a joint with
-            a shared parameter in their place.
-        payload: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
-    """
-
-    joint: Indices
-    motion: Indices
-    position: Indices
-    V: Array
-    shared: Array
-    known: Array
-    own: Mapping[str, Array]
-    payload: Array
-
-    @classmethod
-    def of(cls, problem: Problem, shared: SharedParameters) -> "Columns":
-        """Of a problem."""
-        structure, payloads, names = problem.structure, problem.payloads, problem.structure.base.names
-        parts = [
-            (j, k, motion, motion.observation.joints[j])
-            for j in range(structure.arm.n)
-            for k, motion in enumerate(problem.motions)
-        ]
-        lengths = [len(part.V) for *_, part in parts]
-        joint = np.repeat([j for j, *_ in parts], lengths)
-        motion = np.repeat([k for _, k, *_ in parts], lengths)
-        W = np.zeros((sum(lengths), len(structure.base.columns)))
-        payload = np.zeros((len(payloads), len(W), len(INERTIAL)))
-        starts = np.cumsum([0, *lengths]).tolist()
-        for (_, _, carried, part), start, stop in zip(parts, starts, starts[1:], strict=False):
-            W[start:stop, part.columns] = part.W
-            for which, mounted in enumerate(payloads):
-                if carried.payload is mounted:
-                    payload[which, start:stop] = part.W_L
-        own = {name: np.zeros(len(W)) for name in OWN}
-        for name in OWN:
-            for j in range(structure.arm.n):
-                if (place := f"{name}{j + 1}") in names:
-                    own[name][joint == j] = W[joint == j, names.index(place)]
-        free = [columns[:, each] for columns, each in zip(payload, shared.free, strict=True)]
-        return cls(
-            joint=joint,
-            motion=motion,
-            position=np.concatenate([part.position for *_, part in parts]),
-            V=np.concatenate([part.V for *_, part in parts]),
-            shared=np.hstack([W[:, shared.arm], *free]),
-            known=np.einsum("krp,kp->r", payload, shared.known),
-            own=own,
-            payload=payload,
-        )
-
-    def friction(self, *, per_motion: bool) -> tuple[tuple[tuple[str, int], ...], Array]:
-        """Name and motion, -1 for all motions, of the columns of friction and offset, and the columns, shape (r, b)."""
-        motions = np.unique(self.motion).tolist() if per_motion else [-1]
-        names = [(name, which) for name in OWN for which in (motions if name != "off" else [-1])]
-        columns = [np.where((self.motion == which) | (which < 0), self.own[name], 0.0) for name, which in names]
-        return tuple(names), np.column_stack(columns)

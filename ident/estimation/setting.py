@@ -58,7 +58,10 @@ class Setting:
         problem: Motions and payloads.
         shared: The parameters that joints share.
         columns: Rows of all joints.
+        A: Columns of the shared parameters and of appended ones, shape (r, p).
+        k: Torque of the known payload parameters [N m], shape (r,).
         names: Name and motion of the columns of friction and offset, b pairs.
+        F: Those columns, shape (r, b).
         blocks: The rows with cross products.
         alone: 1/g of the joints that determine it alone, zero for the others, shape (n,).
         start: Initial values of 1/g, shape (n,).
@@ -70,7 +73,10 @@ class Setting:
     problem: Problem
     shared: SharedParameters
     columns: Columns
+    A: Array
+    k: Array
     names: tuple[tuple[str, int], ...]
+    F: Array
     blocks: Blocks
     alone: Array
     start: Array
@@ -116,8 +122,8 @@ class Setting:
 
     def widened(self, more: Array, std: Array | float = np.inf) -> "Setting":
         """Append shared columns (r, m) with their prior standard deviations (m,)."""
-        columns = replace(self.columns, shared=np.hstack((self.columns.shared, more)))
-        return replace(self, columns=columns, blocks=self.blocks.widened(more, np.full(more.shape[1], std)))
+        blocks = self.blocks.widened(more, np.full(more.shape[1], std))
+        return replace(self, A=np.hstack((self.A, more)), blocks=blocks)
 
     @cached_property
     def sigma(self) -> Array:
@@ -151,12 +157,13 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
             "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
             "one, or give one gain (options gain_joint and gain_value)"
         )
-    columns = Columns.of(problem, shared)
+    columns = Columns.of(problem.motions)
+    A, k = shared.columns(columns)
     names, F = columns.friction(per_motion=per_motion)
     sweeps = tuple(Sweep(problem, shared, number) for number in range(len(problem.motions)))
     layout = Layout.of(problem.structure.arm.n, columns.joint, columns.motion, columns.position)
-    kV = np.column_stack((columns.known, columns.V))
-    blocks = Blocks.of(layout, F, columns.shared, kV, np.hstack([kV[:, :0], *columns.payload]))
+    kV = np.column_stack((k, columns.V))
+    blocks = Blocks.of(layout, F, A, kV, np.hstack([kV[:, :0], *columns.W_L]))
     check_rows(blocks, blocks.own)
     h = np.zeros(problem.structure.arm.n)
     for j in range(len(h)) if shared.parts else ():
@@ -167,7 +174,10 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
         problem=problem,
         shared=shared,
         columns=columns,
+        A=A,
+        k=k,
         names=names,
+        F=F,
         blocks=blocks,
         alone=h,
         start=h,
@@ -268,8 +278,7 @@ class Model:
             NotIdentifiable: If a joint has fewer rows than unknowns.
         """
         blocks, n, b, e = ready.blocks, ready.n, len(ready.names), len(terms)
-        _, F = ready.columns.friction(per_motion=any(which >= 0 for _, which in ready.names))
-        F = np.column_stack((F, *(term.column for term in terms.values())))
+        F = np.column_stack((ready.F, *(term.column for term in terms.values())))
         own = blocks.own.extended(blocks.layout.padded(F[:, b:]))
         check_rows(blocks, own)
         mean, std = np.zeros((n, b + e)), np.full((n, b + e), np.inf)

@@ -168,10 +168,10 @@ def transmitted_columns(
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
         parts.append(sweep.rows(torques.softened(transmitted(sweep, before)[sweep.behind.at])))
-    rows, columns = ready.of_logs(parts), ready.columns
-    W = np.column_stack((columns.shared, before.model.F, first, columns.known, *beside))
+    rows, joint = ready.of_logs(parts), ready.columns.joint
+    W = np.column_stack((ready.A, before.model.F, first, ready.k, *beside))
     for j in range(ready.n):
-        own = columns.joint == j
+        own = joint == j
         Q = factors(W[own], rank_tol=RANK_TOL).Q
         rows[own] = Q @ (Q.T @ rows[own])
     return rows

@@ -22,10 +22,9 @@ from ident.estimation.estimate import IdentifiedGain, ratio_refusal
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.joint_by_joint import PooledSystem
 from ident.estimation.known_gains import KnownGains, Shares, deviations, held, shares
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.rows import shared_arm
+from ident.estimation.rows import Columns, shared_arm
 from ident.estimation.selection import AlternativeModel, Selected
 from ident.estimation.setting import GivenGain
 from ident.model.parameters import unit_of
@@ -326,7 +325,7 @@ def as_if_loaded(motion: ObservedMotion, payload: Payload, gain: Array) -> Obser
     return ObservedMotion(replace(motion.observation, joints=rows), payload)
 
 
-def predicted_torque(system: PooledSystem, base: Array, payload: Payload | None) -> Array:
+def predicted_torque(system: Columns, base: Array, payload: Payload | None) -> Array:
     """Return the torque of arm and payload on the rows of a motion, including friction [N m], shape (r,).
 
     Args:
@@ -335,7 +334,7 @@ def predicted_torque(system: PooledSystem, base: Array, payload: Payload | None)
         payload: Its payload, of which known parameters are used; None for a bare flange.
     """
     torque = system.W @ base
-    return torque if payload is None else torque + system.W_L @ payload.known_part().chi
+    return torque if payload is None else torque + system.carried @ payload.known_part().chi
 
 
 def rel_errors(error: Array, measured: Array, joint: Indices) -> dict[int, float]:

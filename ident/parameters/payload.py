@@ -20,9 +20,9 @@ from functools import cached_property
 import numpy as np
 
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
-from ident.estimation.joint_by_joint import PooledSystem
 from ident.estimation.known_gains import KnownGains, Shares, deviations, held
 from ident.estimation.problem import Problem
+from ident.estimation.rows import Columns
 from ident.estimation.selection import Selected
 from ident.estimation.setting import Setting
 from ident.model.parameters import INERTIAL, pseudo_inertia
@@ -230,7 +230,7 @@ class PaperEstimate:
     error_norm: float
     rel_error_norm: float
     sigma: float
-    system: PooledSystem
+    system: Columns
     torque: Array
 
     def __getitem__(self, name: str) -> Quantity:
@@ -243,7 +243,7 @@ class PaperEstimate:
         return tuple(each.residual_std < ESSENTIAL_REL_STD * abs(each.value) for each in self.parameters)
 
 
-def payload_as_in_paper(system: PooledSystem, gain: Array, gain_std: Array) -> PaperEstimate:
+def payload_as_in_paper(system: Columns, gain: Array, gain_std: Array) -> PaperEstimate:
     """Identify arm and payload together with given gains (paper, eq. 25).
 
     Args:
@@ -256,7 +256,7 @@ def payload_as_in_paper(system: PooledSystem, gain: Array, gain_std: Array) -> P
         NotIdentifiable: If the motions do not determine every unknown.
     """
     b, torque = system.W.shape[1], gain[system.joint] * system.V
-    W = np.hstack((system.W, system.W_L))
+    W = np.hstack((system.W, system.carried))
     weight = row_weights(W, torque, system.joint)
     fit = least_squares(W * weight[:, None], torque * weight, rank_tol=RANK_TOL)
     by_gain = np.eye(len(gain))[system.joint] * (weight * system.V)[:, None]  # derivative of the left side

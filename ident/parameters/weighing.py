@@ -171,7 +171,7 @@ def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tu
             if (one := mass_alone(ready, each.final, j, gain, known)) is not None
             and (other := mass_alone(ready, each.other, j, gain, known)) is not None
         ]
-        shape = solved.influence @ (ready.columns.payload[0][ready.columns.joint == j] @ spread) / gain
+        shape = solved.influence @ (ready.columns.W_L[0][ready.columns.joint == j] @ spread) / gain
         residual = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None])
         mass = Quantity(
             name="mass",
@@ -204,7 +204,7 @@ def mass_alone(ready: Setting, fitted: Fit, j: int, gain: float, known: KnownPay
     """
     columns, model, arm = fitted.ready.columns, fitted.model, len(ready.shared.arm)
     at = columns.joint == j
-    V, shared, W_L = fitted.rows.V[at], columns.shared[at], columns.payload[0][at]
+    V, shared, W_L = fitted.rows.V[at], fitted.ready.A[at], columns.W_L[0][at]
     used = model.own.used[j]
     F, mean, std = model.F[at][:, used], model.mean[j, used], model.std[j, used]
     weight, believed = fitted.rows.weight[at], np.isfinite(std)

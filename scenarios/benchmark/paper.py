@@ -21,8 +21,8 @@ import pandas as pd
 import rx90_mjcf
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
-from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.problem import ObservedMotion, pair
+from ident.estimation.rows import Columns
 from ident.observation.observation import observe
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import read_payload, standard_parameters
@@ -101,7 +101,7 @@ def run_paper(seed: int, *, stages: Progress = SILENT) -> PaperRun:
         if isinstance(joint, IdentifiedGain):
             found[j], std[j] = joint.value, joint.std
     systems = [
-        pooled_system([ObservedMotion(unloaded, None), ObservedMotion(motion, payload)])
+        Columns.of([ObservedMotion(unloaded, None), ObservedMotion(motion, payload)])
         for motion, payload in ((loaded, first), (second, weighed))
     ]
 

@@ -145,11 +145,12 @@ def gain_bound(setup: Setup) -> Array | None:
     in_band = np.mean(np.abs(H[f <= chosen.observe.decimation_cutoff_hz]) ** 2) / np.mean(np.abs(H) ** 2)
     share = (sensors.current_white**2 + sensors.current_coloured**2 * in_band) / (rate * problem.row_period)
     level = [np.sqrt(share * np.mean(recordings[k].v ** 2, axis=0)) for k in grouped(setup.protocol)]
-    columns = Columns.of(problem, SharedParameters.of(problem))
-    return bound_of(columns, 1.0 / setup.true_gain, np.array(level)[columns.motion, columns.joint])
+    columns = Columns.of(problem.motions)
+    sigma = np.array(level)[columns.motion, columns.joint]
+    return bound_of(columns, SharedParameters.of(problem).columns(columns), 1.0 / setup.true_gain, sigma)
 
 
-def bound_of(columns: Columns, h: Array, sigma: Array) -> Array:
+def bound_of(columns: Columns, shared: tuple[Array, Array], h: Array, sigma: Array) -> Array:
     """Return the bound of a system of all joints.
 
     With the injected gains V_j = h_j (A_j theta + k_j) + F_j phi_j is linear in the other unknowns, so torques and the
@@ -157,8 +158,8 @@ def bound_of(columns: Columns, h: Array, sigma: Array) -> Array:
     the logarithms that is orthogonal to those of the other unknowns, weighted by the noise of its rows. (M^T M)^-1
     bounds the covariance of any unbiased estimate.
 
-    The `columns` have rows without noise; `h` is the true 1/g, shape (n,); `sigma` is the standard deviation of the
-    noise of each row [drive units], shape (r,).
+    The `columns` have rows without noise; `shared` is A and k; `h` is the true 1/g, shape (n,); `sigma` is the standard
+    deviation of the noise of each row [drive units], shape (r,).
 
     Returns:
         Relative standard deviation of each gain, shape (n,), infinite if not identifiable.
@@ -166,7 +167,7 @@ def bound_of(columns: Columns, h: Array, sigma: Array) -> Array:
     _, own = columns.friction(per_motion=False)
     of_joint = columns.joint[:, None] == np.arange(len(h))  # (r, n)
     F = (of_joint[:, :, None] * own[:, None]).reshape(len(own), -1)
-    A, known = h[columns.joint, None] * columns.shared, h[columns.joint] * columns.known
+    A, known = h[columns.joint, None] * shared[0], h[columns.joint] * shared[1]
     N = np.hstack((A, F)) / sigma[:, None]  # of every other unknown
     x = np.linalg.lstsq(N, (columns.V - known) / sigma)[0]
     driven = (A @ x[: A.shape[1]] + known) / sigma  # derivative of -V by log|g|: torque of links and payload

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, RefusedGain
-from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import estimated_gains, stated_gains
 from ident.estimation.problem import ObservedMotion
+from ident.estimation.rows import Columns
 from ident.identification import Identification
 from ident.observation.observation import observe
 from ident.parameters.arm import predicted_torque, rel_errors
@@ -230,7 +230,7 @@ def arm_errors(a_priori: GainsOutcome, found: GainsOutcome | None, true: Mapping
 def _torque_errors(outcome: GainsOutcome, true_gain: Array, other: ObservedMotion) -> dict[int, float]:
     """Return the error of the torque predicted on another motion, with a payload, by joints that have a gain."""
     assert other.payload is not None, "of a loaded motion"
-    system = pooled_system([other])
+    system = Columns.of([other])
     predicted = predicted_torque(system, outcome.arm.in_si()[0], other.payload)
     true = true_gain[system.joint] * system.V
     errors = rel_errors(predicted - true, true, system.joint)

@@ -59,7 +59,7 @@ def case(small: Structure, unsure: Payload, noise: float, *, pull: float = 1.0) 
     ready = setting(exact_problem(small, motions, TRUE, rng, noise=noise, rows=60), per_motion=True, prior_std=1.0)
     return Case(
         ready=ready.widened(rng.normal(size=(len(ready.columns.V), 1)), BELIEVED_STD),
-        term=Term(np.cbrt(ready.columns.own["Fv"]), mean=0.3 * pull, std=0.02),
+        term=Term(np.cbrt(ready.columns.own("Fv")), mean=0.3 * pull, std=0.02),
         mean=np.log((1.0 + 0.07 * pull) / np.abs(TRUE)),
         std=np.array([0.03, 0.4, 0.002]),
         off=np.zeros(N),

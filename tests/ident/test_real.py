@@ -9,9 +9,9 @@ import pytest
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_comparison import compared
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import KnownGains, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.rows import Columns
 from ident.identification import identify
 from ident.model.arm import load_arm
 from ident.model.regressor import inverse_dynamics
@@ -50,7 +50,7 @@ def test_tx40_fits_its_own_model_to_about_5_percent(real: Path):
     folder = real / "tx40"
     structure = structure_of(load_arm(folder / "tx40.urdf", couplings=((4, 5),)))
     observation = observe(read_recording(folder / "recording.parquet"), structure, ObserveOptions())
-    system = pooled_system([ObservedMotion(observation, None)])  # logged in N m: gains are 1
+    system = Columns.of([ObservedMotion(observation, None)])  # logged in N m: gains are 1
     assert system.W.shape[1] == 58 + 3
     fit = least_squares(system.W, system.V, rank_tol=1e-7)
     assert np.linalg.norm(fit.residual) / np.linalg.norm(system.V) < 0.06

@@ -64,7 +64,7 @@ def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEsti
     aid = instruments(problem)
     known = [payload.known_part() for payload in problem.payloads]
     fits = [_fit(problem, aid.problem, joint, known) for joint in range(problem.structure.arm.n)]
-    estimate = judge_identifiability(NAME, problem, joint_by_joint(fits, known, problem.row_period))
+    estimate = judge_identifiability(NAME, problem, joint_by_joint(problem, fits, known))
     return replace(estimate, remarks=(_remark(aid.kept),))
 
 

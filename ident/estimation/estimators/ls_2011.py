@@ -34,4 +34,4 @@ def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> Gain
     problem.check_difference()
     known = [payload.known_part() for payload in problem.payloads]
     fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
-    return judge_identifiability(NAME, problem, joint_by_joint(fits, known, problem.row_period))
+    return judge_identifiability(NAME, problem, joint_by_joint(problem, fits, known))

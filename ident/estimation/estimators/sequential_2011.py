@@ -10,14 +10,15 @@ the currents, so that the influence of a row on a later gain includes its influe
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.joint_by_joint import JointFit, NoFit, PooledSystem, joint_by_joint, joint_fit, pooled_system
+from ident.estimation.joint_by_joint import JointFit, NoFit, joint_by_joint, joint_fit
 from ident.estimation.problem import Problem
+from ident.estimation.rows import Columns
 from ident.model.parameters import INERTIAL
 from ident.model.structure import PROBE_SEED, Structure, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights
@@ -73,7 +74,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
         raise NotIdentifiable(f"{NAME} accepts one payload; {1 + len(more)} are mounted")
     mass = replace(payload, known="mass").known_part()
     fits = [joint_fit(problem, joint, [mass]) for joint in range(problem.structure.arm.n)]
-    first = judge_identifiability(NAME, problem, joint_by_joint(fits, [mass], problem.row_period))
+    first = judge_identifiability(NAME, problem, joint_by_joint(problem, fits, [mass]))
     found = [
         fit
         for fit, joint in zip(fits, first.joints, strict=True)
@@ -84,7 +85,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     moments = first_moments(problem, found, mass)
     known = _with_moments(mass, moments)
     both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
-    solution = _carried(joint_by_joint(both, [known], problem.row_period), both, moments, problem.payloads[0].mass_std)
+    solution = _carried(joint_by_joint(problem, both, [known]), both, moments, problem.payloads[0].mass_std)
     return judge_identifiability(NAME, problem, solution, payload=_parameters(problem, moments, solution))
 
 
@@ -107,8 +108,8 @@ def _carried(
     through = _on_all_rows(moments, solution)
     later = [fit for fit in fits if isinstance(fit, JointFit)]
     for k, each in enumerate(later):
-        if each.system.rows.joint not in moments.joints:
-            own = solution.rows.of(each.system.rows.joint)
+        if each.system.joint not in moments.joints:
+            own = solution.rows.of(each.system.joint)
             W_L = each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
@@ -144,13 +145,13 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
         found: Solutions of the joints whose gains the mass gives, in the order of the joints.
         mass: The mass, known.
     """
-    joints = [fit.system.rows.joint for fit in found]
-    system = _rows_of(pooled_system(problem.motions), joints)
+    joints = [fit.system.joint for fit in found]
+    system = Columns.of(problem.motions, joints)
     gain = np.array([1.0 / fit.inverse for fit in found])
     each_gain = gain[np.searchsorted(joints, system.joint)]
     arm, body = _independent(problem.structure, joints, mass)
-    W = np.hstack((system.W[:, arm], system.W_L[:, body]))
-    Y = each_gain * system.V - system.W_L[:, mass.mask] @ mass.chi[mass.mask]
+    W = np.hstack((system.W[:, arm], system.W_L[0][:, body]))
+    Y = each_gain * system.V - system.W_L[0][:, mass.mask] @ mass.chi[mass.mask]
     weight = row_weights(W, Y, system.joint)
     fit = least_squares(W * weight[:, None], Y * weight, rank_tol=problem.options.rank_tol)
     at = {int(column): len(arm) + k for k, column in enumerate(body)}
@@ -160,7 +161,7 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     value, influence = np.zeros(len(MOMENTS)), np.zeros((len(MOMENTS), len(Y)))
     value[seen], influence[seen] = fit.x[chosen], P * each_gain
     for g, own in zip(gain, found, strict=True):  # dg = -g^2 d(1/g) also changes the left side
-        rows = system.joint == own.system.rows.joint
+        rows = system.joint == own.system.joint
         influence[np.ix_(seen, rows)] -= g**2 * np.outer(P[:, rows] @ system.V[rows], own.influence)
     return FirstMoments(
         value=value,
@@ -169,12 +170,6 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
         joints=tuple(joints),
         mass=float(mass.chi[INERTIAL.index("M")]),
     )
-
-
-def _rows_of(system: PooledSystem, joints: Sequence[int]) -> PooledSystem:
-    """The rows of some joints."""
-    rows = np.isin(system.joint, joints)
-    return PooledSystem(**{field.name: getattr(system, field.name)[rows] for field in fields(system)})
 
 
 def _independent(structure: Structure, joints: Sequence[int], mass: KnownPayload) -> tuple[Indices, Indices]:

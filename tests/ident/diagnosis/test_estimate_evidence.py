@@ -34,7 +34,7 @@ from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint import joint_rows
+from ident.estimation.rows import joint_rows
 from ident.payload.payload import standard_parameters
 
 

@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.evidence import BLOCKS
 from ident.diagnosis.free_model import free_columns, free_model, row_counts
-from ident.estimation.joint_by_joint import joint_rows
+from ident.estimation.rows import joint_rows
 
 
 def share_left(columns: np.ndarray, x: np.ndarray) -> float:

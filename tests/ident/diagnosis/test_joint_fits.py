@@ -13,18 +13,18 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.joint_fits import backward_joints, excitation, friction_z, opposed, predicted_rel_std
 from ident.estimation.estimate import FRICTION_Z
 from ident.estimation.gain_options import GainOptions
-from ident.estimation.joint_by_joint import JointRows
 from ident.estimation.problem import Problem
+from ident.estimation.rows import Columns
 from ident.payload.payload import Payload
 
 NAMES = ("XX3", "Fc3", "off3", "Fv3")
 
 
-def rows_of(W: np.ndarray, V: np.ndarray) -> JointRows:
+def rows_of(W: np.ndarray, V: np.ndarray) -> Columns:
     r = len(V)
-    return JointRows(
-        joint=2, names=NAMES, W=W, W_L=np.zeros((0, r, 10)), V=V, weight=np.ones(r), motion=np.zeros(r, dtype=int),
-        position=np.arange(r), loaded=np.zeros(r, dtype=bool),
+    return Columns(
+        joint=np.full(r, 2), names=NAMES, W=W, W_L=np.zeros((0, r, 10)), V=V, t=np.zeros(r), weight=np.ones(r),
+        motion=np.zeros(r, dtype=int), position=np.arange(r), loaded=np.zeros(r, dtype=bool),
     )  # fmt: skip
 
 

@@ -241,10 +241,9 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
     assert (np.abs(np.log(start * GAIN)) < 0.7).all()  # within a factor of two
     brakes = friction_z(ready)
     np.testing.assert_array_equal(np.sign(brakes), np.sign(GAIN))
-    assert list(columns.own)[:2] == ["Fv", "Fc"]
     for j in range(6):  # the surer of both frictions over its deviation, by the joint's own rows
         own = columns.joint == j
-        W = np.column_stack([*columns.own.values(), columns.shared, columns.known])[own]
+        W = np.column_stack([columns.friction(per_motion=False)[1], ready.A, ready.k])[own]
         unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
         pseudo = np.linalg.pinv(unit, rcond=1e-9)
         x, deviation = pseudo @ columns.V[own], ready.sigma[j] * np.linalg.norm(pseudo, axis=1)

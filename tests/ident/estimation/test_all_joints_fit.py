@@ -34,7 +34,7 @@ class Whole:
 def whole(given: Case, sigma: np.ndarray, seed: int) -> Whole:
     """All unknowns on all rows, beliefs and priors, by scipy's trust regions, from a random start."""
     columns, model = given.ready.columns, given.model
-    (r, p), f = columns.shared.shape, model.F.shape[1]
+    (r, p), f = given.ready.A.shape, model.F.shape[1]
     sign, joint, mean, std = np.sign(TRUE), columns.joint, model.mean[:, -1], given.term.std
     F = np.where((joint[:, None] == np.arange(N))[:, :, None], model.F[:, None], 0.0).reshape(r, -1)
     small = np.where(np.arange(N + p + N * f) == N + p - 1, -1.0 / BELIEVED_STD, 0.0)
@@ -43,10 +43,10 @@ def whole(given: Case, sigma: np.ndarray, seed: int) -> Whole:
 
     def parts(x: np.ndarray, jacobian: bool) -> np.ndarray:
         h, theta = (sign * np.exp(x[:N]))[joint], x[N : N + p]
-        torque, weight = columns.shared @ theta + columns.known, 1.0 / sigma[joint]
+        torque, weight = given.ready.A @ theta + given.ready.k, 1.0 / sigma[joint]
         if jacobian:
             by_s = np.where(joint[:, None] == np.arange(N), (-h * torque)[:, None], 0.0)
-            rows = np.hstack((by_s, -h[:, None] * columns.shared, -F)) * weight[:, None]
+            rows = np.hstack((by_s, -h[:, None] * given.ready.A, -F)) * weight[:, None]
             return np.vstack([rows, belief, np.hstack((np.diag(-1.0 / given.std), np.zeros((N, p + N * f)))), small])
         left = (columns.V - h * torque - F @ x[N + p :]) * weight
         return np.concatenate([left, mean / std + belief @ x, (given.mean - x[:N]) / given.std, [small @ x]])

@@ -66,7 +66,7 @@ def test_columns_of_zeros_are_what_the_torques_change_by(axes):
         for by in (-h, h):  # an encoder that reads h too much: the joint is at q - h
             moved = [replace(log, q=log.q - by * (np.arange(N) == k)) for log in logs]
             shifted = setting(problem_of(axes, moved), per_motion=True, prior_std=1.0)
-            ends.append(shifted.columns.shared @ theta + shifted.columns.known)
+            ends.append(shifted.A @ theta + shifted.k)
         for j in range(N):
             own = ready.columns.joint == j
             slope = (ends[1] - ends[0])[own] / (2.0 * h)

@@ -15,11 +15,11 @@ from ident.estimation.setting import Model, Term, setting
 
 def test_rows_are_the_columns_times_their_coordinates(small, unsure):
     given = case(small, unsure, 0.02)
-    model, columns = given.model, given.ready.columns
+    model, ready = given.model, given.ready
     blocks, layout = model.blocks, model.blocks.layout
     C = np.concatenate((blocks.C[:, :, :-2] @ blocks.U, blocks.C[:, :, -2:]), axis=2)
     found = layout.rows(blocks.R + blocks.own.Q @ C[:, None])
-    expected = np.column_stack((columns.shared @ blocks.U, columns.known, columns.V))
+    expected = np.column_stack((ready.A @ blocks.U, ready.k, ready.columns.V))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
     F = layout.rows(model.own.Q @ model.own.R[:, None])
     np.testing.assert_allclose(F, model.F, rtol=0, atol=1e-12 * np.abs(F).max())
@@ -32,7 +32,7 @@ def test_rows_are_the_columns_times_their_coordinates(small, unsure):
 
 def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, unsure, rng):
     ready = case(small, unsure, 0.02).ready
-    more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * ready.columns.shared[:, :1]
+    more = rng.normal(size=(len(ready.columns.V), 3)) + 5.0 * ready.A[:, :1]
     std = np.array([np.inf, 0.3, 1e-3])
     once = ready.widened(more, std).with_currents(ready.columns.V[::-1].copy())
     each = ready.with_currents(ready.columns.V[::-1].copy())
@@ -46,7 +46,7 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
         np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
         for j in range(N):  # of the currents that are there now
             own = columns.joint == j
-            W = np.hstack((one.columns.friction(per_motion=True)[1], columns.shared, *columns.payload))[own]
+            W = np.hstack((one.columns.friction(per_motion=True)[1], once.A, *columns.W_L))[own]
             unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
             x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
             left = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
@@ -67,7 +67,7 @@ def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave(small, u
     columns, model = given.ready.columns, given.model
     for j in range(N):
         own = columns.joint == j
-        W = np.hstack((model.F, columns.shared, *columns.payload))[own]
+        W = np.hstack((model.F, given.ready.A, *columns.W_L))[own]
         unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
         x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
         expected = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
@@ -94,28 +94,29 @@ def test_each_mounting_has_its_own_share_of_what_is_known_and_what_was_found(sma
     np.testing.assert_array_equal(found[0], unsure.known_part().chi)
     np.testing.assert_array_equal(found[1:, 9], unsure.mass)
     np.testing.assert_array_equal(np.concatenate([found[k, shared.free[k]] for k in (1, 2)]), theta[a:])
-    columns = Columns.of(problem, shared)  # the columns of the one are zero where the other is
-    assert not columns.shared[columns.motion != 2, a : a + count].any()
-    assert not columns.shared[columns.motion != 3, a + count :].any()
-    assert columns.shared[columns.motion == 3, a + count :].any(axis=0).all()
+    columns = Columns.of(problem.motions)
+    A, _ = shared.columns(columns)  # the columns of the one are zero where the other is
+    assert not A[columns.motion != 2, a : a + count].any()
+    assert not A[columns.motion != 3, a + count :].any()
+    assert A[columns.motion == 3, a + count :].any(axis=0).all()
 
 
 def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, unsure):
     ready = case(small, unsure, 0.02).ready
     columns = ready.columns
     still = (columns.motion == 1) & (columns.joint == 1)
-    moved = replace(columns, own={**columns.own, "Fc": np.where(still, 0.0, columns.own["Fc"])})
+    moved = replace(columns, W=np.where(still[:, None] & columns.of_parameter("Fc"), 0.0, columns.W))
     names, F = moved.friction(per_motion=True)
     assert [name for name, _ in names] == ["Fv"] * 3 + ["Fc"] * 3 + ["off"]
     assert [which for _, which in names] == [0, 1, 2, 0, 1, 2, -1]
     for (name, which), column in zip(names, F.T, strict=True):
-        np.testing.assert_array_equal(column, np.where((moved.motion == which) | (which < 0), moved.own[name], 0.0))
+        np.testing.assert_array_equal(column, np.where((moved.motion == which) | (which < 0), moved.own(name), 0.0))
     own = type(ready.blocks.own).none(ready.blocks.layout).extended(ready.blocks.layout.padded(F))
     np.testing.assert_array_equal(own.used[1], [name != "Fc" or which != 1 for name, which in names])
     assert own.used[[0, 2]].all()
     common, F = columns.friction(per_motion=False)
     assert common == (("Fv", -1), ("Fc", -1), ("off", -1))
-    np.testing.assert_array_equal(F, np.column_stack(list(columns.own.values())))
+    np.testing.assert_array_equal(F, np.column_stack([columns.own(name) for name in ("Fv", "Fc", "off")]))
 
 
 @pytest.mark.parametrize("twin", ["Fv", "Fc", "off"])
@@ -124,7 +125,7 @@ def test_a_column_with_a_prior_never_replaces_an_equal_one_without(small, unsure
     rng = np.random.default_rng(7)
     given = case(small, unsure, 0.02).ready.problem
     ready = setting(given, per_motion=False, prior_std=1.0)
-    own = ready.columns.own
+    own = {name: ready.columns.own(name) for name in ("Fv", "Fc", "off")}
     for scale in (-0.37, 2.6, 41.0):
         column = scale * own[twin] * (1.0 + 1e-12 * rng.normal(size=len(own[twin])))
         terms = {"twin": Term(column, mean=0.4, std=0.3), "sum": Term(own["off"] - 1.7 * own["Fv"], 0.2, 0.1)}

@@ -24,7 +24,9 @@ def without(problem: Problem, motion: int, first: int, last: int) -> Problem:
     joints = tuple(
         replace(
             each,
-            **{name: np.delete(getattr(each, name), slice(first, last), 0) for name in ("V", "W", "W_L", "t")},
+            **{
+                name: np.delete(getattr(each, name), slice(first, last), 0) for name in ("V", "W", "W_L", "t", "weight")
+            },
             position=np.delete(each.position, slice(first, last)),
         )
         for each in motions[motion].observation.joints

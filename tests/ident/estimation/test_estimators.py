@@ -169,7 +169,8 @@ def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(met
 def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method, noisy, heavy, steady_weights):
     def twice(joint: JointObservation) -> JointObservation:
         V, W, W_L = (np.concatenate((x, x)) for x in (joint.V, joint.W, joint.W_L))
-        return replace(joint, V=V, W=W, W_L=W_L, t=np.arange(len(V)), position=np.arange(len(V)))
+        new = replace(joint, V=V, W=W, W_L=W_L, t=np.arange(len(V)), position=np.arange(len(V)))
+        return replace(new, weight=np.ones(len(V)))
 
     options = replace(LOOSE, uncertainty="classical")
     before = estimated(method, *noisy, heavy, options)

@@ -137,11 +137,11 @@ def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_di
         ready.of_logs([x.sweep.rows(x.softened(transmitted(x.sweep, plain)[x.sweep.behind.at])) for x in each])
         for each in along
     ]
-    W = np.column_stack((columns.shared, columns.known, plain.model.F, first, spare))
+    W = np.column_stack((ready.A, ready.k, plain.model.F, first, spare))
     for j in range(N):
         own = columns.joint == j
         noise, left = (whole[1] - whole[0])[own], (whole[1] - found)[own]
-        directions = columns.shared.shape[1] + plain.model.F.shape[1] + N + 2  # the payload's and the spare one
+        directions = ready.A.shape[1] + plain.model.F.shape[1] + N + 2  # the payload's and the spare one
         explained = np.linalg.norm((found - quiet)[own], axis=0) / np.linalg.norm(noise, axis=0)
         # White noise of r rows has the share d / r of its power in d directions; of low-passed one it is up to thrice.
         assert (explained**2 < 3.0 * directions / len(noise)).all()

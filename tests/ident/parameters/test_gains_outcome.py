@@ -7,9 +7,9 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 from weighings import NAMES, PLAIN, known, weighed
 
-from ident.estimation.joint_by_joint import pooled_system
 from ident.estimation.known_gains import stated_gains
 from ident.estimation.problem import Problem
+from ident.estimation.rows import Columns
 from ident.parameters.arm import arm_in_use, predicted_torque
 from ident.parameters.weighing import UNKNOWN, gains_outcome, outcome_of_other_gains, with_unknown_weight
 from ident.payload.payload import Payload
@@ -67,12 +67,12 @@ def test_friction_of_an_arm_in_use_is_that_of_its_first_motion_with_its_deviatio
 def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, structure, heavy):
     problem, base = two_weights
     loaded = problem.motions[2]
-    system = pooled_system([loaded])
+    system = Columns.of([loaded])
     tau = predicted_torque(system, base, heavy)
     # Exact rows: V = (W chi + W_L chi_L) / g.
     np.testing.assert_allclose(tau, GAIN[system.joint] * system.V, atol=1e-9 * np.abs(tau).max())
-    bare = predicted_torque(pooled_system([problem.motions[0]]), base, heavy)
-    own = pooled_system([problem.motions[0]])
+    bare = predicted_torque(Columns.of([problem.motions[0]]), base, heavy)
+    own = Columns.of([problem.motions[0]])
     np.testing.assert_allclose(bare, GAIN[own.joint] * own.V, atol=1e-9 * np.abs(bare).max())
 
 

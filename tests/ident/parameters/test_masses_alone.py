@@ -74,8 +74,8 @@ def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_
     solved = mass_alone(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
     assert solved is not None
     shared = len(found.ready.shared.arm)
-    kilogram = columns.payload[0][at] @ heavy.known_part().chi / 7.025 / GAIN[j]
-    W, w = np.column_stack((model.F[at], columns.shared[at, :shared], kilogram)), weight[at]
+    kilogram = columns.W_L[0][at] @ heavy.known_part().chi / 7.025 / GAIN[j]
+    W, w = np.column_stack((model.F[at], found.ready.A[at, :shared], kilogram)), weight[at]
     size = len(W)
     believed = np.zeros((2, W.shape[1]))
     believed[0, 1], believed[1, 2] = 1.0 / 0.02, 1.0 / 0.3

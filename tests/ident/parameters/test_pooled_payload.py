@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from exact import EXACT, exact_observation, lopsided
 
-from ident.estimation.joint_by_joint import PooledSystem, pooled_system
 from ident.estimation.problem import ObservedMotion
+from ident.estimation.rows import Columns
 from ident.numerics.least_squares import row_weights
 from ident.parameters.payload import PaperEstimate, payload_as_in_paper
 from ident.payload.payload import Payload
@@ -17,13 +17,13 @@ WEIGHED = Payload(mass=3.3, known="mass")
 
 def system(
     structure, chi_payload: np.ndarray, rng: np.random.Generator, noise: float = 0.0, rows: int = 300
-) -> PooledSystem:
+) -> Columns:
     chi = rng.uniform(0.5, 2.0, 84)
     bare, heavy = (
         exact_observation(structure, chi, load, GAIN, rng, noise=noise, rows=rows)
         for load in (np.zeros(10), chi_payload)
     )
-    return pooled_system([ObservedMotion(bare, None), ObservedMotion(heavy, WEIGHED)])
+    return Columns.of([ObservedMotion(bare, None), ObservedMotion(heavy, WEIGHED)])
 
 
 def values(estimate: PaperEstimate) -> np.ndarray:
@@ -64,7 +64,7 @@ def test_weights_make_sigma_one_and_deviations_those_of_the_draws(structure, chi
 
 def test_errors_are_relative_to_all_torque_and_a_gain_is_as_uncertain_as_the_change_it_causes(structure, chi, rng):
     rows = system(structure, chi, rng, noise=0.3)
-    W, torque = np.hstack((rows.W, rows.W_L)), GAIN[rows.joint] * rows.V
+    W, torque = np.hstack((rows.W, rows.carried)), GAIN[rows.joint] * rows.V
     w = row_weights(W, torque, rows.joint)
     found = payload_as_in_paper(rows, GAIN, np.array([0.0, 0.01, 0.0, 0.0, 0.0, 0.0]))
     np.testing.assert_allclose(found.error_norm, np.linalg.norm(w * (torque - found.torque)), rtol=1e-9)

@@ -18,19 +18,21 @@ def scenario(tmp_path_factory):
     return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, method="nls")
 
 
-def columns(A: list[np.ndarray], k: list[np.ndarray], F: list[np.ndarray], V: list[np.ndarray]) -> Columns:
+def columns(F: list[np.ndarray], V: list[np.ndarray]) -> Columns:
     """Rows of some joints, with up to two own columns each."""
-    joint = np.repeat(np.arange(len(V)), [len(each) for each in V])
+    joint, r = np.repeat(np.arange(len(V)), [len(each) for each in V]), sum(map(len, V))
     own = [np.hstack((each, np.zeros((len(each), 3 - each.shape[1])))) for each in F]
     return Columns(
         joint=joint,
         motion=np.zeros(len(joint), dtype=np.intp),
         position=np.concatenate([np.arange(len(each)) for each in V]),
         V=np.concatenate(V),
-        shared=np.vstack(A),
-        known=np.concatenate(k),
-        own=dict(zip(("Fv", "Fc", "off"), np.vstack(own).T, strict=True)),
-        payload=np.zeros((0, len(joint), 10)),
+        names=("Fv1", "Fc1", "off1"),
+        W=np.vstack(own),
+        W_L=np.zeros((0, r, 10)),
+        t=np.zeros(r),
+        weight=np.ones(r),
+        loaded=np.zeros(r, dtype=bool),
     )
 
 
@@ -50,15 +52,16 @@ def test_the_bound_is_the_inverse_of_the_information_of_the_whole_model(rng):
     J = np.column_stack([(currents(truth + e) - currents(truth - e)) / 2e-5 for e in 1e-5 * np.eye(8)])
     expected = np.sqrt(np.diag(linalg.inv(J.T @ J)))[:2]
     # Central differences of a smooth function with steps of 1e-5: 1e-10, and rounding of 1e-11.
-    np.testing.assert_allclose(bound_of(columns(A, k, F, V), h, np.concatenate(sigma)), expected, rtol=1e-7)
+    found = bound_of(columns(F, V), (np.vstack(A), np.concatenate(k)), h, np.concatenate(sigma))
+    np.testing.assert_allclose(found, expected, rtol=1e-7)
 
 
 def test_a_joint_that_nothing_known_reaches_has_no_bound(rng):
     A, known = rng.normal(size=(30, 2)), rng.normal(size=30)
     each = [np.hstack((A, np.zeros((30, 2)))), np.hstack((np.zeros((30, 2)), A))]
     V = [A @ [1.0, 2.0] + known, A @ [1.0, 2.0]]
-    rows = columns(each, [known, np.zeros(30)], 2 * [np.zeros((30, 0))], V)
-    found = bound_of(rows, np.array([1.0, 1.0]), np.ones(60))
+    rows, shared = columns(2 * [np.zeros((30, 0))], V), (np.vstack(each), np.append(known, np.zeros(30)))
+    found = bound_of(rows, shared, np.array([1.0, 1.0]), np.ones(60))
     assert found[0] < 1.0
     assert found[1] > 1e6
 

@@ -20,7 +20,7 @@ from ident.observation.observation import ObserveOptions
 from ident.parameters.payload import FoundPayload, payload_of
 from ident.parameters.weighing import PLAIN, UNKNOWN
 from ident.preparation import Policy, Prepared, joined, prepare, raise_for
-from ident.recordings.recording import Motion, Recording
+from ident.recordings.recording import Motion, Recording, has_marks
 from ident.support.errors import OptionError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
@@ -95,13 +95,13 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
     wrong = (
         (unloaded, carried, "given as bare, but it was loaded when the gains were identified ({}); are bare and loaded "
          "swapped?"),
-        (loaded, file.recordings, "the gains were identified from this recording ({}), so they reproduce the payload "
-         "that was specified then; use a recording with another payload"),
+        (loaded, file.recordings, "the gains were identified from this recording or a copy or part of it ({}), so they "
+         "reproduce the payload that was specified then; use a recording with another payload"),
     )  # fmt: skip
     for recordings, entries, words in wrong:
         for recording in recordings:
             digest = recording_digest(recording)
-            seen = next((each.name for each in entries if each.sha256 == digest), None)
+            seen = next((x.name for x in entries if x.sha256 == digest or has_marks(recording, x.marks)), None)
             if seen is not None:
                 raise ScenarioError(f"{one_line(recording.name)}: {words.format(seen)}")
 

@@ -183,7 +183,8 @@ class GainComparison(ResultModel):
 
 def _size(change: Moved) -> str:
     """Return a change with its interval, in words."""
-    return f"{two_digits(100.0 * change.rel_change, sign='+')} %, 2 sigma {two_digits(200.0 * change.rel_std)} %"
+    sign = "opposite sign, size " if change.turned else ""
+    return f"{sign}{two_digits(100.0 * change.rel_change, sign='+')} %, 2 sigma {two_digits(200.0 * change.rel_std)} %"
 
 
 def _verdict(each: Moved) -> Cell:

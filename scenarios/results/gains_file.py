@@ -20,7 +20,7 @@ from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.known_gains import JointTorque, KnownGains, estimated_gains
 from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table
-from ident.recordings.recording import Recording
+from ident.recordings.recording import Recording, row_marks
 from ident.support.errors import GainsError
 from ident.support.files import LARGEST, read_bytes, read_toml
 from ident.support.naming import one_line, shown
@@ -76,6 +76,9 @@ class RecordingEntry(Table):
     name: str = Field(description="Name of the file")
     sha256: Digest = Field(
         description="SHA-256 of the samples t, q, v as little-endian doubles, whatever the file format"
+    )
+    marks: tuple[Annotated[str, Field(pattern="^[0-9a-f]{16}$")], ...] = Field(
+        (), description="Hashes of some rows q, v, by which a copy of a part of the recording is recognised"
     )
     payload: int | None = Field(
         None, ge=1, description="Number of the mounted payload in `payloads`, from 1; omitted for a bare flange"
@@ -258,6 +261,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
                 {
                     "name": Path(each.recording.name).name,
                     "sha256": recording_digest(each.recording),
+                    "marks": row_marks(each.recording),
                     "payload": number.get(id(each.payload)),
                     "largest": tuple(np.abs(each.recording.v).max(axis=0).tolist()),
                 }

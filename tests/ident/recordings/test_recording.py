@@ -15,8 +15,10 @@ from ident.recordings.recording import (
     LARGEST_POSITION,
     Motion,
     Recording,
+    has_marks,
     in_order_of_time,
     resampled,
+    row_marks,
     share_samples,
 )
 from ident.support.errors import RecordingError
@@ -164,6 +166,9 @@ def test_a_copy_shares_samples_with_its_recording_and_with_no_other(what):
     assert not share_samples(other, copy)
     assert not share_samples(log, replace(log, v=-log.v))
     assert not share_samples(log, replace(log, q=log.q + 0.1))
+    assert has_marks(copy, row_marks(log)) == (what != "brief")  # 20 of 3000 rows have none of 64 hashes
+    assert not has_marks(other, row_marks(log))
+    assert not has_marks(log, ())
 
 
 def test_rest_and_the_row_at_a_cut_are_no_copy():

@@ -19,7 +19,8 @@ def by_hand(path: Path, gains: dict[int, float], rel_std: float, more: str = "")
     """A file of gains of joints 1 to 3; those that are not given are refused."""
     refused = 'identifiable = false\nreason = "no payload"'
     entries = [
-        f"[[gains]]\njoint = {k}\n" + (f"estimate = {gains[k]}\nstd = {rel_std * gains[k]}" if k in gains else refused)
+        f"[[gains]]\njoint = {k}\n"
+        + (f"estimate = {gains[k]}\nstd = {rel_std * abs(gains[k])}" if k in gains else refused)
         for k in (1, 2, 3)
     ]
     path.write_text("\n".join([entries[0], more, *entries[1:]]))
@@ -63,6 +64,10 @@ def test_gains_that_moved_are_named(weighed_cell, capsys):
         (
             {3: 2.0}, {3: 2.2}, 0.005, 1, [3],
             ["MOVED: joint 3 changed significantly (+10 %, 2 sigma 1.6 %).", "Only joint 3 has a gain in both files"],
+        ),
+        (
+            {3: 2.0}, {3: -2.02}, 0.005, 1, [3],
+            ["MOVED: joint 3 changed significantly (opposite sign, size +1 %, 2 sigma 1.4 %).", "TURNED"],
         ),
         (
             {1: 2.0, 2: 3.0}, {1: 2.02, 2: 2.94}, 0.0075, 0, [1, 2],  # 0.9 deviations up, and 1.9 down

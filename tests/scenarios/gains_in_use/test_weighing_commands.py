@@ -1,6 +1,7 @@
 """`rx90 verify`, `payload-of`: from recordings and a gains file to what is told."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,9 @@ from bad_files import refused
 from printed import printed
 from weighed_cell import MODEL, PLAIN, elsewhere, heavier, identified, light, off, with_other
 
+import ident
 from ident.observation.observation import ObserveOptions
+from ident.recordings.files import write_recording
 from scenarios.cli import main
 from scenarios.gains_in_use.known_gains import model_options, options_of
 from scenarios.results.gains_file import read_gains
@@ -72,10 +75,14 @@ def test_what_weighs_nothing_is_refused(weighed_cell, tmp_path, capsys):
     run, others = weighed_cell / "run", elsewhere(weighed_cell, 1.0, tmp_path / "gains.json")
     swapped = with_other(verified(weighed_cell, which="unloaded"), "--unloaded", str(run / "light.parquet"))
     swapped = with_other(with_other(swapped, "--payload", str(run / "payload-light.toml")), "--gains", others)
+    heavy, part, kept = ident.read(run / "heavy.parquet").recording, tmp_path / "part.parquet", slice(1500, 5000, 4)
+    write_recording(replace(heavy, t=heavy.t[kept], q=heavy.q[kept], v=heavy.v[kept]), part)
     words, two = verified(weighed_cell), ["--loaded", str(run / "light.parquet"), "--payload", swapped[-1]]
     for given, said in (
         (swapped, r"negative: -4\..*bare and loaded recordings are probably swapped"),
         (verified(weighed_cell, which="heavy"), r"heavy\.parquet: the gains were identified from this recording"),
+        (with_other(words, "--loaded", str(part)), r"part\.parquet: .* a copy or part of it \(heavy\.parquet\)"),
+        (["payload-of", str(part), *weighed(weighed_cell)[2:]], r"part\.parquet: .* a copy or part of it \(heavy"),
         ([*words, *two], "2 payloads are given"),
         ([*words[:5], *words[7:]], "no motion is bare"),
         ([*words, "--observe", "cutof_hz=3"], "unknown option 'cutof_hz'"),

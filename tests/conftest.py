@@ -26,7 +26,6 @@ LONG = (
     "test_accuracy",
     "test_faults_everywhere",
     "test_dask",
-    "test_unseen_refused",
     "test_identify_unseen",
     "test_identification",
     "test_budget",

@@ -1,5 +1,3 @@
-"""What documents and scripts name is there: files, tests, names of code, links, pages, commands' parts."""
-
 import ast
 import importlib
 import importlib.util
@@ -76,18 +74,6 @@ def test_every_document_is_in_the_navigation_of_the_site_under_its_heading():
         if (DOCS / place).exists() and title not in ("", "Home"):
             heading = re.search(r"^# (.*)$", (DOCS / place).read_text(encoding="utf-8"), re.MULTILINE)
             assert heading[1] == title, place
-
-
-def test_the_rates_on_the_page_of_studies_are_those_of_the_page_on_coverage():
-    page = (DOCS / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]
-    expected = []
-    for line in page.splitlines():
-        row = [cell.strip() for cell in line.strip("|").split("|")]
-        if row[0].isdigit() and row[1] != "0":
-            cells = (row[k].split()[0] for k in (0, 4, 5, 6, 8, 9))
-            expected.append(f"| {' | '.join(cells)} |")
-    assert len(expected) == 5
-    assert "\n".join(expected) in (DOCS / "how-to" / "studies.md").read_text(encoding="utf-8")
 
 
 def dotted(node: ast.expr) -> str:

@@ -1,5 +1,3 @@
-"""Every recipe of `docs/extending.md`, followed to the letter on one copy of the packages, all at once."""
-
 import csv
 import json
 import os

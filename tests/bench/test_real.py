@@ -1,4 +1,4 @@
-"""The page of real recordings: from simulated ones in their place, and from real ones where they are."""
+from importlib.metadata import version
 
 import numpy as np
 import pandas as pd
@@ -6,6 +6,7 @@ import pytest
 from weighed_cell import MODEL, make_cell
 
 from bench import real as bench
+from bench.latest import failures, newer
 from scenarios.cli import main
 
 
@@ -50,18 +51,6 @@ def test_gains_of_two_days_agree_weigh_and_predict_beside_published_ones(cells, 
     assert "| Elsewhere | - | - | - | - | no |" in page
 
 
-def test_ratios_from_bare_motions_stand_beside_those_of_published_gains(tmp_path, monkeypatch):
-    ratios = [(0.7, 0.02), (1.0, 0.0), (None, 0.3)]
-    joints = [{"joint": j, "ratio": ratio, "rel_std": std} for j, (ratio, std) in enumerate(ratios, 1)]
-    board = bench.Board(tmp_path, tmp_path, [])
-    source = {"name": "A", "model": "m.urdf", "published": [6.0, 8.0, 2.0]}
-    for answer in ({"reference": 2, "joints": joints}, {"refused": "no two joints"}):
-        monkeypatch.setattr(bench, "rx90", lambda *words, answer=answer: answer)
-        board.compare_ratios(source, {"name": "s", "bare": "b.csv"})
-    expected = [[1, 2, "0.7 ± 0.028", "0.75"], [3, 2, "-", "0.25"], ["-", "-", "no two joints", "-"]]
-    assert board.rows["ratios"] == [["A", "s", *row] for row in expected]
-
-
 def test_a_torque_sensor_is_the_motor_times_its_slope_beside_friction(tmp_path):
     rng = np.random.default_rng(6)
     motor, dq = 20.0 * rng.standard_normal((2, 400))
@@ -88,3 +77,17 @@ def test_real_recordings_give_what_the_page_says(real, tmp_path):
 
     assert len(of_nls(written)) == 4
     assert of_nls(found) == of_nls(written)
+
+
+def test_packages_of_another_version_are_told_with_both():
+    lock = f"numpy==0.7.3 \\\n    --hash=sha256:ab\nscipy=={version('scipy')} ; python_version > '3'\nno-such==1.0\n"
+    assert newer(lock) == {"numpy": ("0.7.3", version("numpy"))}
+
+
+def test_tests_that_fail_are_named_with_the_first_line_of_why(tmp_path):
+    cases = (
+        '<testcase classname="a.b" name="one"/><testcase classname="a.b" name="two"><failure message="gone&#10;more"/>'
+        '</testcase><testcase classname="c" name="three"><error message="no module"/></testcase>'
+    )
+    (tmp_path / "report.xml").write_text(f"<testsuites><testsuite>{cases}</testsuite></testsuites>")
+    assert failures(tmp_path / "report.xml") == ["a.b.two: gone", "c.three: no module"]

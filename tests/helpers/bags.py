@@ -49,15 +49,7 @@ def write_bag(
     compressed: str = "",
     others: Sequence[str] = (),
 ) -> Path:
-    """Write a bag.
-
-    Args:
-        folder: Where; it must not be there.
-        samples: In the order of writing.
-        storage: `sqlite3` or `mcap`.
-        compressed: Mode of compression, `storage`, `file` or `message`.
-        others: Topics of texts beside them.
-    """
+    """Write a bag."""
     writer = Writer(folder, version=9, storage_plugin=PLUGINS[storage])
     if compressed:
         writer.set_compression(CompressionMode[compressed.upper()], CompressionFormat.ZSTD)

@@ -43,16 +43,7 @@ def write(
     t: Sequence[np.ndarray] | None = None,
     **info: object,
 ) -> Path:
-    """Write a dataset.
-
-    Args:
-        folder: Where.
-        features: Those of the robot, as `meta/info.json` has them.
-        rows: Their numbers, an array (N,) or (N, k) an episode.
-        files: Which frames of which episodes each data file has.
-        t: Stamps of each episode, those of LeRobot if None.
-        info: Keys of `meta/info.json` that are other ones.
-    """
+    """Write a dataset."""
     stamps = [np.arange(length) / FPS for length in LENGTHS] if t is None else t
     for number, parts in enumerate(files):
         table = {

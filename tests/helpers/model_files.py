@@ -54,16 +54,7 @@ def mjcf(
     links: Sequence[tuple[str, str, str, str]] = LINKS,
     swap: tuple[str, str] = ("", ""),
 ) -> str:
-    """An MJCF file of the UR-like arm.
-
-    Args:
-        head: Sections before the worldbody.
-        base: Attributes of the base body.
-        world: Elements of the worldbody before the arm.
-        tail: Sections after the worldbody.
-        links: The arm.
-        swap: A text and what replaces it, once.
-    """
+    """An MJCF file of the UR-like arm."""
     bodies = "".join(
         f'\n<body name="{name}_link" pos="{pos}" euler="{euler}">{INERTIAL}'
         f'<joint name="{name}_joint" axis="{axis}" range="-170 175"/>'
@@ -77,12 +68,7 @@ def mjcf(
 
 
 def urdf(*, more: str = "", swap: tuple[str, str] = ("", "")) -> str:
-    """A URDF file of the UR-like arm.
-
-    Args:
-        more: Elements before the end.
-        swap: A text and what replaces it, once.
-    """
+    """A URDF file of the UR-like arm."""
     links, above = '<link name="base"/>', "base"
     for name, pos, rpy, axis in LINKS:
         place = f'<origin xyz="{pos}" rpy="{RADIANS[rpy]}"/><axis xyz="{axis}"/>'
@@ -116,16 +102,7 @@ MESHES = (
 def menagerie(
     *, head: str = "", world: str = "", hand: str = "", tail: str = "", joint: str = "", inertial: str = IN_COLLECTION
 ) -> str:
-    """MJCF as collections have it: default classes, position servos, a keyframe, meshes, a floor.
-
-    Args:
-        head: Sections before the worldbody.
-        world: Elements of the worldbody beside the arm.
-        hand: Inside the last link.
-        tail: Sections behind.
-        joint: Attributes of the elbow's joint.
-        inertial: Of every link.
-    """
+    """MJCF as collections have it: default classes, position servos, a keyframe, meshes, a floor."""
     bodies = "".join(
         f'<body name="{name}_link" pos="{pos}">{inertial.format(mass=mass)}'
         f'<joint name="{name}" axis="{axis}" {joint if name == "elbow" else ""}/>'
@@ -172,13 +149,7 @@ TABLE = (
 def ros(
     *, kinds: tuple[str, ...] = ("revolute", "continuous", "prismatic"), more: str = "", inertial: bool = True
 ) -> str:
-    """URDF as ROS packages have it: world link, massless frames, meshes in packages, effort and velocity limits.
-
-    Args:
-        kinds: Types of the joints.
-        more: Links and joints behind `tool0`.
-        inertial: Whether the links state inertias.
-    """
+    """URDF as ROS packages have it: world link, massless frames, meshes in packages, effort and velocity limits."""
     text, above = '<link name="world"/><link name="base_link"/>', "base_link"
     text += urdf_joint("fixed_base", "fixed", ("world", "base_link"), '<origin xyz="0 0 0.1"/>')
     rest = '<dynamics damping="0.0" friction="0.0"/><safety_controller k_velocity="10"/>'
@@ -202,13 +173,7 @@ GRIPPER = "".join(
 
 
 def _small(name: str, rows: Sequence[tuple[str, str, float, float, str]], *, along: str = "z") -> str:
-    """MJCF of an arm whose links, but sliding ones and the last, reach along one of their axes.
-
-    Args:
-        name: Name of the model.
-        rows: Name of the link, its place, mass [kg], length [m], and attributes of its joint.
-        along: The axis.
-    """
+    """MJCF of an arm whose links, but sliding ones and the last, reach along one of their axes."""
     bodies = ""
     for k, (link, pos, mass, length, joint) in enumerate(rows):
         x_axis = along == "x" and k < 2
@@ -251,11 +216,7 @@ def with_jaw(*, jaw: str = "jaw") -> str:
 
 
 def weak(torque: float = 4.6) -> str:
-    """Six joints, of which the second hardly lifts the arm where it stretches out.
-
-    Args:
-        torque: Largest torque of every joint [N m]; stretched out, the second needs 4.5.
-    """
+    """Six joints, of which the second hardly lifts the arm where it stretches out."""
     axes = (("0 0 1", 2.6), ("0 1 0", 1.9), ("0 1 0", 2.3), ("0 1 0", 1.6), ("1 0 0", 1.5), ("0 0 1", 2.1))
     masses, lengths = (0.4, 0.7, 0.5, 0.31, 0.2, 0.16), (0.07, 0.26, 0.24, 0.08, 0.05, 0.06)
     rows, above = [], 0.06

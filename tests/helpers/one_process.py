@@ -48,14 +48,7 @@ print(json.dumps(outcomes))
 def carried_out(
     commands: list[list[str]], folder: Path, *, before: str = "", environment: Mapping[str, str] | None = None
 ) -> list[Outcome]:
-    """What becomes of commands that begin with `rx90`, `python` or `pytest`, in a folder.
-
-    Args:
-        commands: Their words.
-        folder: Where they are carried out.
-        before: Code that the process runs first.
-        environment: Of the process; this one's if None.
-    """
+    """What becomes of commands that begin with `rx90`, `python` or `pytest`, in a folder."""
     done = subprocess.run(
         [sys.executable, "-P", "-W", "ignore", "-c", DRIVER, json.dumps(commands), before],
         cwd=folder,

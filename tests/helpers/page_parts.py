@@ -1,33 +1,6 @@
-"""What tests of pages share: the elements of a page, a gain to be shown."""
-
-from html.parser import HTMLParser
+"""What tests of results share: a gain to be shown, and intervals as they are drawn."""
 
 from ident.estimation.estimate import IdentifiedGain
-
-
-class Elements(HTMLParser):
-    """Elements of a page by name, and all its text outside scripts and styles."""
-
-    def __init__(self, page: str) -> None:
-        super().__init__()
-        self.found: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-        self.inside = ""
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        self.found.append((tag, dict(attrs)))
-        self.inside = tag
-
-    def handle_endtag(self, tag):
-        self.inside = ""
-
-    def handle_data(self, data):
-        if self.inside not in ("script", "style"):
-            self.text += data
-
-    def count(self, tag: str) -> int:
-        return sum(name == tag for name, _ in self.found)
 
 
 def identified(value: float, std: float, payload: float = 0.0, model: float = 0.0) -> IdentifiedGain:

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pinocchio as pin
-from plants import nominal_plant
+from plants import CYLINDER
 
 import rx90_mjcf
 from ident.payload.payload import standard_parameters
+from sim.plant import PayloadBody
 
 INERTIAL_ORDER = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
 """Positions of XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M in Pinocchio's M, MX, MY, MZ, XX, XY, YY, XZ, YZ, ZZ."""
@@ -42,12 +43,11 @@ def standard_parameters_of(model: pin.Model) -> np.ndarray:
     return np.array([model.inertias[j + 1].toDynamicParameters()[INERTIAL_ORDER] for j in range(model.nv)])
 
 
-def pinocchio_arm(*, payload: bool) -> pin.Model:
+def pinocchio_arm(*, payload: bool, body: PayloadBody = CYLINDER) -> pin.Model:
     """The arm without rotors, as a second implementation of its rigid-body dynamics."""
     arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
     arm.armature = np.zeros(6)
     if payload:
-        body = nominal_plant().payload
         chi = standard_parameters(body.mass, body.com, body.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
         arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
     return arm

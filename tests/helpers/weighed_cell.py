@@ -27,13 +27,13 @@ PLAIN = ["--option", "friction=viscous-coulomb"]
 
 
 def make_cell(folder: Path) -> Path:
-    """Recordings bare, light and heavy in a folder, and gains.toml from bare and heavy."""
+    """Recordings bare, light and heavy in a folder, run.json with the run's gains, gains.toml from bare and heavy."""
     path = quick_scenario(folder, TWO_WEIGHTS, method="nls")
     text = path.read_text().replace(
         'motion = "short.toml"', 'motion = "short.toml"\nprotocol = ["bare", "light", "heavy"]'
     )
     path.write_text(text)
-    main(["run", str(path), "--save", str(folder / "run")])
+    main(["run", str(path), "--save", str(folder / "run"), "--gains-out", str(folder / "run.json")])
     assert main([*identified(folder), *PLAIN, "--gains-out", str(folder / "gains.toml")]) == 0
     return folder
 

@@ -7,7 +7,7 @@ import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
 from sim.closed_loop import ControlPeriods
-from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
+from sim.controller import Controller, ControllerOptions, tuned
 from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.experiment import Experiment
@@ -90,21 +90,6 @@ def test_the_law_is_what_its_docstring_says_saturation_on_both_sides_included(rn
     np.testing.assert_allclose(v, expected, rtol=0, atol=1e-8)
 
 
-def test_controllers_of_a_batch_have_each_their_own_constants(rng):
-    first = tuned(BELIEF, short_motion(), TUNING)
-    other = tuned(
-        replace(BELIEF, gain=(0.6, 1.4, 0.8, -1.2, 2.2, 1.9)),
-        short_motion(),
-        replace(TUNING, bandwidth_hz=3.1, velocity_cutoff_hz=29.0, damping=0.9, integral_hz=0.0),
-    )
-    q = np.stack((readings(rng), readings(rng) - 0.003), axis=1)
-    limits = np.stack((LIMIT, 2.5 * LIMIT))
-    together = commanded([first, other], q, limits)
-    for i, controller in enumerate((first, other)):
-        alone = commanded([controller], q[:, i : i + 1], limits[i : i + 1])
-        np.testing.assert_array_equal(together[:, i : i + 1], alone)
-
-
 def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
     sensors = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)
     rotors = tuple((1.2 * RX90.drives.rotor_inertia).tolist())  # neither gains nor rotors are those of the plant
@@ -135,13 +120,6 @@ def test_impossible_tunings_and_beliefs_are_refused():
     ):
         with pytest.raises(PlantError, match=message):
             make()
-
-
-def test_one_motion_is_tabulated_once():
-    motion, options = short_motion(), ControllerOptions()
-    equal = ControllerBelief(mjcf=BELIEF.mjcf, gain=BELIEF.gain, rotor_inertia=BELIEF.rotor_inertia)
-    assert tuned(BELIEF, motion, options) is tuned(equal, motion, ControllerOptions())
-    assert tuned(BELIEF, short_motion(), options) is not tuned(BELIEF, motion, options)
 
 
 WIRED = np.array([-0.9, 1.1, -1.3, 0.8, 1.2, -0.7])
@@ -207,7 +185,9 @@ def test_the_quantum_is_in_the_log_alone():
 def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
     filtered = replace(NATIVE, law="filtered")
     runs = [native(), native(controller=filtered), native(loaded=False), native(controller=replace(NATIVE, damping=1))]
-    together = record(runs, streams(1, 2, 3, 4), threads=1)
+    other = replace(BELIEF, gain=tuple((1.4 * WIRED).tolist()))
+    runs.append(native(belief=other, controller=replace(filtered, bandwidth_hz=3.1, velocity_cutoff_hz=29.0)))
+    together = record(runs, streams(1, 2, 3, 4, 5), threads=1)
     for i, run in enumerate(runs):
         (alone,) = record([run], streams(i + 1), threads=1)
         np.testing.assert_array_equal(together[i].q, alone.q)

@@ -5,28 +5,60 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from drive_states import (
-    COMPLIANCE,
-    DQ,
-    DRIVES,
-    SOLVER,
-    STEP,
-    TURNS,
-    Q,
-    V,
-    acceleration,
-    coupling,
-    drive_torque,
-    simulation_of,
-)
 from pinocchio_arms import pinocchio_arm, rnea
-from plants import experiment, nominal_plant, streams, try_record
+from plants import RX90, experiment, nominal_plant, streams, try_record
 
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.transmissions import FASTEST_MODE
-from sim.engine import Engine
+from sim.engine import Engine, Simulation, varied
 from sim.errors import PlantError
 from sim.plant import Plant, plant_model, resting
+
+Q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
+DQ = np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
+V = np.array([20.0, -35.0, 12.0, 6.0, -9.0, 4.0])
+DRIVES = nominal_plant().drives
+COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
+TURNS = np.vstack((np.eye(6), [0, 0, 0, 0, 1, 1]))
+"""Speeds that friction rubs at: six joints, and motor 6 with q5 + q6."""
+
+
+def simulation_of(plant: Plant, *, step: float, earlier: int = 0) -> Simulation:
+    """A loaded plant at rest at `Q`, with what varies of it."""
+    model = plant_model(plant, loaded=True, step=step, earlier=earlier)
+    acting = varied(plant, model, step=step, earlier=earlier)
+    return Simulation(model=model, start=resting(plant, model, Q), varied=acting)
+
+
+STEP = 1e-3
+SOLVER = 1e-6
+"""Torque [N m] that the friction solver leaves at its default tolerance, as in test_model."""
+
+
+def acceleration(plant: Plant, q: np.ndarray, dq: np.ndarray, *, loaded: bool = False) -> np.ndarray:
+    model = plant_model(plant, loaded=loaded, step=STEP)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = q, dq, V
+    mujoco.mj_forward(model, data)
+    return data.qacc.copy()
+
+
+def drive_torque(plant: Plant, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
+    """What the drives give after rotors and friction [N m]."""
+    d = plant.drives
+    torque = d.gain * (V - d.amplifier_offset) - d.coulomb_asymmetry - d.rotor_inertia * ddq
+    return torque - d.viscous_friction * dq - d.coulomb_friction * np.sign(dq)
+
+
+def coupling(share: float, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
+    """Torque that motor 6 costs because it turns with q5 + q6, less what it costs turning with q6 [N m]."""
+    inertia, viscous, coulomb = RX90.drives.rotor_inertia[5], 2.4, 2.5
+    dry = coulomb * np.sign(dq[4] + dq[5])
+    cost = np.zeros(6)
+    cost[4] = inertia * ddq[5] + viscous * dq[5] + dry
+    cost[5] = inertia * ddq[4] + viscous * dq[4] + dry - coulomb * np.sign(dq[5])
+    return share * cost
+
 
 ZEROS = (0.03, -0.02, 0.011, -0.04, 0.05, 0.007)
 
@@ -197,10 +229,12 @@ STRONG = ModelErrors(
     viscous_by_direction=-0.3,
     load_friction=0.04,
     transmitted_friction=0.07,
+    gear_friction=0.05,
     cogging=0.004,
     torque_ripple=0.03,
     motor_waves=200.0,
     viscous_curve=0.5,
+    viscous_speed=0.7,
     motor_warming=5e3,
     warming_time=2.0,
     gain_by_temperature=-0.004,
@@ -230,10 +264,11 @@ class Loop:
         side, warm = np.sign(speed), np.append(self.x, self.x[5])
         dry = self.coulomb * (1 + 0.3 * np.exp(-((speed / 0.1) ** 2))) * (1 + 0.1 * side) * np.exp(-0.006 * warm)
         damping = self.viscous * (1 - 0.15 * side) * np.exp(-0.03 * warm)
-        dry += 0.5 * damping * np.cbrt(np.abs(speed))
-        dry[:6] += 0.04 * np.abs(drive) + 0.07 * np.abs(self.link)
+        dry += 0.5 * damping * 0.7 * (np.abs(speed) / 0.7) ** e.viscous_power
+        geared = self.link + (dry * side + 0.5 * damping * speed)[:6]
+        dry[:6] += 0.04 * np.abs(drive) + 0.07 * np.abs(self.link) + 0.05 * np.abs(geared)
         torque = -0.004 * self.x * drive + 0.03 * np.sin(200 * q + 1) * drive
-        torque -= 0.004 * d.gain * d.current_limit * np.sin(200 * q)
+        torque -= 0.004 * np.abs(d.gain) * d.current_limit * np.sin(200 * q)
         if e.presliding:
             torque -= TURNS.T @ (dry * self.s)
             self.s = side + (self.s - side) * np.exp(-1e-3 * np.abs(speed) / e.presliding)
@@ -247,19 +282,25 @@ class Loop:
         self.link = rnea(self.arm, q, dq, data.qacc.copy())
 
 
-@pytest.mark.parametrize("presliding", [0.0, 0.004])
-def test_all_effects_together_are_the_laws_at_the_start_of_every_period(presliding):
-    errors = replace(STRONG, presliding=presliding)
-    plants = [nominal_plant(errors=errors), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
+@pytest.mark.parametrize(("presliding", "power"), [(0.0, 1.0 / 3.0), (0.004, 2.0)])
+def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leave_other_plants_alone(presliding, power):
+    errors = replace(STRONG, presliding=presliding, viscous_power=power)
+    wired = DRIVES.gain * [1, -1, 1, -1, 1, -1]
+    plants = [nominal_plant(errors=errors, gain=wired), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
     entries = [simulation_of(plant, step=1e-3) for plant in plants]
     assert entries[1].varied is None
     engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q)
+    plain, data = entries[1].model, mujoco.MjData(entries[1].model)
+    data.qpos[:] = Q
     for v in np.random.default_rng(0).uniform(-40, 40, (80, 6)):
         engine.current[:] = v
         engine.advance()
         loop.advance(v)
         # Sums in another order, and link torques that two programs agree on to SOLVER = 1e-6 N m.
         np.testing.assert_allclose(engine.q[1], loop.data.qpos, rtol=0, atol=1e-9)
+        data.ctrl[:] = v
+        mujoco.mj_step(plain, data)
+        np.testing.assert_array_equal(engine.q[0], data.qpos)
     np.testing.assert_allclose(engine.warmth()[1], loop.x, rtol=1e-12)  # 80 products and sums
     assert not engine.warmth()[0].any()
     assert np.abs(loop.link).max() > 20.0

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from pinocchio_arms import pinocchio_arm
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 from scipy import signal
 
 import rx90_mjcf
-from ident.payload.payload import standard_parameters
 from sim import effects as effects_package
 from sim import feedforward_currents as needed_module
 from sim.controller import tuned
@@ -38,14 +38,6 @@ def motion_of(loaded: bool = True, earlier: int = 0, **errors):
     return experiment(plant=plant_with(**errors), loaded=loaded, earlier=earlier, trajectory=short_motion(4.0, 0.2))
 
 
-def arm_with_payload() -> pin.Model:
-    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
-    arm.armature = np.zeros(6)
-    chi = standard_parameters(BODY.mass, BODY.com, BODY.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
-    arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
-    return arm
-
-
 def feedforward_currents(motion, rate):
     return needed_in_turn([motion], rate)[0]
 
@@ -56,7 +48,7 @@ def states(motion, rate=RATE):
 
 
 def link_torque(q, dq, ddq):
-    arm = arm_with_payload()
+    arm = pinocchio_arm(payload=True, body=BODY)
     data = arm.createData()
     return np.array([pin.rnea(arm, data, *each) for each in zip(q, dq, ddq, strict=True)])
 
@@ -104,9 +96,11 @@ def test_load_friction_takes_its_share_of_the_torque_that_the_current_gives():
     check(motor, (plain + d.coulomb_asymmetry) / (1.0 - c * driving))
 
 
-def test_friction_that_eats_all_torque_is_refused():
+def test_friction_that_eats_all_torque_and_play_that_a_motion_goes_through_are_refused():
     with pytest.raises(PlantError, match="motion: no current moves the arm: load-dependent friction"):
         feedforward_currents(motion_of(load_friction=1.3), RATE)
+    with pytest.raises(PlantError, match="joint 1 is inside its backlash gap"):
+        feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +152,7 @@ def test_links_behind_elastic_transmissions_give_way_by_what_they_carry():
 
 def test_the_inertia_along_a_motion_is_pinocchio_s_with_rotors():
     motion = motion_of(joint_compliance=COMPLIANCE)
-    arm, (_, q, _, _) = arm_with_payload(), states(motion)
+    arm, (_, q, _, _) = pinocchio_arm(payload=True, body=BODY), states(motion)
     found = inertia_along(motion, RATE)
     data = arm.createData()
     expected = np.empty_like(found)
@@ -242,11 +236,6 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
     for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
         assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
         np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
-
-
-def test_play_that_a_motion_goes_through_is_refused():
-    with pytest.raises(PlantError, match="joint 1 is inside its backlash gap"):
-        feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)
 
 
 def test_currents_of_a_periodic_motion_are_as_exact_at_its_ends():

@@ -10,7 +10,7 @@ from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions, inverse_dynamics
 from sim.effects import ModelErrors
 from sim.errors import PlantError, SimulationError, TrajectoryError
-from sim.experiment import SATURATED_TOO_LONG, after_warm_up, fault
+from sim.experiment import SATURATED_TOO_LONG, fault
 from sim.feedforward_currents import check_torque_limits
 from sim.plant import bare_arm, lean_model
 from sim.record import record
@@ -22,16 +22,6 @@ SILENT = SensorOptions()
 
 def same(a: Recording, b: Recording) -> bool:
     return a.q.tobytes() == b.q.tobytes() and a.v.tobytes() == b.v.tobytes() and a.t.tobytes() == b.t.tobytes()
-
-
-def test_whoever_listens_is_told_every_second_that_is_simulated():
-    heard = []
-    options = ControllerOptions(rate_hz=500.0)
-    motions = [experiment(controller=options), experiment(controller=options, loaded=True), experiment()]
-    log = record(motions, streams(0, 1, 2), threads=1, advanced=heard.append)
-    # Samples at both ends of a motion: one period more each. Sums of a few numbers are exact to rounding.
-    np.testing.assert_allclose(sum(heard), sum(each.t[-1] + each.t[1] for each in log), rtol=1e-9)
-    assert len(heard) > 2
 
 
 def test_experiments_of_any_duration_rate_step_and_layout_run_in_one_call_as_they_run_alone():
@@ -160,13 +150,6 @@ def test_a_warm_up_before_a_loaded_motion_is_bare_and_the_later_motions_have_non
     _, bare = seen_warmth(sequence(False, True, warm_up=12.0), monkeypatch)
     np.testing.assert_array_equal(warmed[2], bare[2])
     assert len(bare) == 4
-
-
-def test_warmth_after_a_warm_up_has_a_closed_form():
-    v = np.outer([3.0, 4.0], [1.0, 2.0, 0.5, 0.0, 1.0, 2.0])
-    load = 12.5 * np.array([1.0, 4.0, 0.25, 0.0, 1.0, 4.0]) / SHORT.plant.drives.current_limit**2
-    found = after_warm_up(replace(SHORT, warm_up=8.0), v, 0.25)
-    np.testing.assert_allclose(found, 60.0 * load * (1.0 - np.exp(-2.0 / 5.0)), rtol=1e-14)  # some roundings
 
 
 def test_a_motion_without_the_one_before_it_is_refused():

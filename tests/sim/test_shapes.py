@@ -1,14 +1,11 @@
-import mujoco
 import numpy as np
 import pytest
 from plants import nominal_plant
 from robot_folders import arm_xml, robot_folder
 
-from scenarios.experiments.scenario import load_scenario, setup_of
 from sim.plant import PayloadBody, Plant
 from sim.robot import read_robot
 from sim.shapes import Clearance, Solid, flange_of
-from sim.viewer import drawn_arm
 
 
 def robot(tmp_path, change=lambda text: text):
@@ -182,42 +179,3 @@ def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(t
     free = Clearance(Plant(robot=robot, drives=robot.drives, payload=LIGHT), 0.2, [])
     assert free.always_near == ()
     assert free.nearest(np.array([0.0, 0.0, np.pi, 0.0, 0.0])) == ("a", "e")
-
-
-BAR = PayloadBody(mass=1.3, com=(0.13, -0.05, 0.19), inertia=(0.002, 0.003, 0.002, 0.0, 0.0, 0.0))
-MET = 1e-3
-"""Shapes nearer than this touch [m]: they are placed on each other to rounding."""
-
-
-def pieces(spec: mujoco.MjSpec, seed: int) -> int:
-    """How many unconnected parts a drawing consists of, its joints at random positions."""
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-1.0, 1.0)).T
-    rng = np.random.default_rng(seed)
-    data.qpos[:] = rng.choice([lower, rng.uniform(lower, upper), upper])  # at the ends of their ranges too
-    mujoco.mj_kinematics(model, data)
-    left = {g for g in range(model.ngeom) if model.geom_type[g] != mujoco.mjtGeom.mjGEOM_PLANE}
-    count = 0
-    while left:
-        group, count = [left.pop()], count + 1
-        while group:
-            one = group.pop()
-            near = {g for g in left if mujoco.mj_geomDistance(model, data, one, g, 2 * MET, None) < MET}
-            left -= near
-            group += near
-    return count
-
-
-@pytest.mark.parametrize("name", ["panda", "so101", "stanford", "tx40", "ur10e", "yam"])
-def test_built_in_arms_are_drawn_in_one_piece_wherever_their_joints_are(name):
-    plant = setup_of(load_scenario(name)).experiments[1].plant
-    for seed in range(2):
-        assert pieces(drawn_arm(plant.robot, plant.payload), seed) == 1
-
-
-@pytest.mark.parametrize("joints", [1, 7])
-def test_an_arm_of_frames_alone_is_drawn_in_one_piece_with_its_payload(tmp_path, joints):
-    robot = read_robot(robot_folder(tmp_path, joints))
-    for seed in range(3):
-        assert pieces(drawn_arm(robot, BAR), seed) == 1

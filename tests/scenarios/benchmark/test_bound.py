@@ -1,5 +1,3 @@
-"""The bound that no method can fall below."""
-
 from dataclasses import replace
 
 import numpy as np

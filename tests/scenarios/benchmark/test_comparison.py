@@ -1,5 +1,3 @@
-"""Methods side by side: the study, the command and its report."""
-
 import hashlib
 import itertools
 import json

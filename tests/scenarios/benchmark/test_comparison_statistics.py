@@ -1,5 +1,3 @@
-"""Statistics of methods side by side, and the rule of their order."""
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,12 +1,7 @@
-"""Methods from elsewhere: how they are named, what they may take, and what of an answer is believed."""
-
-import importlib
 import json
 import sys
 import time
-from importlib.metadata import version
 from pathlib import Path
-from types import ModuleType
 
 import jsonschema
 import numpy as np
@@ -14,7 +9,7 @@ import pytest
 from exact_problem import GAIN, exact_problem
 
 from ident.model.structure import Structure
-from scenarios.benchmark.methods import Call, Limits, call, imported_packages, method_of, python_answer, read_answer
+from scenarios.benchmark.methods import Call, Limits, call, method_of, python_answer, read_answer
 from scenarios.experiments.judge import Claim
 from scenarios.results.json_schemas import schema
 from scenarios.support.errors import MethodError, ScenarioError
@@ -122,15 +117,6 @@ def test_a_method_is_known_by_the_content_of_its_files(tmp_path, monkeypatch):
     own.write_text("def f(p): return [1]\n")
     after = [method_of(text).digests for text in texts]
     assert [a[-1] != b[-1] for a, b in zip(before, after, strict=True)] == [True, True]
-
-
-def test_packages_that_a_method_imports_are_recorded_with_their_versions():
-    module = ModuleType("mine")
-    module.table, module.os = importlib.import_module("pyarrow").Table, importlib.import_module("os")
-    module.console, module.limit = importlib.import_module("rich.console"), 3
-    module.filelock = importlib.import_module("filelock")
-    # neither pyarrow, which every study records, nor Python's own
-    assert imported_packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
 
 
 def test_a_module_of_the_working_folder_hides_no_installed_one(folder, tmp_path, monkeypatch):

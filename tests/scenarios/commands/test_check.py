@@ -1,5 +1,3 @@
-"""`rx90 check`: what it prints, how it ends, what it asks for."""
-
 import json
 import re
 from pathlib import Path
@@ -8,19 +6,15 @@ import jsonschema
 import numpy as np
 import pytest
 from bad_files import refused
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from robot_folders import robot_folder
 
 import rx90_mjcf
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
-from ident.identification import Checked
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.experiments.robots import named_robot, robot_file
-from scenarios.rendering.content import Paragraph
-from scenarios.results.check import Check
 from scenarios.results.json_schemas import schema
 from scenarios.support.errors import ScenarioError, WrongValue
 
@@ -95,60 +89,6 @@ def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, caps
     assert clipped["joints"] == [4]
     assert (same["joint"], same["seen"]) == (4, clipped["sentence"])
     assert clipped["logs"] == [same["log"]]
-
-
-EVERYTHING = Diagnosis(
-    name="zero",
-    severity=Severity.WRONG,
-    sentence="the zero of q2 is off by -4.9 degrees",
-    advice="correct it",
-    joints=(1,),
-    logs=("a/b.csv", "c.csv"),
-    value=-4.9,
-    std=0.2,
-    unit="degrees",
-    z=7.3,
-    effects=(Effect(joint=1, percent=-3.7, deviations=-5.2), Effect(joint=2, percent=1.1, deviations=0.4)),
-    rivals=("a tilted base",),
-)
-
-
-def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
-    found = Diagnosed(
-        diagnoses=(
-            EVERYTHING,
-            Diagnosis(
-                name="x", severity=Severity.WEAK, sentence="y", effects=(Effect(joint=4, percent=2.2, deviations=1.4),)
-            ),
-            Diagnosis(name="z", sentence="w"),
-        ),
-        excluded=(
-            Exclusion(family="zero", sentence="zeros of q2 to q5 beyond 1 degree", joints=(1, 2, 3, 4), limit=1.0),
-            Exclusion(family="delay", sentence="delays beyond 5 ms"),
-        ),
-        undetectable=("the zero of q1", "the sign of q6"),
-    )
-    result = Check.of(Checked(logs=(), found=found), ur_arm)
-    assert result.headline == (
-        "WRONG: 1 fault and 1 warning (3 checks of ur-like logs): the gain of joint 2 off by 3.7 %"
-    )
-    said = [part.text for part in result.parts() if isinstance(part, Paragraph)]
-    assert said[2:] == [
-        "1 check without a finding.",
-        "Excluded: zeros of q2 to q5 beyond 1 degree; delays beyond 5 ms.",
-        "Cannot be checked with these logs: the zero of q1; the sign of q6.",
-    ]
-    document = result.model_dump(mode="json")
-    jsonschema.Draft202012Validator(schema("check")).validate(document)
-    assert document["excluded"][0]["joints"] == [2, 3, 4, 5]
-    assert document["readings"]["better"] == ["the zero of q2 is off by -4.9 degrees"]
-    assert document["readings"]["same"] == document["untold"] == ["the zero of q1", "the sign of q6"]
-    assert document["diagnoses"][0]["effects"][0] == {"joint": 2, "percent": -3.7, "deviations": -5.2}
-
-
-@pytest.fixture(scope="module")
-def ur_arm():
-    return arm_of(ur_like())
 
 
 def test_bad_input_ends_with_2_and_one_line(cell, capsys, monkeypatch):

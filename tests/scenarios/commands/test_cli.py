@@ -1,32 +1,21 @@
-"""The command line: what is refused and how, help, and what is told without any work."""
-
 import contextlib
 import json
 import os
-import re
-import subprocess
-from argparse import Namespace
 from importlib.metadata import version
-from pathlib import Path
 
-import pytest
 from bad_files import refused
 from printed import printed
 
 import rx90_mjcf
 import scenarios.commands.catalog
 import scenarios.experiments.robots
-from ident.estimation.gain_options import GainOptions
-from ident.observation.observation import ObserveOptions
 from ident.support.errors import RobotModelError
-from scenarios import __main__ as entry
 from scenarios.cli import main
-from scenarios.command_line.output import files_read
 from scenarios.command_line.process import Status
-from scenarios.commands import COMMANDS, GROUPS, command
+from scenarios.commands import COMMANDS, command
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.results.json_schemas import schema
-from scenarios.support.texts import ENDING, FOLDER, attribute_docs
+from scenarios.support.texts import ENDING, FOLDER
 from scenarios.support.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
@@ -105,16 +94,6 @@ def test_a_wrong_command_line_is_one_line_before_anything_is_written_or_simulate
     assert (tmp_path / "file").read_text() == "mine"
 
 
-@pytest.mark.parametrize("words", [[], ["--help"]])
-def test_without_a_command_one_is_told_what_one_can_do_in_order_of_use(words, capsys):
-    with contextlib.suppress(SystemExit):
-        assert main(words) == 0
-    text = capsys.readouterr().out
-    expected = [entry for title, group in GROUPS.items() for entry in (f"{title}:", *(f"  {name} " for name in group))]
-    places = [re.search(f"^{entry}", text, re.MULTILINE).start() for entry in expected]
-    assert places == sorted(places)
-
-
 def test_every_command_has_help_that_fits_the_terminal(capsys, monkeypatch):
     for columns in (40, 80):
         monkeypatch.setenv("COLUMNS", str(columns))
@@ -125,14 +104,6 @@ def test_every_command_has_help_that_fits_the_terminal(capsys, monkeypatch):
             assert max(map(len, text.splitlines())) <= columns
             assert not words or text.startswith(f"usage: rx90 {words[0]}")
             assert not words or callable(command(words[0]).main)
-
-
-def test_options_are_described_by_the_class_they_belong_to():
-    docs = attribute_docs(ObserveOptions)
-    assert docs["cutoff_hz"] == "Low-pass of the positions before differentiation [Hz]"
-    assert docs["current_delay"].endswith("if half a period is negligible")
-    for kind in (ObserveOptions, GainOptions):
-        assert set(attribute_docs(kind)) == set(kind.__dataclass_fields__)
 
 
 def test_the_versions_that_results_depend_on_are_told(capsys):
@@ -193,57 +164,3 @@ def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, c
     monkeypatch.setenv("RX90_TRACEBACK", "1")
     assert main(["list"]) == Status.UNFORESEEN
     assert "Traceback" in capsys.readouterr().err
-
-
-def test_the_command_keeps_linear_algebra_to_one_thread_unless_told_otherwise(monkeypatch):
-    monkeypatch.setattr("sys.argv", ["rx90", "--version"])
-    for name in ("freeze", "set_threshold"):  # of a process that ends, which this one does not
-        monkeypatch.setattr(f"gc.{name}", lambda *_: None)
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    assert entry.main() == 0
-    assert os.environ["OPENBLAS_NUM_THREADS"] == "1"
-    assert os.environ["OMP_NUM_THREADS"] == "3"
-
-
-WRITTEN = ("out", "save", "gains_out", "ros_params", "render")
-
-
-def test_everything_on_a_command_line_is_read_but_what_is_written_and_words_that_name_nothing(tmp_path):
-    there = tmp_path / "there.toml"
-    there.write_text("")
-    read = [Path(name) for name in ("a.csv", "b.csv", "c.csv", "d.csv", "e.csv")]
-    options = Namespace(
-        gains=read[0],
-        logs=[read[1], (read[2],)],
-        given=(("--unloaded", (read[3],)),),
-        pair=(None, read[4]),
-        scenario=str(there),
-        word="nothing-of-this-name",
-        jobs=3,
-        force=False,
-        **{name: Path(f"{name}.csv") for name in WRITTEN},
-    )
-    assert sorted(files_read(options)) == sorted([*read, there])
-
-
-def test_bash_completes_commands_options_choices_and_files(tmp_path, capsys):
-    completed = {
-        "mon": {"monte-carlo"},
-        "run nom": {"nominal"},
-        "run nominal --se": {"--seed"},
-        "identify --method l": {"ls-2011"},
-        "run nominal --save sub": {"subfolder"},
-        "torque l": {"log.csv"},
-    }
-    (tmp_path / "subfolder").mkdir()
-    (tmp_path / "log.csv").touch()
-    assert main(["--print-completion", "bash"]) == 0
-    (tmp_path / "rx90.bash").write_text(capsys.readouterr().out)
-    asked = (
-        "source ./rx90.bash; while read -r line; do COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); "
-        'COMPREPLY=(); _shtab_rx90; echo "${COMPREPLY[@]}"; done'
-    )
-    lines = "".join(f"rx90 {begun}\n" for begun in completed)
-    done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, input=lines, capture_output=True, text=True, check=True)
-    assert [set(line.split()) for line in done.stdout.splitlines()] == list(completed.values())

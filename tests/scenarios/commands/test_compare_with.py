@@ -1,13 +1,9 @@
-"""`rx90 identify --compare-with`: what the gains of a data sheet make of the weight that was mounted."""
-
 import re
-import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
 from bad_files import refused
-from places import ROOT
 from printed import printed
 from weighed_cell import PLAIN, identified, off
 
@@ -69,18 +65,6 @@ def test_a_gains_file_says_the_same_as_its_numbers_and_its_deviations_count(weig
     by_numbers = printed(capsys, "result")["cost"]
     np.testing.assert_allclose(third["a_priori_mass"], by_numbers["joints"][2]["a_priori_mass"], rtol=1e-2)
     assert third["a_priori_mass_std"] > by_numbers["joints"][2]["a_priori_mass_std"]
-
-
-def test_the_example_says_the_same_from_python(weighed_cell, capsys):
-    words = identified(weighed_cell)
-    files = [words[words.index(name) + 1] for name in ("--model", "--unloaded", "--loaded", "--payload")]
-    sheet = listed(weighed_cell, (1.0, 1.25, 1.0, 1.0, 1.0, 1.0))
-    runpy.run_path(str(ROOT / "examples" / "data_sheet_gains.py"))["main"]([*files, *sheet.split(",")])
-    first, *joints = capsys.readouterr().out.splitlines()
-    assert first.startswith("payload 7.025 kg; with data-sheet gains ")
-    assert len(joints) == 6
-    ratio, alone = re.search(r"ratio (\S+); mass from this joint alone (\S+) kg", joints[1]).groups()
-    np.testing.assert_allclose([float(ratio), float(alone) / 7.025], 1.25, rtol=0.03)
 
 
 FAULTS = {

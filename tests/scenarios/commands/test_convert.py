@@ -1,5 +1,3 @@
-"""`rx90 convert`: what comes out, and one line for what cannot be meant."""
-
 import re
 from pathlib import Path
 
@@ -11,7 +9,7 @@ from bags import Sample, write_bag
 from model_files import mjcf
 from printed import printed
 
-from ident.recordings.description import read_description
+from ident.recordings.description import Channels, LogDescription, TextLayout, read_description
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
@@ -89,17 +87,6 @@ def test_a_foreign_log_is_written_as_a_recording(cell, tmp_path, capsys):
     assert told["layout"] is None
 
 
-def test_what_was_taken_for_what_is_a_table(cell, tmp_path, capsys):
-    words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out"]
-    assert main([*words, str(tmp_path / "log.csv")]) == 0
-    said = capsys.readouterr().out
-    assert re.search(r"^ +2 +pos_2 +deg +-1 +90 +i_2 +mA +1$", said, re.MULTILINE)
-    assert re.search(r"^ +6 +pos_6 +rev +1 +0.25 +i_6 +mA +1$", said, re.MULTILINE)
-    assert "Time is time [ms]; v is motor current, measured or commanded [A]." in said
-    assert "log.csv: 400 samples of 6 joints, 1.596 s at 250 Hz." in " ".join(said.split())
-    np.testing.assert_allclose(read_recording(tmp_path / "log.csv").q, Q, rtol=1e-14, atol=1e-14)  # as above
-
-
 def test_few_words_say_the_same_as_a_file(tmp_path, capsys):
     write_recording(Recording(T, np.rad2deg(Q), V), tmp_path / "log.csv")
     text = (tmp_path / "log.csv").read_text()
@@ -130,17 +117,6 @@ def test_names_that_are_said_go_before_those_of_the_model(tmp_path, cell):
     assert main([*words, "--joints", ",".join(f"left_{j}" for j in JOINTS)]) == 0
     np.testing.assert_array_equal(read_recording(tmp_path / "out.csv").v, V)
     assert main([*words, "--force"]) == 2
-
-
-def test_a_recording_is_not_written_over_a_file_of_others(cell, tmp_path, capsys):
-    (tmp_path / "log.csv").write_text("mine")
-    words = ["convert", str(cell / "own.csv"), "--out", str(tmp_path / "log.csv")]
-    assert main(words) == 2
-    assert "rx90 convert did not write this file" in capsys.readouterr().err
-    assert (tmp_path / "log.csv").read_text() == "mine"
-    assert main([*words, "--force"]) == 0
-    assert main(words) == 0
-    assert capsys.readouterr().out.count("v is as logged [drive units]") == 2
 
 
 LOGS = {
@@ -228,22 +204,18 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
         "[v]\ncolumns = 'x'\nunit = ['N m', 'mN m']\nsign = [1, -1]\nconstant = [0.7, -0.3]\n"
         "[file]\nseparator = '!'\ndecimal = ','\nheader = 3\nrows = 5\nencoding = 'cp1252'\n"
     )
-    said = read_description(tmp_path / "said.toml")
-    assert (said.signal, said.layout, said.joints, said.topic) == (
-        "torque-from-current",
-        "joint-states",
-        ("a", "b"),
-        "/x",
+    ticks = {"counts_per_turn": (4096.0, -8192.0), "sign": (-1.0,), "zero": (0.5, 7.0)}
+    assert read_description(tmp_path / "said.toml") == LogDescription(
+        signal="torque-from-current",
+        layout="joint-states",
+        joints=("a", "b"),
+        topic="/x",
+        only=(("episode_index", 3.0), ("take", 1.5)),
+        t=Channels(columns=("stamp",), unit=("us",)),
+        q=Channels(columns=("p3", "p4"), unit=("ticks",), **ticks),
+        v=Channels(columns=("x",), unit=("N m", "mN m"), sign=(1.0, -1.0), constant=(0.7, -0.3)),
+        text=TextLayout(separator="!", decimal=",", header=3, rows=5, encoding="cp1252"),
     )
-    assert said.only == (("episode_index", 3.0), ("take", 1.5))
-    assert (said.t.columns, said.t.unit) == (("stamp",), ("us",))
-    assert (said.q.columns, said.q.unit, said.q.counts_per_turn) == (("p3", "p4"), ("ticks",), (4096.0, -8192.0))
-    assert (said.q.sign, said.q.zero, said.q.constant) == ((-1.0,), (0.5, 7.0), None)
-    assert (said.v.columns, said.v.unit, said.v.sign, said.v.constant) == (
-        ("x",), ("N m", "mN m"), (1.0, -1.0), (0.7, -0.3),
-    )  # fmt: skip
-    text = said.text
-    assert (text.separator, text.decimal, text.header, text.rows, text.encoding) == ("!", ",", 3, 5, "cp1252")
     (tmp_path / "said.toml").write_text("[file]\nheader = 'none'\n[v]\nconstant = 'unknown'\n")
     said = read_description(tmp_path / "said.toml")
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)

@@ -1,5 +1,3 @@
-"""Without what only some commands need: the others work, and these say in one line what installs it."""
-
 import re
 import shutil
 import tomllib
@@ -114,20 +112,6 @@ def test_an_extra_that_is_missing_is_one_line_with_the_command_that_installs_it(
     assert f"pip install '{PROJECT}[" in done.err.splitlines()[-1]
     assert f"[{extra}]'" in done.err.splitlines()[-1]
     assert "Traceback" not in done.err
-
-
-ENOUGH = {
-    "pages": ["report", "made"],
-    "study": ["monte-carlo", "quick.toml", "-n", "2", "--jobs", "1", "--out", "study"],
-    "film": ["view", "quick.toml", "--render", "arm.png"],
-}
-
-
-@pytest.mark.parametrize("extra", ENOUGH)
-def test_a_command_works_with_the_packages_of_its_extra_alone(cell, extra):
-    # Where OpenGL's libraries are missing, its Python package is nevertheless found.
-    done = light(cell, {extra: ENOUGH[extra]}, there=brought(extra))[extra]
-    assert done.status == 0 or "no OpenGL for rendering" in done.err, done.err
 
 
 def test_every_extra_that_is_named_brings_its_package():

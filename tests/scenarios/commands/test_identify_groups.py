@@ -1,5 +1,3 @@
-"""Groups of `rx90 identify`: each `--loaded` with its payload is a mounting of its own."""
-
 from collections.abc import Callable
 from pathlib import Path
 

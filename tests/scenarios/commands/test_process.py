@@ -1,11 +1,8 @@
-"""The command as a process: streams that cannot be written, signals, variables of other programs, imports."""
-
 import os
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from one_process import carried_out
@@ -15,30 +12,8 @@ from signals import as_in_the_foreground
 
 import rx90_mjcf
 from scenarios.cli import main
-from scenarios.command_line.output import coloured, page
-from scenarios.command_line.process import ASKED, OPENGL, foreign_packages, without_opengl
+from scenarios.command_line.process import OPENGL, foreign_packages
 from scenarios.commands import COMMANDS
-from scenarios.support.import_path import own_packages_first
-
-
-def test_colours_and_width_are_those_of_the_terminal_unless_one_says_otherwise(monkeypatch):
-    for environment, terminal, shown in (
-        ({"TERM": "xterm"}, False, False),
-        ({"TERM": "dumb"}, True, False),
-        ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
-        ({"FORCE_COLOR": "1"}, False, True),
-        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
-    ):
-        for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
-            monkeypatch.delenv(name, raising=False)
-        for name, value in environment.items():
-            monkeypatch.setenv(name, value)
-        assert coloured(terminal=terminal) is shown, environment
-    monkeypatch.setattr(sys, "__stdout__", None)  # what is asked is no terminal
-    for columns, width in (("132", 132), ("40", 40), (None, 80)):
-        monkeypatch.delenv("COLUMNS") if columns is None else monkeypatch.setenv("COLUMNS", columns)
-        assert page().width == width
-
 
 RX90 = f"{sys.executable} -m scenarios"
 
@@ -119,20 +94,6 @@ def test_packages_of_another_python_give_way_to_those_that_are_installed(tmp_pat
     assert (done.stdout != "", done.stderr) == (True, "")
 
 
-def test_folders_of_the_import_path_go_behind_only_where_the_package_is_elsewhere_too(tmp_path, monkeypatch):
-    for place in ("ros/pinocchio", "mine/methods", "only/coal", "site/pinocchio"):
-        (tmp_path / place).mkdir(parents=True)
-        (tmp_path / place / "__init__.py").touch()
-    ros, mine, only, site = (str(tmp_path / name) for name in ("ros", "mine", "only", "site"))
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((ros, mine, "", only)))
-    monkeypatch.setattr(sys, "path", ["", ros, mine, only, site])
-    own_packages_first()
-    assert sys.path == ["", mine, only, site, ros]
-    monkeypatch.setenv("PYTHONPATH", "")
-    own_packages_first()
-    assert sys.path == ["", mine, only, site, ros]
-
-
 def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.pathsep}{tmp_path / 'nowhere'}")
     (tmp_path / "pinocchio").mkdir()  # a folder without a module gives way to the package that is installed
@@ -155,23 +116,6 @@ def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("rx90: MUJOCO_GL=no-such-thing: this OpenGL backend is not available")
     assert done.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize("asked", [None, "osmesa"])
-def test_the_opengl_asked_for_is_kept_for_a_process_that_draws(monkeypatch, asked):
-    if asked is None:
-        monkeypatch.delenv(OPENGL, raising=False)
-    else:
-        monkeypatch.setenv(OPENGL, asked)
-    with without_opengl():
-        assert os.environ[OPENGL] == "disable"
-        code = "import os; from scenarios.command_line.process import with_opengl, without_opengl\n"
-        code += "with without_opengl():\n  with_opengl(); "  # as a command that is started does
-        code += f"print(os.environ.get('{OPENGL}'), '{ASKED}' in os.environ)"
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT))
-        assert done.stdout == f"{asked} False\n"
-    assert os.environ.get(OPENGL) == asked
-    assert ASKED not in os.environ
 
 
 SLOW = {
@@ -246,19 +190,3 @@ def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported
     named = ("run", "view", "payload", "predict")
     words = [[name, "--help"] for name in COMMANDS if name != "schema"] + [[name, "nominl"] for name in named]
     assert not loaded_by(*words) & HEAVY
-
-
-@pytest.mark.parametrize("words", [["list"], ["lsit"]])
-def test_a_process_that_ends_leaves_its_objects_to_the_system(words: list[str]) -> None:
-    # Python would look through all of them for cycles once more, which takes longer than to import SciPy.
-    code = (
-        "import contextlib, gc, sys\n"
-        "from scenarios.__main__ import main\n"
-        f"sys.argv = ['rx90', *{words}]\n"
-        "with contextlib.suppress(SystemExit):\n"
-        "    main()\n"
-        "print(gc.get_freeze_count(), len(gc.get_objects()))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    kept, searched = map(int, done.stdout.splitlines()[-1].split())
-    assert kept > 100 * searched

@@ -1,5 +1,3 @@
-"""`rx90 record`: files of the motion agree with its closed form, the page with the scenario, its commands parse."""
-
 import re
 import shlex
 from io import StringIO
@@ -26,7 +24,6 @@ from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS, command
 from scenarios.design.record import SETTINGS, Recorded, Sampled
 from scenarios.experiments.motions import read_motion, write_motion
-from scenarios.results.run_folder import short_path
 from sim.trajectory import FourierTrajectory, at_rest
 
 pytestmark = pytest.mark.usefixtures("_computed_once")
@@ -203,17 +200,6 @@ def test_too_few_or_too_many_samples_are_refused(tmp_path, capsys):
     for rate, message in (("0.1", "expected 1 to 10000 Hz"), ("6000", "expected 1 to 1000000")):
         assert message in refused(capsys, ["record", str(path), "--out", str(tmp_path / "out"), "--rate", rate])
     assert not (tmp_path / "out").exists()
-
-
-def test_a_path_with_detours_is_written_without_them(tmp_path):
-    near, far = tmp_path / "near", tmp_path / "far"
-    near.mkdir()
-    (far / "deep").mkdir(parents=True)
-    for folder in (tmp_path, far, near):
-        (folder / "arm.xml").write_text(folder.name)
-    assert short_path(near / ".." / "arm.xml") == str(tmp_path / "arm.xml")
-    (near / "linked").symlink_to(far / "deep")  # beyond a link, .. is another folder
-    assert short_path(near / "linked" / ".." / "arm.xml") == str(near / "linked" / ".." / "arm.xml")
 
 
 BODY = "payload = { mass = 61.0, com = [0.31, 0.02, 0.12], inertia = { ixx = 0.51, iyy = 0.52, izz = 0.53 } }"

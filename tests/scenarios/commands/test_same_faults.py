@@ -1,5 +1,3 @@
-"""The same faulty logs are told the same fault by every command that reads them."""
-
 import json
 import re
 import shlex
@@ -135,16 +133,6 @@ def late_cell(cell, tmp_path_factory) -> Path:
         v = np.column_stack([np.interp(log.t - 7.3e-3, log.t, each) for each in log.v.T])
         write_recording(replace(log, v=v), folder / f"{name}.parquet")
     return folder
-
-
-def test_a_command_undoes_a_common_delay_on_request(late_cell, capsys):
-    words = [word.format(late_cell) for word in COMMANDS["verify"]]
-    assert main([*words, "--current-delay", "auto"]) == 0
-    out = capsys.readouterr().out
-    (said,) = re.findall(r"WARNING: the currents are logged (\d\.\d) ± (0\.\d) ms late: corrected\.", out)
-    delay, std = map(float, said)
-    # 0.5 ms less: a reference that is held acts half a period after its stamp. One noise in 15 000 is so far off.
-    assert abs(delay - 6.8) < 4.0 * std < 2.0
 
 
 def test_gains_of_late_currents_are_those_of_sound_logs_once_the_delay_is_undone(

@@ -8,7 +8,6 @@ from PIL import Image
 from places import ROOT
 
 from scenarios.cli import main
-from scenarios.rendering.film import WRITERS, frames
 from sim.errors import PlantError
 
 
@@ -78,20 +77,3 @@ def test_without_a_screen_one_line_says_what_needs_none():
     assert done.stderr.startswith("rx90: no window can be opened: ")
     assert done.stderr.endswith("; --render FILE needs none\n")
     assert done.stderr.count("\n") == 1
-
-
-def plain(count: int):
-    return (Image.new("RGB", (60, 40), (k, 2 * k, 7)) for k in range(3, 3 + count))
-
-
-def test_a_film_has_every_picture_at_its_rate(tmp_path):
-    WRITERS[".gif"](tmp_path / "film.gif", plain(5), 8.0)
-    with Image.open(tmp_path / "film.gif") as film:
-        assert film.n_frames == 5
-        assert film.info["duration"] == 120  # hundredths of a second: 125 ms is cut to 120
-    WRITERS[".png"](tmp_path / "first.png", plain(5), 8.0)
-    assert Image.open(tmp_path / "first.png").getpixel((30, 20)) == (3, 6, 7)
-
-
-def test_times_of_pictures_begin_at_the_start_and_end_before_the_end():
-    np.testing.assert_allclose(frames(2.0, 2.5), [0.0, 0.4, 0.8, 1.2, 1.6], rtol=1e-12)

@@ -1,5 +1,3 @@
-"""What a model file says besides kinematics: where the arm ends, its torques, and numbers that no arm has."""
-
 import re
 
 import mujoco

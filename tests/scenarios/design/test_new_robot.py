@@ -1,5 +1,3 @@
-"""From a model file to a robot and a scenario: what is written, where each number is from, and that it runs."""
-
 import json
 import re
 import tomllib
@@ -19,8 +17,8 @@ from scenarios.cli import main
 from scenarios.command_line.process import Status
 from scenarios.commands.design import Outcome
 from scenarios.design.excitation import Design
-from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.design.new_robot import bar, drives_by_default, first_payload, home_pose
+from scenarios.design.model_facts import model_facts
+from scenarios.design.new_robot import bar, drives_by_default, first_payload
 from scenarios.experiments.scenario import body_of
 from sim.controller import inverse_dynamics
 from sim.errors import PlantError, TrajectoryError
@@ -197,39 +195,6 @@ def test_a_joint_that_never_holds_the_arm_is_refused_with_the_option_that_helps(
     assert main(words) == Status.BAD_INPUT
     assert "torque: 2 values, but the arm has 6 joints: m1, m2" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
-
-
-@pytest.mark.parametrize(("sign", "step"), [(1.0, (0.3, 0.01, -0.2)), (-1.0, (-0.3, 0.01, 0.2))])
-def test_a_payload_lies_beside_the_last_axis_and_on_its_far_side(sign, step):
-    """The link's x is its parent's y, its y is z, its z is x: the payload is where the last step goes, along z."""
-    cycle = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    arm = SimpleNamespace(
-        axis=np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-        translation=np.array([[7.0, 7.0, 7.0], step]),
-        rotation=np.array([np.eye(3), cycle]),
-    )
-    com, reach = bar(arm, 1.0).com, float(np.linalg.norm(step))
-    np.testing.assert_allclose(com[2], sign * 0.06 * reach, atol=6e-4)  # three decimals
-    np.testing.assert_allclose(np.linalg.norm(com[:2]), np.hypot(0.1, 0.07) * reach, atol=1e-3)
-
-
-def test_the_home_pose_is_the_first_clear_one_or_the_farthest_with_its_clearance(arm):
-    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=(), ignored=())
-
-    most = 0.012
-
-    def clearance(q):
-        return most - 0.001 * np.linalg.norm(q - 1.1, axis=1)
-
-    home = home_pose(arm, facts, clearance)
-    millimetres = 1e3 * clearance(home.value[None])[0]
-    assert home.source.startswith(f"a random pose, the pose with the largest clearance, {millimetres:.0f} mm; none")
-    middle = 0.5 * (arm.lower + arm.upper)
-    assert millimetres > 1e3 * clearance(np.array([np.zeros(arm.n), middle])).max()
-    most = 0.065  # 60 mm are clear
-    clear = home_pose(arm, facts, clearance)
-    assert clear.source.startswith("zero, the first pose")
-    np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 
 
 @pytest.mark.usefixtures("still")

@@ -1,5 +1,3 @@
-"""Design of a payload: mass properties against MuJoCo, limits, predicted accuracy, and a run with the payload."""
-
 import re
 from copy import copy
 from dataclasses import replace
@@ -98,19 +96,6 @@ def test_dimensions_are_those_that_their_names_state():
     assert WIDE.blocks[0].edges[1] == 83.0
     near = replace(BAR, dimensions=(20.0, 133.0, 5.0)).blocks[0]  # it covers the face on the bar's side too
     assert (near.edges, near.center) == ((63.0, 63.0, 15.0), (0.0, 0.0, 7.5))
-
-
-@pytest.mark.parametrize(
-    ("weight", "dimensions", "missing"),
-    [
-        (CYLINDER, (171.0, 29.0, 54.0), 0.0),
-        (CYLINDER, (171.0, 29.0, 60.0), 6.0),
-        (PLATE, (310.0, 87.0, 23.0, 130.0), 6.5),
-        (BAR, (47.0, 133.0, 249.0), 0.0),
-    ],
-)
-def test_a_payload_covers_the_face_of_the_flange_or_misses_it_by_so_many_millimetres(weight, dimensions, missing):
-    assert replace(weight, dimensions=dimensions).uncovered == missing
 
 
 def test_tolerances_are_those_of_iso_2768_medium_and_follow_from_formulas():

@@ -1,5 +1,3 @@
-"""The search for a motion: parametrisations, CMA-ES, which of its motions a robot is given, and `rx90 excite`."""
-
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -7,30 +5,24 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from invented_arm import invented_design
+from plants import CYLINDER
 from robot_folders import robot_folder
 
 import scenarios.design.search as module
+from ident.model.arm import load_arm
+from ident.model.structure import structure_of
+from ident.payload.payload import Payload
 from scenarios.cli import main
 from scenarios.commands.design import unfinished
 from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
-from scenarios.design.parametrisations import LEAST_SHARE, LEGS, Holds, Series, hold_design
+from scenarios.design.parametrisations import LEGS, Holds, Series, hold_design
 from scenarios.design.robot_folder import quickened
-from scenarios.design.search import (
-    SMALL_STEP,
-    STEP,
-    Found,
-    best_fitted,
-    judge_in,
-    random_point,
-    search,
-    starts,
-)
+from scenarios.design.search import SMALL_STEP, Found, best_fitted, judge_in, search, starts
 from scenarios.experiments.motions import read_motion
-from scenarios.experiments.scenario import changed, load_scenario, setup_of, setup_without_motion
+from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
+from scenarios.prediction.deviations import Carried, all_joints
 from scenarios.support.errors import ScenarioError
 from sim.errors import TrajectoryError
-from sim.feedforward_currents import feedforward_currents
 from sim.plant import Plant
 from sim.robot import read_robot
 from sim.trajectory import FourierTrajectory, at_rest
@@ -46,67 +38,20 @@ def limits(n: int = 3) -> Limits:
     )
 
 
-SERIES = Series(limits=limits(), harmonics=4, duration=9.0)
-
-
 @pytest.fixture(scope="module")
 def design(tmp_path_factory) -> Design:
-    return invented_design(tmp_path_factory.mktemp("arm"))
-
-
-def test_a_point_s_motion_moves_each_joint_by_its_share_of_what_its_limits_allow():
-    x = SERIES.drawn(np.array([-0.3, 0.5, -0.9]), np.random.default_rng(4))
-    motion = SERIES.motion(x)
-    np.testing.assert_array_equal(motion.center, x[:3])
-    share = LEAST_SHARE + (1.0 - LEAST_SHARE) / (1.0 + np.exp(-x[3:6]))
-    q, dq, ddq = motion(np.arange(0.0, 9.0, 0.02))
-    room = 0.9 * np.minimum(limits().upper - motion.center, motion.center - limits().lower)
-    used = np.maximum.reduce(
-        [
-            np.abs(q - motion.center).max(axis=0) / room,
-            np.abs(dq).max(axis=0) / (0.95 * limits().velocity),
-            np.abs(ddq).max(axis=0) / (0.95 * limits().acceleration),
-        ]
+    """The problem of an invented arm of three joints, which has no shapes."""
+    robot = read_robot(robot_folder(tmp_path_factory.mktemp("arm"), 3))
+    plant = Plant(robot=robot, drives=robot.drives, payload=replace(CYLINDER, com=(0.05, -0.03, 0.14)))
+    body = plant.payload
+    return Design(
+        plant=plant,
+        structure=structure_of(load_arm(robot.model)),
+        limits=Limits.of(plant),
+        joints=np.arange(3),
+        carried=Carried.of(body, Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
+        prediction=all_joints,
     )
-    np.testing.assert_allclose(used, share, rtol=1e-12)  # rounding
-
-
-def test_the_point_of_a_motion_gives_the_motion_again():
-    motion = SERIES.motion(SERIES.drawn(np.array([-0.3, 0.5, -0.9]), np.random.default_rng(4)))
-    again = SERIES.motion(SERIES.point(motion))
-    for name in ("center", "sine", "cosine"):
-        np.testing.assert_allclose(getattr(again, name), getattr(motion, name), rtol=0, atol=1e-12)  # rad, rounding
-
-
-def squares(points):
-    return [float(np.sum((x - 0.7) ** 2)) for x in points]
-
-
-def test_a_search_tells_the_best_so_far_and_how_many_it_tried():
-    first = random_point(SERIES, np.zeros((1, 3)), 5, squares)
-    told = list(search(first, STEP, 5, 200, squares))
-    assert told[0] is first
-    assert first.tried == 0
-    assert [found.cost for found in told] == sorted((found.cost for found in told), reverse=True)
-    assert all(found.cost == squares([found.x])[0] for found in told)
-    steps = np.diff([found.tried for found in told])
-    assert (steps == steps[0]).all()
-    assert 200 <= told[-1].tried < 200 + steps[0]
-
-
-def test_random_motions_begin_at_every_start_in_turn_and_the_best_of_them_is_taken():
-    seen: list[np.ndarray] = []
-
-    def third(points):
-        seen.extend(points)
-        return [0.5 if k != 7 else 0.25 for k in range(len(points))]
-
-    begun = random_point(SERIES, np.array([[0.1, 0.2, 0.3], [-0.4, -0.5, -0.6]]), 2, third)
-    np.testing.assert_array_equal(seen[6][:3], [0.1, 0.2, 0.3])
-    np.testing.assert_array_equal(seen[7][:3], [-0.4, -0.5, -0.6])
-    np.testing.assert_array_equal(begun.x, seen[7])
-    assert begun.cost == 0.25
-    assert len(seen) == 300
 
 
 def test_motions_are_judged_in_workers_in_their_order_at_the_cost_that_they_have(design):
@@ -264,22 +209,6 @@ def test_holds_are_slow_use_less_torque_and_want_what_gravity_loads_and_a_joint_
     over = held.limits.excess(middle, torques)
     np.testing.assert_allclose(over[3, 3, 2], 0.07, rtol=1e-9)
     assert np.count_nonzero(over) == 1
-
-
-@pytest.mark.parametrize(("direction", "offset"), [(-0.3, 0.2), (0.3, -0.2)])
-def test_drives_bear_the_built_in_holds_with_the_weakest_gains_and_most_friction_that_are_drawn(direction, offset):
-    setup = setup_of(load_scenario("holds"))
-    drawn = {
-        "plant.gain": (0.85 * setup.true_gain).tolist(),
-        "plant.amplifier_offset": [offset] * 6,
-        "plant.payload.mass": 8.04,
-        "plant.errors.load_friction": 0.1,
-        "plant.errors.stribeck": 0.2,
-        "plant.errors.coulomb_by_direction": direction,
-    }
-    experiments = changed(setup, drawn).experiments
-    for experiment, v in zip(experiments, feedforward_currents(experiments, 100.0), strict=True):
-        assert (np.abs(v) < experiment.plant.drives.current_limit).all()
 
 
 # The command

@@ -1,5 +1,3 @@
-"""How good the whole chain is: scenario, simulation, identification, verdict."""
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""What a model file can be besides right: each is refused in one line that names it."""
-
 import subprocess
 import sys
 

@@ -1,5 +1,3 @@
-"""What believing a-priori gains costs: the scenario that shows it, and which others do not pay for it."""
-
 import json
 from pathlib import Path
 

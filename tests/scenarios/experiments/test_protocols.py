@@ -1,5 +1,3 @@
-"""Protocols: motions by what they carry, their payloads on either side, their noise and draws, and their files."""
-
 import json
 import shlex
 from dataclasses import replace

@@ -1,12 +1,10 @@
-"""The lines of Python that the README shows, as they stand there, and what they promise."""
-
 import ast
 import contextlib
+import re
 import shutil
 
 import numpy as np
 import pytest
-from pages import blocks
 from places import ROOT
 from quick import BRIEF, RANDOM, quick_scenario
 
@@ -20,8 +18,8 @@ CUTOFF = "identification.observe.cutoff_hz"
 
 def readme_lines() -> ast.Module:
     """The README's Python; what a line shows is kept as `shown_0` and so on."""
-    (block,) = [each for each in blocks(ROOT / "README.md") if each.kind == "python"]
-    tree = ast.parse(block.text)
+    (code,) = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+    tree = ast.parse(code)
     shown = [k for k, node in enumerate(tree.body) if isinstance(node, ast.Expr)]
     for number, k in enumerate(shown):
         tree.body[k] = ast.Assign(targets=[ast.Name(f"shown_{number}", ast.Store())], value=tree.body[k].value)
@@ -61,11 +59,11 @@ def test_the_arrays_of_an_identification_are_its_gains(quick):
             assert r.reasons[j] == joint.reason
         else:
             assert r.gain[j] == joint.value
-            shares = (r.residual_std[j], r.payload_std[j], r.model_std[j])
+            shares = (r.estimate.residual_std[j], r.estimate.payload_std[j], r.estimate.model_std[j])
             np.testing.assert_allclose(r.std[j], np.linalg.norm(shares), rtol=1e-12)
-            assert (r.std[j], r.residual_std[j]) == (joint.std, joint.residual_std)
+            assert (r.std[j], r.estimate.residual_std[j]) == (joint.std, joint.residual_std)
             assert abs(r.gain[j] / s.truth.gain[j] - 1.0) < 0.2
-    for each in (r.gain, r.std, r.residual_std, r.payload_std, r.model_std):
+    for each in (r.gain, r.std, r.estimate.residual_std):
         assert np.isfinite(each.data).all()  # no NaN hides behind the mask
 
 

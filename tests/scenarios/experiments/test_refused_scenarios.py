@@ -1,5 +1,3 @@
-"""What a scenario, its motion, draws, protocol or payloads can be besides right: each is refused in one line."""
-
 import json
 import os
 import re

@@ -1,5 +1,3 @@
-"""Scenarios name their robots: built in, or a file; what belongs to one robot is refused on another by name."""
-
 import json
 import os
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Scenario files: places beside the file that names them, `extends`, exact payloads, motions, values on one line."""
-
 import shutil
 import tomllib
 from pathlib import Path

@@ -56,13 +56,6 @@ def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     np.testing.assert_array_equal(setup.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
 
 
-def test_the_reason_names_the_file_that_says_which_gains_the_data_should_give(tmp_path):
-    assert load_scenario("paper").expectation == "nominal.toml"  # it extends paper-noise, which extends nominal
-    assert load_scenario("mass-only").expectation == "mass-only.toml"
-    path = scenario_file(tmp_path, 'extends = "mass-only"\n[tolerance]\npass_rate = 0.9')
-    assert setup_of(load_scenario(path)).scenario.expectation == "mass-only.toml"
-
-
 def test_identification_is_told_of_a_coupling_only_by_the_belief(tmp_path):
     injected = 'extends = "nominal"\n[plant.errors]\nwrist_coupling = 0.05\n'
     assert setup_of(load_scenario(scenario_file(tmp_path, injected))).structure.arm.couplings == ()

@@ -1,5 +1,3 @@
-"""`rx90 patch`: attributes of a copy of a model against gains times what was found, and the rest as it was."""
-
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -16,7 +14,6 @@ from printed import printed
 from ident.model.structure import structure_of
 from scenarios.cli import main
 from scenarios.experiments.robots import read_arm
-from scenarios.gains_in_use.model_patch import patched_model
 from scenarios.gains_in_use.patch import joint_values, unstated_parameters
 from scenarios.results.bare import BareResult
 from scenarios.results.gains_file import GainEntry, GainsFile, read_gains
@@ -131,16 +128,6 @@ def test_a_model_with_a_comment_in_latin_1_is_patched(cell):
     (cell / "arm.xml").write_bytes((cell / "arm.xml").read_text().encode("latin-1"))
     assert main(words(cell, "arm.xml")) == 0
     assert "<!-- kept, José -->" in (cell / "patched.xml").read_text(encoding="utf-8")
-
-
-def test_what_no_file_states_stays(cell, capsys):
-    told = changes(capsys, cell, "arm.urdf", arm=False).values()
-    assert {each["after"] for each in told} == {None}
-    assert {(each["attribute"], "--nominal" in each["reason"], "--arm" in each["reason"]) for each in told} == {
-        ("effort", True, False),
-        ("damping", False, True),
-        ("friction", False, True),
-    }
 
 
 def test_an_mjcf_is_patched_where_its_classes_would_say_something_else(cell, capsys):
@@ -297,10 +284,3 @@ def test_a_sliding_joint_shows_rotor_and_links_as_one(tmp_path):
     bare = bare_of_two([{"parameter": f"Ia{j}", "estimate": 0.9, "std": 0.01} for j in (1, 2)])
     first, _ = joint_values(structure, GAINS, None, bare, most=0.1)
     assert "only their sum is identifiable" in str(first.armature)
-
-
-def test_a_file_of_spaced_tags_keeps_them(cell):
-    (cell / "arm.urdf").write_text((cell / "arm.urdf").read_text().replace("/>", " />"))
-    structure, gains = structure_of(read_arm(cell / "arm.urdf", ())), read_gains(cell / "gains.toml")
-    copy, _ = patched_model(cell / "arm.urdf", joint_values(structure, gains, None, None, most=0.1))
-    assert copy == (cell / "arm.urdf").read_bytes()

@@ -1,5 +1,3 @@
-"""`rx90 patch --links`: torques of the patched model against those of the set, by Pinocchio and by MuJoCo."""
-
 import json
 import re
 from pathlib import Path
@@ -61,11 +59,7 @@ def lopsided_mjcf() -> str:
 
 
 def told(cell: Path, model: str, **more: object) -> np.ndarray:
-    """Write links of other base parameters, with motors, as identification prints them.
-
-    Returns:
-        Their standard parameters, shape (84,).
-    """
+    """Write links of other base parameters, with motors, as identification prints them."""
     structure, nominal = structure_of(read_arm(cell / model, ())), nominal_links(cell / model, None)
     rng = np.random.default_rng(4)
     chi = np.zeros((6, 14))

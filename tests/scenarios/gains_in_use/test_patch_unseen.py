@@ -1,5 +1,3 @@
-"""`patch --unseen`: a copy of a model is written if it predicts a motion better than the model does."""
-
 import json
 import tomllib
 from collections.abc import Callable

@@ -1,15 +1,9 @@
-"""From bags to gains and back: what the page on ROS 2 does, on bags that its example writes."""
-
 import json
-import re
 import runpy
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-from pages import blocks
 from places import ROOT
 from weighed_cell import MODEL, PLAIN, identified
 
@@ -18,9 +12,6 @@ from ident.recordings.description import LogDescription
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.results.gains_file import read_gains
-
-PAGE = ROOT / "docs" / "how-to" / "ros.md"
 
 
 @pytest.fixture(scope="module")
@@ -68,27 +59,3 @@ def test_a_driver_that_has_another_order_of_joints_is_read_by_their_names(tmp_pa
     read = read_recording(tmp_path / "one", LogDescription(signal="current", joints=names))
     np.testing.assert_array_equal(read.q, q)
     np.testing.assert_array_equal(read.v, 2.0 * np.cos(5.0 * q) + np.arange(6))
-
-
-def test_what_the_page_reads_of_a_parameter_file_is_there(weighed_cell, tmp_path):
-    out = ["--out", str(tmp_path / "arm.xml"), "--ros-params", str(tmp_path / "ros-gains.yaml")]
-    assert main(["patch", MODEL, "--gains", str(weighed_cell / "gains.toml"), *out]) == 0
-    parameters = yaml.safe_load((tmp_path / "ros-gains.yaml").read_text())
-    files = {block.file: block.text for block in blocks(PAGE) if block.file}
-    macro = ET.fromstring(files["torque-constants.xacro"])
-    value = macro[0].get("value")
-    name, *keys = re.findall(r"'([^']+)'", value)
-    assert name == "ros-gains.yaml"
-    for key in keys:
-        parameters = parameters[key]
-    given = {each.name: each.estimate for each in read_gains(weighed_cell / "gains.toml").gains if each.identifiable}
-    assert parameters == given
-    assert "${constants[joint]}" in files["torque-constants.xacro"]
-    chain = yaml.safe_load(files["inverse-dynamics.yaml"])["/**"]["ros__parameters"]["kdl"]
-    assert chain["gravity"] == [0.0, 0.0, -9.81]
-
-
-@pytest.mark.parametrize("name", ["ur_bag.py"])
-def test_the_page_shows_the_example_that_is_tested(name):
-    shown = next(block.text for block in blocks(PAGE) if block.file == name)
-    assert shown.strip() == (ROOT / "examples" / name).read_text().strip()

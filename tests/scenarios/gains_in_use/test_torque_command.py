@@ -1,5 +1,3 @@
-"""`rx90 torque`: currents times gains, with units, intervals and what is missing."""
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,5 +1,3 @@
-"""`rx90 verify`, `payload-of`: from recordings and a gains file to what is told."""
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""The linearised estimate: what changes and noise of the currents do to gains, beside estimating and drawing again."""
-
 from dataclasses import replace
 
 import numpy as np

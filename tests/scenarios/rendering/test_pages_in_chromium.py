@@ -1,15 +1,11 @@
-"""Pages as a browser shows them: Debian's Chromium, driven by playwright, judged by axe."""
-
 import importlib.util
 import json
-import re
 import shutil
 from pathlib import Path
 
 import page_folders
 import pytest
 
-from scenarios.cli import main
 from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import rounded
 from scenarios.results.pages import kind_of, page_of
@@ -144,29 +140,3 @@ def test_the_numbers_of_a_run_are_those_of_its_json(folders, seen):
         else:
             assert cells[3:5] == ["-", "-"]
     assert json.loads(view.locator("#document").text_content()) == saved
-
-
-def test_a_run_fits_four_sheets_of_paper(seen):
-    view = seen("run")[0]
-    paper = view.pdf(prefer_css_page_size=True)
-    assert len(re.findall(rb"/Type\s*/Page\b(?!s)", paper)) <= 4
-
-
-@pytest.mark.slow  # the experiment is carried out twice
-def test_the_page_of_the_paper_shows_its_tables_and_figure_3(tmp_path, chromium, capsys):
-    assert main(["paper", "--out", str(tmp_path), "--seed", "2"]) == 0
-    assert main(["report", str(tmp_path)]) == 0
-    from axe_playwright_python.sync_playwright import Axe
-
-    view, said = chromium.new_page(viewport={"width": 390, "height": 844}), []
-    view.on("console", lambda message: said.append(message.text))
-    view.goto((tmp_path / "report.html").as_uri())
-    assert said == []
-    assert view.locator("h1 + p").inner_text() == "PASSED: all 9 claims hold."
-    assert view.locator(".plot svg").count() == 6
-    assert view.evaluate("document.documentElement.scrollWidth") <= 390
-    found = Axe().run(view).response["violations"]
-    assert [each["id"] for each in found if each["impact"] in ("serious", "critical")] == []
-    document = json.loads(Path(tmp_path / "paper.json").read_text())["result"]
-    mass = document["second_payload"]["payload"][-1]["estimate"]
-    assert view.locator("table", has_text="paper").filter(has_text=f"{mass:.3f}").count() > 0

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from scenarios.rendering import RENDERERS, Page, renderer
+from scenarios.rendering import Page, renderer
 from scenarios.rendering.content import (
     Column,
     Heading,
@@ -67,28 +67,6 @@ def test_a_table_is_set_wide_then_close_then_continued_below():
         assert [line for line in text.splitlines() if "0" in line] == heads
 
 
-def test_a_table_that_is_continued_repeats_every_column_that_tells_its_rows_apart():
-    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Bias"), Column(title="Spread"))
-    rows = tuple(cells(name, joint, "+0.012", "0.034") for name in ("ours", "theirs") for joint in "12")
-    table = Table(columns=columns, rows=rows)
-    assert table.keys == 2
-    assert replace(table, rows=rows[:2]).keys == 2
-    assert replace(table, rows=rows[::2]).keys == replace(table, rows=rows[:1] * 2).keys == 1
-    assert renderer("text")(Report("", (table,), {}), Page(width=22)).splitlines()[2:] == [
-        "Method  Joint    Bias",
-        "ours        1  +0.012",
-        "ours        2  +0.012",
-        "theirs      1  +0.012",
-        "theirs      2  +0.012",
-        "",
-        "Method  Joint  Spread",
-        "ours        1   0.034",
-        "ours        2   0.034",
-        "theirs      1   0.034",
-        "theirs      2   0.034",
-    ]
-
-
 @pytest.mark.parametrize("width", [35, 34, 31, 30, 22, 21])
 def test_no_word_is_broken_and_words_wrap_before_a_table_is_continued(width):
     columns = (Column(title="Joint"), Column(title="Name", words=True), Column(title="2 sigma"), COLUMNS[2])
@@ -98,18 +76,6 @@ def test_no_word_is_broken_and_words_wrap_before_a_table_is_continued(width):
     assert len([line for line in lines if line.startswith("Joint")]) == {30: 2, 22: 2, 21: 3}.get(width, 1)
     words = "Joint Name 2 sigma Verdict 1 2 joint1 joint2 0.79 not identified"
     assert {word for line in lines for word in line.split()} == set(words.split())
-
-
-def test_columns_of_files_are_on_no_screen():
-    table = replace(TABLE, columns=(COLUMNS[0], replace(COLUMNS[1], file_only=True), COLUMNS[2]), shown=None)
-    report = Report("T", (table,), {})
-    assert renderer("text")(report, Page()).split("\n")[3:6] == ["Joint  Verdict", "    1  passed", "    2  refused"]
-    for form in ("markdown", "html"):
-        assert "0.9401234" in renderer(form)(report, Page())
-    columns = (Column(title="Joint"), Column(title="Trial", file_only=True), Column(title="Bias"), Column(title="Std"))
-    rows = tuple(cells(joint, trial, "+0.012", "0.0345") for joint in "12" for trial in "34")
-    lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=14)).splitlines()
-    assert [line.split() for line in lines if "Joint" in line] == [["Joint", "Bias"], ["Joint", "Std"]]
 
 
 @pytest.mark.parametrize("width", [200, 80, 40, 12])
@@ -160,13 +126,6 @@ def test_json_is_the_document_and_no_number_that_is_none():
     assert renderer("json")(REPORT, Page()) == '{\n  "answer": 0.125\n}\n'
     with pytest.raises(ValueError, match="not JSON compliant"):
         renderer("json")(Report("", (), {"answer": float("nan")}), Page())
-
-
-@pytest.mark.parametrize("name", RENDERERS)
-def test_every_renderer_draws_an_empty_report_and_text_no_picture(name):
-    assert renderer(name)(Report("Nothing", (), {}), Page(width=20)).endswith("\n")
-    if name != "html":
-        assert "0.125" in renderer(name)(REPORT, Page()) or "0.9401234" in renderer(name)(REPORT, Page())
 
 
 def test_what_is_for_files_is_on_a_screen_when_asked_for():

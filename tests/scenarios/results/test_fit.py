@@ -1,5 +1,3 @@
-"""Plots of a fit, against closed forms."""
-
 import math
 from types import SimpleNamespace
 

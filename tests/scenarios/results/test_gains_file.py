@@ -1,5 +1,3 @@
-"""The gains file: written, read back, refused where it cannot be."""
-
 import json
 import tomllib
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""A problem folder holds what identification needs, and nothing of the truth."""
-
 import json
 import shutil
 from dataclasses import replace

@@ -1,13 +1,9 @@
-"""Pages of runs, identifications and checks: what they are drawn from, which folders are refused."""
-
 import json
 import shlex
 import shutil
-import subprocess
 from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import page_folders
@@ -24,7 +20,7 @@ from scenarios.rendering.plot import Plot
 from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit import begins, fit_of, fit_rows, read_fit
 from scenarios.results.gains import Result
-from scenarios.results.pages import kind_of, page_of, still, why_another, with_picture
+from scenarios.results.pages import kind_of, page_of, why_another, with_picture
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError, WrongValue
@@ -198,35 +194,28 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
 
 
 def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
-    coupled = ("--coupling", "5", "6")
+    coupled = ["--coupling", "5", "6"]
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"), *coupled)
-    record = read_record(folder)
-    assert record.robot.couplings == ((5, 6),)
-    assert record.sources == (str(saved / "unloaded.parquet"), str(saved / "loaded.parquet"))
-    report = page_of(folder)
-    told = json.loads((folder / "result.json").read_text())
-    verdicts = {"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}
-    assert report.title.startswith(verdicts[told["verdict"]])
+    assert read_record(folder).robot.couplings == ((5, 6),)
+    report, told = page_of(folder), json.loads((folder / "result.json").read_text())
+    assert report.title.startswith({"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}[told["verdict"]])
     tables = [part for part in report.parts if isinstance(part, Table) and part.columns[-1].title == "Found"]
-    order = ["wrong", "weak", "good"]
-    lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))
-    assert sum(len(table.rows) for table in tables) == len(lines)
-    for table in tables:
-        own = [line["seen"] for line in lines if Path(line["log"] or TOGETHER).name == table.title]
-        assert [row[2].text for row in table.rows] == own
+    lines = sorted(told["lines"], key=lambda line: ["wrong", "weak", "good"].index(line["verdict"]))
+    shown = {table.title: [row[2].text for row in table.rows] for table in tables}
+    own = {name: [x["seen"] for x in lines if Path(x["log"] or TOGETHER).name == name] for name in shown}
+    assert (shown, sum(map(len, shown.values()))) == (own, len(lines))
     currents = [part for part in report.parts if isinstance(part, Plot) and part.wide]
     assert len(currents) == 12
-    recording = read_recording(saved / "unloaded.parquet")
+    v = read_recording(saved / "unloaded.parquet").v[:, 2]
     # The lowest and the highest sample of all are drawn, however few of the others are.
     shown = currents[2].figure().axes[0].lines[0].get_ydata()
-    assert (shown.min(), shown.max()) == (recording.v[:, 2].min(), recording.v[:, 2].max())
-    assert len(shown) < 0.2 * len(recording.t)
+    assert (shown.min(), shown.max()) == (v.min(), v.max())
+    assert len(shown) < 0.2 * len(v)
     words = shlex.split([part.text for part in report.parts if isinstance(part, Line)][1])
     assert words[:3] == ["rx90", "check", str(folder / "robot.xml")]
-    assert words[words.index("--coupling") :][:3] == [*coupled]
-    assert words[words.index("--loaded") + 1 :][:3] == [
-        str(folder / "motion-2.parquet"), "--payload", str(folder / "payload.toml")
-    ]  # fmt: skip
+    assert words[words.index("--coupling") :][:3] == coupled
+    loaded = [str(folder / "motion-2.parquet"), "--payload", str(folder / "payload.toml")]
+    assert words[words.index("--loaded") + 1 :][:3] == loaded
 
 
 def removed(name: str) -> Callable[[Path], None]:
@@ -258,31 +247,6 @@ def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, s
     assert said in told
     assert told.count("\n") == 1
     assert not (copied.parent / "out.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("status", "written", "late"), [(0, True, False), (0, False, False), (1, True, False), (0, True, True)]
-)
-def test_a_picture_is_shown_where_it_was_drawn_to_its_end(status, written, late, monkeypatch):
-    def drawn(command: list[str], *, timeout: float, **more: object) -> SimpleNamespace:
-        if late:
-            raise subprocess.TimeoutExpired(command, timeout)
-        if written:
-            Path(command[command.index("--render") + 1]).write_bytes(b"PNG")
-        return SimpleNamespace(returncode=status)
-
-    monkeypatch.setattr(subprocess, "run", drawn)
-    found = still("nominal")
-    assert (None if found is None else found.png) == (b"PNG" if (status, written, late) == (0, True, False) else None)
-
-
-def test_where_nothing_can_be_drawn_the_page_has_no_picture(copied, monkeypatch, tmp_path):
-    report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
-    assert with_picture(report, tmp_path) is report
-    (tmp_path / "record.json").write_text("{")
-    assert with_picture(report, tmp_path) is report
-    monkeypatch.setenv("MUJOCO_GL", "no-such-thing")
-    assert with_picture(report, copied) is report
 
 
 def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, monkeypatch):

@@ -15,14 +15,7 @@ from study_tasks import (
     refuse,
 )  # fmt: skip
 
-from scenarios.experiments.workers import (
-    GivenUp,
-    Workers,
-    add_worker_options,
-    completed,
-    local_processes,
-    worker_words,
-)
+from scenarios.experiments.workers import GivenUp, Workers, add_worker_options, completed, local_processes, worker_words
 from scenarios.support.errors import StudyError
 
 

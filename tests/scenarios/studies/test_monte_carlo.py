@@ -249,13 +249,3 @@ def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
     ).to_pandas()
     assert rows["identifiable"].tolist() == [isinstance(each, IdentifiedGain) for each in refused]
     assert rows["reason"][1:3].tolist() == [wrong.sentence] * 2
-
-
-def test_a_changed_motion_file_makes_another_study(tmp_path):
-    path = quick_scenario(tmp_path)
-    before = module.study_identity(monte_carlo(load_scenario(str(path)), 3, 7))
-    assert module.study_identity(monte_carlo(load_scenario(str(path)), 3, 7)) == before
-    text = (tmp_path / "short.toml").read_text()
-    (tmp_path / "short.toml").write_text(text.replace("duration = 6.0", "duration = 6.5"))
-    assert (tmp_path / "short.toml").read_text() != text
-    assert module.study_identity(monte_carlo(load_scenario(str(path)), 3, 7)) != before

@@ -1,5 +1,3 @@
-"""What is shown of studies, against closed forms."""
-
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace

@@ -12,7 +12,7 @@ velocity and acceleration. The rotor is not affected, if its inertia is identifi
 much, its joint is at q - d. A tilted base rotates gravity about an axis perpendicular to it.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -28,7 +28,8 @@ from ident.model.structure import Structure
 from ident.numerics.signals import FILTER_ORDER, low_passed, power_density
 from ident.numerics.splines import CubicSpline, slopes
 from ident.observation.full_rate import FullRate
-from ident.support.arrays import Array, Indices, Mask
+from ident.observation.observation import Observation
+from ident.support.arrays import Array, Indices, Mask, once_per_object
 
 ROTOR_SHARE = 0.5
 """Assumed share of a rotor in a joint's inertia if the data do not separate them: gears match rotor and load
@@ -101,38 +102,10 @@ class Sweep:
         out[end:] = last @ np.stack((y[-2], s[-2], y[-1], s[-1]))
         return out
 
-    @cached_property
-    def _row_filters(self) -> list[tuple[sparse.csr_array, sparse.csr_array]]:
-        """D M_j H_0 and D M_j H_1 of the rows of each joint, shape (r_j, S)."""
-        behind, at, h = self.behind, self.behind.at, np.diff(self.knots)
-        D, sample = behind.decimator, np.arange(len(behind.q))
-        piece = np.minimum(sample // int(at[1]), len(at) - 2)
-        H = _hermite((sample - at[piece]) / np.diff(at)[piece], h[piece])  # (N, 4)
-        lag = np.arange(len(D.kernel))
-        found = list[tuple[sparse.csr_array, sparse.csr_array]]()
-        for j, each in enumerate(self.motion.observation.joints):
-            within = D.factor * each.position[:, None] + lag  # samples of each row, (r_j, l)
-            weight = D.kernel * behind.moving[within, j]
-            first = piece[within[:, 0]]
-            width = int((piece[within[:, -1]] - first).max(initial=0)) + 2
-            place = (np.arange(len(first)) * width)[:, None] + piece[within] - first[:, None]
-            size = len(first) * width
-            of_value, of_slope = (
-                np.bincount(place.ravel(), (weight * H[within, k]).ravel(), size)
-                + np.bincount(place.ravel() + 1, (weight * H[within, k + 2]).ravel(), size)[:size]
-                for k in (0, 1)
-            )
-            columns = np.minimum(first[:, None] + np.arange(width), len(at) - 1).ravel()
-            ends = width * np.arange(len(first) + 1)
-            shape = (len(first), len(at))
-            K, L = (sparse.csr_array((data, columns, ends), shape=shape) for data in (of_value, of_slope))
-            found.append((K, L))
-        return found
-
     def rows(self, change: Array) -> Array:
         """Convert torques (S, n, m) to rows, masked and decimated like the currents, joint by joint, (rows, m)."""
         y, s = (np.ascontiguousarray(x.swapaxes(0, 1)) for x in (change, slopes(self.knots, change)))
-        return np.vstack([K @ y[j] + L @ s[j] for j, (K, L) in enumerate(self._row_filters)])
+        return np.vstack([K @ y[j] + L @ s[j] for j, (K, L) in enumerate(row_filters(self.motion.observation))])
 
     def decimated(self, x: Array) -> Array:
         """Mask and decimate signals at full rate (N, n, m) like the currents, joint by joint, (rows, m)."""
@@ -155,6 +128,36 @@ def _hermite(x: Array, h: Array | float) -> Array:
     """Weights of value and slope at the start, then at the end, of an interval h at its share x, shape (N, 4)."""
     y = 1.0 - x
     return np.stack(((1.0 + 2.0 * x) * y**2, x * y**2 * h, x**2 * (3.0 - 2.0 * x), -(x**2) * y * h), axis=1)
+
+
+@once_per_object
+def row_filters(observation: Observation) -> list[tuple[sparse.csr_array, sparse.csr_array]]:
+    """Return D M_j H_0 and D M_j H_1 of the rows of each joint, shape (r_j, S)."""
+    behind = observation.recorded
+    D, at, h = behind.decimator, behind.at, np.diff(behind.t[behind.at])
+    sample = np.arange(len(behind.q))
+    piece = np.minimum(sample // int(at[1]), len(at) - 2)
+    H = _hermite((sample - at[piece]) / np.diff(at)[piece], h[piece])  # (N, 4)
+    lag = np.arange(len(D.kernel))
+    found = list[tuple[sparse.csr_array, sparse.csr_array]]()
+    for j, each in enumerate(observation.joints):
+        within = D.factor * each.position[:, None] + lag  # samples of each row, (r_j, l)
+        weight = D.kernel * behind.moving[within, j]
+        first = piece[within[:, 0]]
+        width = int((piece[within[:, -1]] - first).max(initial=0)) + 2
+        place = (np.arange(len(first)) * width)[:, None] + piece[within] - first[:, None]
+        size = len(first) * width
+        of_value, of_slope = (
+            np.bincount(place.ravel(), (weight * H[within, k]).ravel(), size)
+            + np.bincount(place.ravel() + 1, (weight * H[within, k + 2]).ravel(), size)[:size]
+            for k in (0, 1)
+        )
+        columns = np.minimum(first[:, None] + np.arange(width), len(at) - 1).ravel()
+        ends = width * np.arange(len(first) + 1)
+        shape = (len(first), len(at))
+        K, L = (sparse.csr_array((data, columns, ends), shape=shape) for data in (of_value, of_slope))
+        found.append((K, L))
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,11 +229,9 @@ class Torques:
 
     def tilted(self) -> Array:
         """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
-        q = self.sweep.behind.states.q
-        still = np.zeros_like(q)
-        # a rotation of the base rotates gravity the other way
-        turned = (replace(self.arm, gravity=np.cross(self.arm.gravity, axis)) for axis in across(self.arm))
-        return np.stack([inverse_dynamics(arm, self.chi, q, still, still) for arm in turned], axis=2)
+        # gravity rotates the other way; by_ddx has moment and force of the following links per acceleration
+        rotated = np.cross(self.arm.gravity, across(self.arm))
+        return -np.einsum("jas,ka->sjk", self.links.own[:, 1], rotated)
 
 
 def across(arm: Arm) -> Array:

@@ -134,13 +134,13 @@ class Decimator:
 
         A row is a sum over groups of `factor` samples; each group is weighted for all its rows at once.
         """
-        rows, pieces, signals = self.rows(len(x)), self._pieces, x.reshape(len(x), -1).T
-        padded = np.zeros((len(signals), (rows + len(pieces) - 1) * self.factor))
-        used = min(len(x), padded.shape[1])
-        padded[:, :used] = signals[:, :used]
-        parts = padded.reshape(len(signals), -1, self.factor) @ pieces.T
-        total = np.sum([parts[:, k : k + rows, k] for k in range(len(pieces))], axis=0)
-        return total.T.reshape(rows, *x.shape[1:])
+        rows, pieces = self.rows(len(x)), self._pieces
+        groups = rows + len(pieces) - 1
+        signals = x.reshape(len(x), -1)[: groups * self.factor]
+        signals = np.pad(signals, ((0, groups * self.factor - len(signals)), (0, 0)))
+        parts = pieces @ signals.reshape(groups, self.factor, -1)
+        total = np.sum([parts[k : k + rows, k] for k in range(len(pieces))], axis=0)
+        return total.reshape(rows, *x.shape[1:])
 
     def spread(self, weights: Array) -> Array:
         """Return the weights of samples in a weighted sum of rows, shape (rows,): the transpose of `applied`.

@@ -3,13 +3,26 @@
 import argparse
 import os
 import sys
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ident.support.naming import needed_extra
 from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, printable, with_opengl, write
 from scenarios.experiments.scenario_files import builtin_names, scenario_table
 from scenarios.support.errors import ScenarioError
 
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+    from ident.support.arrays import Array
+
+ENDINGS = (".png", ".gif", ".mp4")
+CAPTION = 0.02
+"""Height of the caption's letters, relative to the picture's width."""
 WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
 FPS = arguments.number_from(1.0, 60.0, "1/s", "outside the useful range of frame rates")
 PAGE = "report.html"
@@ -65,14 +78,15 @@ def view_command(options: argparse.Namespace) -> Status:
 
         backend = f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}"
         raise PlantError(f"{backend}: this OpenGL backend is not available ({error}); {ADVICE}") from error
+    import numpy as np
+
     from scenarios.experiments.scenario import load_scenario, setup_of
-    from scenarios.rendering.film import WRITERS, captioned, frames
     from scenarios.results.written import Written
     from scenarios.support.progress import counted
     from sim.viewer import pictures, scene, watch
 
-    if path is not None and path.suffix.lower() not in WRITERS:
-        raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
+    if path is not None and path.suffix.lower() not in ENDINGS:
+        raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(ENDINGS)}")
     setup = setup_of(load_scenario(options.scenario))
     motions = setup.experiments
     duration = max(motion.trajectory.duration for motion in motions)
@@ -82,7 +96,7 @@ def view_command(options: argparse.Namespace) -> Status:
         watch(scene(motions))
         return Status.PASSED
     held = output.right_to_write(options, path, command="rx90 view")
-    times = frames(duration, options.fps)
+    times: Sequence[float] = np.arange(0.0, duration, 1.0 / options.fps).tolist()
     if path.suffix.lower() == ".png":
         times = (0.5 * duration if options.at is None else options.at,)
     shown, width = scene(motions, times), options.width
@@ -91,11 +105,46 @@ def view_command(options: argparse.Namespace) -> Status:
     drawn = zip(times, pictures(shown, times, width=width, height=height), strict=True)
     with held.writing(), output.under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
-        labelled = (captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
-        WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
+        labelled = (_captioned(picture, f"{caption}; {t:.1f} s") for t, picture in drawn)
+        write_pictures(path, counted(labelled, stages), options.fps)
     title = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {width} x {height}"
     size = {"pictures": len(times), "width": width, "height": height}
     return output.show(Written.model_validate({"out": str(path), **size}).report(printable(title)), options)
+
+
+def _captioned(picture: "Array", text: str) -> "Image":
+    """Return a picture (height, width, 3) with a line of text in its upper left corner, scaled to fit."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    image = Image.fromarray(picture.astype("uint8"))
+    draw, size = ImageDraw.Draw(image), CAPTION * image.width
+    length = draw.textlength(text, font=ImageFont.load_default(size))
+    font = ImageFont.load_default(size * min(1.0, 0.95 * image.width / length))
+    where = 0.02 * image.width, 0.02 * image.height
+    draw.text(where, text, fill=(20, 22, 25), font=font, stroke_width=1, stroke_fill=(240, 242, 245))
+    return image
+
+
+def write_pictures(path: Path, images: "Iterator[Image]", fps: float) -> None:
+    """Write a PNG with the first picture, a repeating GIF, or a film in H.264, by the ending of the name.
+
+    Raises:
+        ScenarioError: If the library for films is not installed.
+    """
+    import numpy as np
+
+    match path.suffix.lower():
+        case ".png":
+            next(images).save(path, format="PNG")
+        case ".gif":
+            first, more = next(images), {"loop": 0, "optimize": False}
+            first.save(path, format="GIF", save_all=True, append_images=images, duration=1000.0 / fps, **more)
+        case _:
+            missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
+            if missing:
+                raise ScenarioError(f"{path}: {needed_extra(missing[0])}; PNG and GIF do not need it")
+            pixels = np.stack([np.asarray(image) for image in images])
+            import_module("imageio.v3").imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)
 
 
 def report_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from scenarios.command_line import arguments, inputs, output
 from scenarios.command_line.process import Status, complain
-from scenarios.results.write_access import Claim
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ def add_gains_out(parser: argparse.ArgumentParser) -> None:
     output.add_force_argument(parser)
 
 
-def _write_gains(file: "GainsFile", held: Claim) -> None:
+def _write_gains(file: "GainsFile", held: output.Claim) -> None:
     from scenarios.results.gains_file import gains_text
 
     path = held.folder / held.names[0]

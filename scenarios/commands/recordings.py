@@ -183,7 +183,6 @@ def check_command(options: argparse.Namespace) -> Status:
                 title=f"Logs of {arm.name}",
                 command=options.command_line,
                 payload=payload,
-                about=None if robot.gain is None else tuple(robot.gain.tolist()),
             )
     hint = [Paragraph("--all lists every check, and the motion of each joint.")]
     short = not options.all and output.form(options) == "text"  # the other formats list them

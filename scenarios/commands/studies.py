@@ -15,7 +15,6 @@ from scenarios.command_line import arguments, output
 from scenarios.command_line.process import Status, complain, ending
 from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.rendering.content import Paragraph
-from scenarios.results.write_access import make_folder
 from scenarios.support.errors import ScenarioError, StudyError
 
 if TYPE_CHECKING:
@@ -166,7 +165,7 @@ def compare_command(options: argparse.Namespace) -> Status:
     words += ["-n", str(options.trials), "--out", str(options.out), "--seed", str(options.seed)]
     words += ["--time-limit", f"{options.time_limit:g}", "--memory-limit", f"{options.memory_limit:g}"]
     command = shlex.join(["rx90", "compare", *options.scenarios, *words, *worker_words(options)])
-    make_folder(options.out)
+    output.make_folder(options.out)
     with interruptible(command), open_workers(options) as workers:
         folders = [
             carry_out(

@@ -83,8 +83,8 @@ class RecordFile(ProblemFile):
     """A problem, its result, and the digests of the folder's files.
 
     `sources` are the original names of the recordings, `scenario` the name of the scenario of a run, and `scene` the
-    digest of its picture (`scene_digest`). For a check, `payload` is the planned payload and `about` has the nominal
-    gains [N m / drive unit]. For bare motions, `payload` is the planned payload and `believed` the file of given gains.
+    digest of its picture (`scene_digest`). For a check or bare motions, `payload` is the planned payload,
+    and for the latter `believed` the file of given gains.
     """
 
     kind: Kind
@@ -97,7 +97,6 @@ class RecordFile(ProblemFile):
     method: str | None = None
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
-    about: tuple[float, ...] | None = None
     believed: Name | None = None
     versions: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(min_length=1)
@@ -127,7 +126,6 @@ def save_result(
     command: str,
     names: Sequence[MotionTable] | None = None,
     payload: Payload | None = None,
-    about: tuple[float, ...] | None = None,
     believed: Path | None = None,
     fit: Fit | None = None,
     more: Sequence[str] = (),
@@ -177,7 +175,6 @@ def save_result(
         method=origin.method,
         options=changed,
         payload=None if payload is None else PLANNED,
-        about=about,
         believed=given,
         scenario=scenario,
         scene=scene,

@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -77,3 +78,18 @@ def test_without_a_screen_one_line_says_what_needs_none():
     assert done.stderr.startswith("rx90: no window can be opened: ")
     assert done.stderr.endswith("; --render FILE needs none\n")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_film_has_every_picture_at_its_rate_from_the_start(tmp_path, monkeypatch):
+    asked = []
+
+    def pictures(shown, times, **size):
+        return [np.full((40, 60, 3), k) for k in range(len(times))]
+
+    monkeypatch.setattr("sim.viewer.scene", lambda motions, times: asked.append(times) or SimpleNamespace())
+    monkeypatch.setattr("sim.viewer.pictures", pictures)
+    path = tmp_path / "a.gif"
+    assert main(["view", "nominal", "--render", str(path), "--fps", "2.5", "--height", "64"]) == 0
+    np.testing.assert_allclose(asked[0], 0.4 * np.arange(50), rtol=1e-12)
+    with Image.open(path) as film:
+        assert (film.n_frames, film.info["duration"], film.info["loop"]) == (50, 400, 0)

@@ -111,7 +111,15 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
 def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
     for name in ("ident.identification.prepare", "ident.preparation.examined", "ident.preparation.prepare"):
         monkeypatch.setattr(name, None)
-    assert sum(isinstance(part, Plot) and part.wide for part in page_of(saved).parts) == 6
+    plots = [part for part in page_of(saved).parts if isinstance(part, Plot) and part.wide]
+    fit = read_fit(saved)
+    assert len(plots) == len(fit.rows) == 6
+    above, below = plots[1].figure().axes
+    for axes, currents in ((above, fit.rows[1].V), (below, fit.rows[1].residual)):
+        shown = axes.lines[0].get_ydata()
+        np.testing.assert_array_equal(shown[np.isfinite(shown)], fit.rows[1].scale * currents)
+    assert len(above.patches) == len(fit.rows[1].still) > 0
+    assert [line.get_xdata()[0] for line in above.lines[2:]] == list(fit.begins[:2])
 
 
 def test_a_folder_without_rows_is_of_an_older_version(copied):

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.results.write_access import claim
+from scenarios.command_line.output import claim
 from scenarios.support.errors import ScenarioError
 
 NAMES = ("a.txt", "b.txt")

@@ -119,16 +119,6 @@ class GainSolution:
     unsolved: Mapping[int, str]
     stiff: "GainSolution | None" = None
 
-    @property
-    def payload_rel_std(self) -> Array:
-        """Contribution of the payloads' specified uncertainty, relative to each gain, shape (k,)."""
-        return np.linalg.norm(self.payload, axis=1)
-
-    @property
-    def model_rel_std(self) -> Array:
-        """Contribution of the model's assumptions, relative to each gain, shape (k,)."""
-        return np.linalg.norm(self.model, axis=1)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainEstimate:
@@ -233,7 +223,7 @@ def judge_identifiability(
     options, rows = problem.options, solution.rows
     covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence)
     predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
-    shares = (predicted, solution.payload_rel_std, solution.model_rel_std)
+    shares = (predicted, np.linalg.norm(solution.payload, axis=1), np.linalg.norm(solution.model, axis=1))
     predicted = np.linalg.norm(shares, axis=0)  # refusals use the total standard deviation
     joints: dict[int, JointResult] = {
         j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
@@ -241,9 +231,11 @@ def judge_identifiability(
     }
     for k, j in enumerate(solution.joints.tolist()):
         name, expected = problem.joint_name(j), float(predicted[k])
-        unit = "N m" if problem.structure.arm.revolute[j] else "N"
-        reason = refusal(expected, float(solution.load_rms[k]), options.max_rel_std, unit)
-        if reason is not None:
+        if expected > options.max_rel_std:
+            load, unit = float(solution.load_rms[k]), "N m" if problem.structure.arm.revolute[j] else "N"
+            why = f"the payload puts {load:.3g} {unit} rms on this joint" if load else "no payload loads this joint"
+            most = f"exceeds {_percent(options.max_rel_std)}"
+            reason = f"predicted standard deviation {_percent(expected)} of the gain {most}; {why}"
             joints[j] = RefusedGain(joint=name, reason=reason, predicted_rel_std=expected)
         else:
             gain = 1.0 / float(solution.inverse[k])
@@ -280,24 +272,6 @@ def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: 
     """
     least = rows.least_std(influence, noise_floor)
     return np.maximum(np.sqrt(np.diag(covariance)), least) / np.abs(inverse)  # std(g) / g = std(1/g) / (1/g)
-
-
-def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit: str) -> str | None:
-    """Return the reason if a gain is refused, else None.
-
-    Args:
-        predicted_rel_std: Predicted relative standard deviation.
-        load_rms: Root mean square of the payload's torque or force on the joint.
-        max_rel_std: Largest one that is accepted.
-        unit: Unit of `load_rms`.
-    """
-    if predicted_rel_std <= max_rel_std:
-        return None
-    load = (
-        f"the payload puts {load_rms:.3g} {unit} rms on this joint" if load_rms > 0.0 else "no payload loads this joint"
-    )
-    most = _percent(max_rel_std)
-    return f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {most}; {load}"
 
 
 def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:

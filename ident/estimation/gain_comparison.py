@@ -44,10 +44,15 @@ class Moved:
     moved: bool
 
 
-def change(log: float, std: float, *, limit: float, turned: bool = False) -> Moved:
-    """Return a change log |g_B / g_A|, significant beyond `limit` standard deviations or if the sign changed."""
-    ratio, moved = float(np.exp(log)), turned or abs(log) > limit * std
-    return Moved(rel_change=float(np.expm1(log)), std=std, rel_std=ratio * std, turned=turned, moved=bool(moved))
+def changes(log: Array, std: Array, turned: Mask, limit: float) -> tuple[Moved, ...]:
+    """Return changes log |g_B / g_A|, significant beyond `limit` standard deviations or if the sign changed."""
+    each = zip(log.tolist(), std.tolist(), turned.tolist(), strict=True)
+    return tuple(
+        Moved(
+            rel_change=float(np.expm1(x)), std=s, rel_std=float(np.exp(x)) * s, turned=t, moved=t or abs(x) > limit * s
+        )
+        for x, s, t in each
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +68,12 @@ class Together:
     chi2: float
     freedom: int
     p: float
+
+    @classmethod
+    def of(cls, chi2: float, freedom: int) -> "Together":
+        """Of a sum of squares."""
+        chi2 = max(chi2, 0.0)
+        return cls(chi2=chi2, freedom=freedom, p=float(scipy.special.chdtrc(freedom, chi2)))
 
     @property
     def moved(self) -> bool:
@@ -134,14 +145,15 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     w[sharing if len(sharing) else slice(None)] = common.weights
     apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
-    limit = -NormalDist().inv_cdf(0.5 * LEVEL / len(x))
+    limit, of_one = (-NormalDist().inv_cdf(0.5 * LEVEL / many) for many in (len(x), 1))
+    (scale,) = changes(np.array([common.value]), np.array([common.std]), np.zeros(1, np.bool_), of_one)
     return GainComparison(
         joints=joints.astype(np.intp),
-        each=_changes(x, std, limit, turned),
-        together=_test(float(y @ y), len(x)),
-        scale=change(common.value, common.std, limit=-NormalDist().inv_cdf(0.5 * LEVEL)),
+        each=changes(x, std, turned, limit),
+        together=Together.of(float(y @ y), len(x)),
+        scale=scale,
         sharing=joints[sharing].astype(np.intp),
-        apart=_changes(apart @ x, left, limit, turned),
+        apart=changes(apart @ x, left, turned, limit),
         pattern=everyone.rest if len(x) > 1 else None,
         missing=tuple(
             (j, "A" if j in A.joints else "B") for j in np.setxor1d(A.joints, B.joints).astype(np.intp).tolist()
@@ -173,7 +185,7 @@ def common_scale(x: Array, C: Array) -> CommonScale:
     ones, y = white @ np.ones(len(x)), white @ x
     weight = float(ones @ ones)
     value = float(ones @ y) / weight
-    rest = _test(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
+    rest = Together.of(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
     return CommonScale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
 
 
@@ -191,11 +203,6 @@ def sharing_joints(x: Array, C: Array) -> Indices:
     return np.zeros(0, dtype=np.intp)
 
 
-def _changes(x: Array, std: Array, limit: float, turned: Mask) -> tuple[Moved, ...]:
-    each = zip(x.tolist(), std.tolist(), turned.tolist(), strict=True)
-    return tuple(change(log, deviation, limit=limit, turned=sign) for log, deviation, sign in each)
-
-
 def _whitening(C: Array, std: Array) -> Array:
     """Return L^-1 with C = L L^T, which whitens the changes.
 
@@ -207,7 +214,3 @@ def _whitening(C: Array, std: Array) -> Array:
     except linalg.LinAlgError:
         raise GainsError("the covariance of the gains is singular; state a standard deviation of each") from None
     return linalg.solve_triangular(L, np.diag(1.0 / std), lower=True)
-
-
-def _test(chi2: float, freedom: int) -> Together:
-    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(scipy.special.chdtrc(freedom, max(chi2, 0.0))))

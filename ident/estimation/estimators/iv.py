@@ -9,7 +9,6 @@ has no advantage; the noise of one of 1.5e-3 rad at 50 Hz is 180 times as dense.
 30 Hz, least squares have errors of 1.5 to 5 %, this method of 0 to 0.4 % (`docs/derivations.md`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +19,8 @@ from ident.estimation.joint_by_joint import GainSystem, JointFit, NoFit, gain_sy
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.parameters import STANDARD
 from ident.numerics.least_squares import LeastSquares
-from ident.observation.observation import Observation, reduced
-from ident.observation.smooth_motion import Reference, reference
-from ident.payload.payload import KnownPayload
+from ident.observation.observation import JointObservation, reduced
+from ident.observation.smooth_motion import reference
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
 
@@ -32,19 +30,6 @@ NAME = "iv"
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentOptions:
     """The method has no options of its own."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Instruments:
-    """The problem along smooth motions, with the same rows.
-
-    Attributes:
-        problem: Its regressors are the instruments.
-        kept: Largest share of the variance of position noise that remains in the motions.
-    """
-
-    problem: Problem
-    kept: float
 
 
 def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEstimate:
@@ -61,20 +46,36 @@ def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEsti
         NotIdentifiable: If no motion is bare, none is loaded, or one has no recording.
     """
     problem.check_difference()
-    aid = instruments(problem)
+    along, kept = instruments(problem)
     known = [payload.known_part() for payload in problem.payloads]
-    fits = [_fit(problem, aid.problem, joint, known) for joint in range(problem.structure.arm.n)]
-    estimate = judge_identifiability(NAME, problem, joint_by_joint(problem, fits, known))
-    return replace(estimate, remarks=(_remark(aid.kept),))
+
+    def solved(joint: int) -> JointFit | NoFit:
+        def solver(system: GainSystem, rank_tol: float) -> JointFit:
+            aid = gain_system(along, joint, known)
+            assert aid is not None, "the kinematics decide, and they are the same"
+            return instrumental(system, aid.W, rank_tol)
+
+        return joint_fit(problem, joint, known, solver)
+
+    fits = [solved(joint) for joint in range(problem.structure.arm.n)]
+    # A fit with a share of the coefficients retains the frequencies below that share of the cut-off. Position noise is
+    # white; the spectrum of acceleration noise grows with the fourth power of frequency.
+    remark = (
+        f"the instruments retain up to {100.0 * kept:.2g} % of the noise variance of positions, "
+        f"{100.0 * kept**5:.2g} % of that of accelerations"
+    )
+    return replace(judge_identifiability(NAME, problem, joint_by_joint(problem, fits, known)), remarks=(remark,))
 
 
-def instruments(problem: Problem) -> Instruments:
-    """Return the problem along a smooth fit of each recorded motion.
+def instruments(problem: Problem) -> tuple[Problem, float]:
+    """Return the problem along a smooth fit of each recorded motion, whose regressors are instruments of the same rows.
+
+    Also returns the largest share of the variance of position noise that remains in these motions.
 
     Raises:
         NotIdentifiable: If a motion has no recording.
     """
-    motions, kept = list[ObservedMotion](), 0.0
+    structure, motions, kept = problem.structure, list[ObservedMotion](), 0.0
     for number, motion in enumerate(problem.motions):
         behind = motion.observation.full_rate
         if behind is None:
@@ -83,45 +84,15 @@ def instruments(problem: Problem) -> Instruments:
             )
         smooth = reference(behind)
         kept = max(kept, float(smooth.kept.max()))
-        motions.append(replace(motion, observation=_along(motion.observation, smooth)))
-    return Instruments(replace(problem, motions=tuple(motions)), kept)
-
-
-def _along(observation: Observation, smooth: Reference) -> Observation:
-    """The same rows along another motion, without the same samples."""
-    structure, behind = observation.structure, observation.recorded
-    states = smooth.q, smooth.dq, smooth.ddq
-    _, W = reduced(structure, states, np.zeros_like(behind.q), behind.moving, behind.decimator)
-    joints = tuple(
-        replace(
-            joint,
-            W=W[j][np.ix_(joint.position, structure.base.columns[joint.columns] - len(STANDARD) * j)],
-            W_L=W[j][np.ix_(joint.position, structure.payload_columns - len(STANDARD) * j)],
-        )
-        for j, joint in enumerate(observation.joints)
-    )
-    return replace(observation, joints=joints)
-
-
-def _fit(problem: Problem, aid: Problem, joint: int, known: Sequence[KnownPayload]) -> JointFit | NoFit:
-    def solver(system: GainSystem, rank_tol: float) -> JointFit:
-        along = gain_system(aid, joint, known)
-        assert along is not None, "the kinematics decide, and they are the same"
-        return instrumental(system, along.W, rank_tol)
-
-    return joint_fit(problem, joint, known, solver)
-
-
-def _remark(kept: float) -> str:
-    """Share of the encoder noise that the instruments retain.
-
-    A fit with the share `kept` of the coefficients retains the frequencies below that share of the cut-off. Position
-    noise is white; the spectrum of acceleration noise grows with the fourth power of frequency.
-    """
-    return (
-        f"the instruments retain up to {100.0 * kept:.2g} % of the noise variance of positions, "
-        f"{100.0 * kept**5:.2g} % of that of accelerations"
-    )
+        states = smooth.q, smooth.dq, smooth.ddq
+        _, W = reduced(structure, states, np.zeros_like(behind.q), behind.moving, behind.decimator)
+        joints = list[JointObservation]()
+        for j, rows in enumerate(motion.observation.joints):
+            base, load = structure.base.columns[rows.columns], structure.payload_columns
+            of_arm, of_payload = (W[j][np.ix_(rows.position, each - len(STANDARD) * j)] for each in (base, load))
+            joints.append(replace(rows, W=of_arm, W_L=of_payload))
+        motions.append(replace(motion, observation=replace(motion.observation, joints=tuple(joints))))
+    return replace(problem, motions=tuple(motions)), kept
 
 
 def instrumental(system: GainSystem, Z: Array, rank_tol: float) -> JointFit:

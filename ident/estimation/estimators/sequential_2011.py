@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain, judge_identifiability
+from ident.estimation.estimate import FoundParameter, GainEstimate, IdentifiedGain, judge_identifiability
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.joint_by_joint import JointFit, NoFit, joint_by_joint, joint_fit
+from ident.estimation.joint_by_joint import JointFit, joint_by_joint, joint_fit
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns
 from ident.model.parameters import INERTIAL
-from ident.model.structure import PROBE_SEED, Structure, independent_columns, random_regressor
+from ident.model.structure import PROBE_SEED, independent_columns, random_regressor
 from ident.numerics.least_squares import least_squares, row_weights
 from ident.payload.payload import KnownPayload
 from ident.support.arrays import Array, Indices
@@ -40,14 +40,12 @@ class FirstMoments:
         seen: Names of the identifiable ones.
         influence: Derivative by the current of each row, directly and through the gains, shape (3, r).
         joints: Joints of those rows, from 0, in ascending order.
-        mass: The mass that they are based on [kg].
     """
 
     value: Array
     seen: tuple[str, ...]
     influence: Array
     joints: tuple[int, ...]
-    mass: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,58 +81,26 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     if not found:
         return first
     moments = first_moments(problem, found, mass)
-    known = _with_moments(mass, moments)
-    both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
-    solution = _carried(joint_by_joint(problem, both, [known]), both, moments, problem.payloads[0].mass_std)
-    return judge_identifiability(NAME, problem, solution, payload=_parameters(problem, moments, solution))
-
-
-def _with_moments(mass: KnownPayload, moments: FirstMoments) -> KnownPayload:
-    """Return mass and first moments as known parameters."""
     chi = mass.chi.copy()
     chi[MOMENT_COLUMNS] = moments.value
-    return KnownPayload(names=("M", *MOMENTS), chi=chi, spread=np.zeros((10, 1)))
-
-
-def _carried(
-    solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: FirstMoments, mass_std: float
-) -> GainSolution:
-    """Return the solution with errors of the moments and the mass propagated to every gain.
-
-    An error d of the payload's parameters changes the solution x by -1/g (W^+ W_L d); the moments depend on the
-    currents.
-    """
-    influence, friction = solution.influence.copy(), solution.friction_influence.copy()
-    through = _on_all_rows(moments, solution)
-    later = [fit for fit in fits if isinstance(fit, JointFit)]
-    for k, each in enumerate(later):
-        if each.system.joint not in moments.joints:
-            own = solution.rows.of(each.system.joint)
-            W_L = each.system.rows.W_L[0][:, MOMENT_COLUMNS]
+    known = KnownPayload(names=("M", *MOMENTS), chi=chi, spread=np.zeros((10, 1)))
+    both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
+    solution = joint_by_joint(problem, both, [known])
+    rows, influence, friction = solution.rows, solution.influence.copy(), solution.friction_influence.copy()
+    through = np.zeros((len(MOMENTS), len(rows.V)))
+    through[:, np.isin(rows.joint, moments.joints)] = moments.influence
+    for k, each in enumerate(fit for fit in both if isinstance(fit, JointFit)):
+        if each.system.joint not in moments.joints:  # an error d of the moments changes the solution by -1/g W^+ W_L d
+            own, W_L = rows.of(each.system.joint), each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
-    mass = np.full((len(solution.joints), 1), mass_std / moments.mass)  # moments and gains are proportional to it
-    return replace(solution, influence=influence, friction_influence=friction, payload=mass)
-
-
-def _parameters(problem: Problem, moments: FirstMoments, solution: GainSolution) -> tuple[FoundParameter, ...]:
-    """The identifiable moments, with standard deviations from residuals and mass."""
-    options, rows = problem.options, solution.rows
-    through = _on_all_rows(moments, solution)
-    std = np.sqrt(np.diag(UNCERTAINTIES[options.uncertainty](rows, through)))
-    weighed = np.abs(moments.value) * problem.payloads[0].mass_std / moments.mass
-    return tuple(
-        FoundParameter(name=name, value=float(moments.value[k]), std=float(np.hypot(std[k], weighed[k])))
-        for k, name in enumerate(MOMENTS)
-        if name in moments.seen
-    )
-
-
-def _on_all_rows(moments: FirstMoments, solution: GainSolution) -> Array:
-    """Derivative of the moments by the current of each row of the solution, shape (3, r)."""
-    through = np.zeros((len(MOMENTS), len(solution.rows.V)))
-    through[:, np.isin(solution.rows.joint, moments.joints)] = moments.influence
-    return through
+    weighed = payload.mass_std / payload.mass  # moments and gains are proportional to the mass
+    of_mass = np.full((len(solution.joints), 1), weighed)
+    solution = replace(solution, influence=influence, friction_influence=friction, payload=of_mass)
+    residual = np.sqrt(np.diag(UNCERTAINTIES[problem.options.uncertainty](rows, through)))
+    values = zip(MOMENTS, moments.value.tolist(), np.hypot(residual, moments.value * weighed).tolist(), strict=True)
+    found_moments = [FoundParameter(name=name, value=x, std=std) for name, x, std in values if name in moments.seen]
+    return judge_identifiability(NAME, problem, solution, payload=tuple(found_moments))
 
 
 def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayload) -> FirstMoments:
@@ -149,7 +115,12 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     system = Columns.of(problem.motions, joints)
     gain = np.array([1.0 / fit.inverse for fit in found])
     each_gain = gain[np.searchsorted(joints, system.joint)]
-    arm, body = _independent(problem.structure, joints, mass)
+    structure = problem.structure
+    probes = random_regressor(structure.arm, np.random.default_rng(PROBE_SEED))[..., structure.base.columns]
+    arm = np.sort(independent_columns(np.vstack([probes[:, j] for j in joints]), [np.arange(probes.shape[2])]))
+    rest = np.array([k for k in range(10) if not mass.mask[k] and k not in MOMENT_COLUMNS])
+    of_payload = np.vstack([structure.payload_probes[j] for j in joints])
+    body = np.sort(independent_columns(of_payload, [MOMENT_COLUMNS, rest]))
     W = np.hstack((system.W[:, arm], system.W_L[0][:, body]))
     Y = each_gain * system.V - system.W_L[0][:, mass.mask] @ mass.chi[mass.mask]
     weight = row_weights(W, Y, system.joint)
@@ -168,15 +139,4 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
         seen=tuple(MOMENTS[k] for k in seen),
         influence=influence,
         joints=tuple(joints),
-        mass=float(mass.chi[INERTIAL.index("M")]),
     )
-
-
-def _independent(structure: Structure, joints: Sequence[int], mass: KnownPayload) -> tuple[Indices, Indices]:
-    """Base columns and payload columns that are independent on the rows of some joints."""
-    W = random_regressor(structure.arm, np.random.default_rng(PROBE_SEED))
-    rows = np.vstack([W[:, j, structure.base.columns] for j in joints])
-    probes = np.vstack([structure.payload_probes[j] for j in joints])
-    arm = np.sort(independent_columns(rows, [np.arange(rows.shape[1])]))
-    rest = np.array([k for k in range(10) if not mass.mask[k] and k not in MOMENT_COLUMNS])
-    return arm, np.sort(independent_columns(probes, [MOMENT_COLUMNS, rest]))

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS, estimator
-from ident.estimation.estimators.iv import Instruments
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.problem import pair
@@ -40,7 +39,7 @@ def _instruments_of_random_states():
             )
             for m in problem.motions
         )
-        return Instruments(replace(problem, motions=tuple(along)), 0.2)
+        return replace(problem, motions=tuple(along)), 0.2
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ident.estimation.estimators.iv.instruments", instruments)

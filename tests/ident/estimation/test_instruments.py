@@ -242,14 +242,14 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
         return Reference(q=behind.q, dq=behind.dq, ddq=behind.ddq, kept=share, left=np.zeros(6))
 
     monkeypatch.setattr("ident.estimation.estimators.iv.reference", same)
-    aid = instruments(problem)
-    for ours, theirs in zip(aid.problem.motions, problem.motions, strict=True):
+    along, kept = instruments(problem)
+    for ours, theirs in zip(along.motions, problem.motions, strict=True):
         assert ours.payload is theirs.payload
         for a, b in zip(ours.observation.joints, theirs.observation.joints, strict=True):
             np.testing.assert_allclose(a.W, b.W, atol=1e-12 * np.abs(b.W).max())
             np.testing.assert_allclose(a.W_L, b.W_L, atol=1e-12 * np.abs(b.W_L).max())
             np.testing.assert_array_equal(a.V, b.V)
-    assert aid.kept == pytest.approx(0.45, rel=1e-12)
+    assert kept == pytest.approx(0.45, rel=1e-12)
     estimate = instrumental_gains(problem, InstrumentOptions())
     least = ESTIMATORS["ls-2011"]
     ordinary = least.estimate(problem, least.options())

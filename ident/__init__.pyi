@@ -3,10 +3,10 @@ from .estimation.estimate import GainEstimate as GainEstimate
 from .estimation.estimate import IdentifiedGain as IdentifiedGain
 from .estimation.estimate import RefusedGain as RefusedGain
 from .estimation.estimators import ESTIMATORS as ESTIMATORS
-from .estimation.gain_options import GainOptions as GainOptions
 from .estimation.intervals import UNCERTAINTIES as UNCERTAINTIES
 from .estimation.known_gains import KnownGains as KnownGains
 from .estimation.known_gains import stated_gains as stated_gains
+from .estimation.problem import GainOptions as GainOptions
 from .identification import Identification as Identification
 from .identification import identify as identify
 from .model.arm import Arm as Arm

@@ -16,8 +16,7 @@ from ident.diagnosis.motion_quality import JointMotion, Warmth, joint_motions, t
 from ident.diagnosis.plausibility import cause_of, check_load, check_payloads
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import Problem
+from ident.estimation.problem import GainOptions, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions

@@ -11,8 +11,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_firs
 from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.diagnosis.plausibility import check_different, check_joints, check_positions
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING, repaired
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_of
 from ident.observation.following import following

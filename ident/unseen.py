@@ -25,9 +25,8 @@ from ident.diagnosis.diagnosis import SHARE, SPOILS, Diagnosed, Diagnosis, Sever
 from ident.diagnosis.plausibility import LARGE_RESIDUAL, check_different
 from ident.estimation import cross_validation
 from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains, check_comparable, estimated_gains
-from ident.estimation.problem import ObservedMotion
+from ident.estimation.problem import GainOptions, ObservedMotion
 from ident.estimation.rows import Columns
 from ident.identification import Identification
 from ident.model.parameters import INERTIAL

@@ -4,7 +4,6 @@ MODULES = {
     "ident": {
         "Identify": (
             "identification",
-            "estimation.gain_options",
             "observation.observation",
             "estimation.estimate",
             "estimation.gain_comparison",

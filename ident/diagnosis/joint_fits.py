@@ -16,10 +16,9 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.estimation.estimate import FRICTION_Z
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system
-from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.estimation.rows import joint_rows
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES, Rows
-from ident.estimation.problem import Problem
+from ident.estimation.problem import GainOptions, Problem
 from ident.support.arrays import Array, Indices, Mask, MaskedArray
 
 FRICTION_Z = 10.0

@@ -7,8 +7,8 @@ import numpy as np
 
 from ident.estimation.all_joints import GIVEN_STD, Sensitivity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
+from ident.estimation.problem import GainOptions
 from ident.estimation.setting import GivenGain
 from ident.model.arm import Arm
 from ident.recordings.recording import Recording

@@ -33,7 +33,7 @@ from typing import IO, TYPE_CHECKING, NamedTuple, NoReturn, cast
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED

@@ -97,7 +97,7 @@ def paper_command(options: argparse.Namespace) -> Status:
 def identify_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare robot, recordings, method and options, whose help is from the docstrings of their classes."""
     from ident.estimation.estimators import DEFAULT, ESTIMATORS
-    from ident.estimation.gain_options import GainOptions
+    from ident.estimation.problem import GainOptions
     from ident.observation.observation import ObserveOptions
 
     add = parser.add_argument
@@ -127,8 +127,8 @@ def identify_command(options: argparse.Namespace) -> Status:
 
     from ident.estimation.estimators import ESTIMATORS
     from ident.estimation.estimators.nls import AllJointsOptions
-    from ident.estimation.gain_options import GainOptions
     from ident.estimation.known_gains import check_comparable, estimated_gains
+    from ident.estimation.problem import GainOptions
     from ident.identification import identify
     from ident.observation.observation import ObserveOptions
     from ident.parameters.weighing import outcome_of_other_gains

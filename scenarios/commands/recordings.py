@@ -124,7 +124,7 @@ def check_command(options: argparse.Namespace) -> Status:
     """Read recordings and report their faults; status 1 if there is one."""
     from ident.diagnosis.diagnosis import Severity
     from ident.diagnosis.motion_quality import Warmth
-    from ident.estimation.gain_options import GainOptions
+    from ident.estimation.problem import GainOptions
     from ident.identification import check
     from ident.observation.observation import ObserveOptions
     from ident.payload.payload import read_payload

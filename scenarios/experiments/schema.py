@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown

@@ -6,8 +6,8 @@ from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.estimation.cross_validation import predicted
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
+from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.parameters.arm import BareArm, arm_in_SI, forecast_gains, gain_ratios
 from ident.parameters.links import nearest_links

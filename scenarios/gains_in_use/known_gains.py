@@ -13,8 +13,8 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.gain_checks import OTHER_UNIT
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import JointTorque
+from ident.estimation.problem import GainOptions
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.parameters.payload import FoundPayload, payload_of

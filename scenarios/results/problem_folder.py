@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm, load_arm, minimal_model
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, read_payload, write_payload

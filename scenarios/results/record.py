@@ -16,7 +16,7 @@ from typing import Literal, TypeVar
 
 from pydantic import BaseModel, Field, JsonValue
 
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, payload_to_table, read_payload, write_payload

@@ -10,8 +10,7 @@ from ident.diagnosis.hypothesis import Logs, observed_logs
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload

@@ -7,8 +7,7 @@ import numpy as np
 
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.model.regressor import regressor
 from ident.model.structure import Structure
 from ident.observation.observation import JointObservation, Observation

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.model.regressor import inverse_dynamics
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions

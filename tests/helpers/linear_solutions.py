@@ -3,8 +3,8 @@
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import Rows
+from ident.estimation.problem import GainOptions
 
 
 def linear_solution(rng: np.random.Generator):

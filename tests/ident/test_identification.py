@@ -12,8 +12,7 @@ from real_friction import Truth
 from ident.estimation.estimate import IdentifiedGain, joint_signs
 from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import Problem, pair
+from ident.estimation.problem import GainOptions, Problem, pair
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload

@@ -10,7 +10,7 @@ from pinocchio_arms import standard_parameters_of
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.motion_quality import Warmth
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.identification import check
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording

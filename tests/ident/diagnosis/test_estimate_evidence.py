@@ -33,7 +33,7 @@ from ident.diagnosis.hypothesis import Alternative, small
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.estimation.rows import joint_rows
 from ident.payload.payload import standard_parameters
 

@@ -12,8 +12,7 @@ from real_friction import GAIN
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.joint_fits import backward_joints, excitation, friction_z, opposed, predicted_rel_std
 from ident.estimation.estimate import FRICTION_Z
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import Problem
+from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns
 from ident.payload.payload import Payload
 

@@ -4,8 +4,7 @@ from exact import drive_gains, exact_observation, lopsided
 
 from ident.diagnosis.plausibility import cause_of, check_different, check_load, check_positions, prediction_warnings
 from ident.estimation.estimate import IdentifiedGain
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable, RecordingError
 

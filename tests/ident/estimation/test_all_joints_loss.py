@@ -9,8 +9,7 @@ from scipy import stats
 
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, student
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import pair
+from ident.estimation.problem import GainOptions, pair
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
 from ident.support.errors import OptionError

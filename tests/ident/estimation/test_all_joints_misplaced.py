@@ -12,8 +12,7 @@ from real_friction import GAIN, Truth, real_logs, three_axes
 
 from ident.estimation.all_joints import fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, with_misplaced
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.estimation.setting import setting
 from ident.estimation.sweep import across
 from ident.estimation.terms import torques_of

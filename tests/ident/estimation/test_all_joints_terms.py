@@ -11,8 +11,7 @@ from scipy import interpolate
 from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.estimation.setting import Setting, Term, setting
 from ident.estimation.sweep import Sweep, Torques, inertia_matrices, rotor_inertia
 from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, compliance_columns, load_terms, speed_terms, torques_of

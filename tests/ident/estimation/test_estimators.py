@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS, estimator
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
-from ident.estimation.problem import pair
+from ident.estimation.problem import GainOptions, pair
 from ident.observation.observation import JointObservation, Observation
 from ident.payload.payload import Payload
 from ident.support.errors import OptionError

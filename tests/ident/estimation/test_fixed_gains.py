@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ident.estimation.all_joints import GIVEN_STD
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.known_gains import KnownGains, shares
+from ident.estimation.problem import GainOptions
 
 BELIEF = np.array([[3.0, -1.0, 0.4, 7.0, 2.0, -5.0], [0.3, 0.9, -6.0, 1.7, -8.0, 0.6]])
 """Of two parameters: two beliefs of others, and those on log h of four gains."""

@@ -6,7 +6,7 @@ from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, valu
 from pinocchio_arms import random_arm
 
 from ident.estimation.estimate import RefusedGain
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.model.arm import arm_from_pinocchio
 from ident.model.structure import structure_of
 from ident.payload.payload import Payload

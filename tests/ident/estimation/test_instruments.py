@@ -9,9 +9,8 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.iv import InstrumentOptions, instrumental, instrumental_gains, instruments
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint import gain_system
-from ident.estimation.problem import Problem, pair
+from ident.estimation.problem import GainOptions, Problem, pair
 from ident.model.structure import structure_of
 from ident.numerics.signals import decimator
 from ident.observation.full_rate import FullRate

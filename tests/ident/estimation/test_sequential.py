@@ -4,9 +4,8 @@ import numpy as np
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, sequential_gains, values
 
 from ident.estimation.estimators.sequential_2011 import first_moments
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.joint_by_joint import joint_fit
-from ident.estimation.problem import pair
+from ident.estimation.problem import GainOptions, pair
 from ident.payload.payload import Payload
 
 

@@ -11,8 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.gain_options import GainOptions
-from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem
 from ident.estimation.setting import Setting, setting
 from ident.estimation.terms import (
     compliance_columns,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from annotated_types import Interval, Unit
 
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import OptionError
 from ident.support.options import options_from_table, options_from_words, refuse_outside, table_from_words

@@ -10,8 +10,8 @@ from estimates import gain_estimate
 
 import rx90_mjcf
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import estimated_gains
+from ident.estimation.problem import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.recordings.files import read_recording, write_recording

@@ -9,7 +9,7 @@ import pytest
 from quick import quick_scenario
 
 from ident.estimation.estimate import IdentifiedGain
-from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import GainOptions
 from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED

@@ -20,7 +20,6 @@ from ident.diagnosis.estimate_evidence import (
 )
 from ident.diagnosis.evidence import log_density_improvement
 from ident.diagnosis.families import scaled
-from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.gain_checks import encoder_noise
 from ident.diagnosis.hypothesis import Logs, scored_as
 from ident.diagnosis.joint_fits import opposed
@@ -32,6 +31,7 @@ from ident.diagnosis.limits import (
     undetectable_together,
     undetected_sizes,
 )
+from ident.diagnosis.models import Reference, reference
 from ident.diagnosis.search import Exact, Fault, FirstOrder, Survey, compared, directions, faults, survey
 from ident.diagnosis.terms import ELASTICITY
 from ident.estimation.estimate import GainEstimate

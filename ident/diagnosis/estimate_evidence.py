@@ -33,8 +33,8 @@ from ident.diagnosis.evidence import (
     numbered_blocks,
     z_of,
 )
-from ident.diagnosis.free_model import FreeModel, row_counts
 from ident.diagnosis.hypothesis import Alternative
+from ident.diagnosis.models import FreeModel, row_counts
 from ident.diagnosis.search import SHOWN, TIE, WORTH, FirstOrder, Significant, add_significant, added
 from ident.diagnosis.terms import CENTRE, ELASTICITY, INERTIA, KNOWN_CENTRE, MEASURE_CENTRE, payload_errors
 from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain

@@ -12,17 +12,16 @@ import numpy as np
 
 from ident.diagnosis import terms
 from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.fitted_currents import STEP, Reference
 from ident.diagnosis.hypothesis import (
     Alternative,
     Logs,
     beyond_limits,
     in_logs,
-    in_rows,
     scopes,
     small,
     within_limits,
 )
+from ident.diagnosis.models import STEP, Reference, with_arm, with_time
 from ident.estimation.sweep import across
 from ident.support.arrays import Array, Indices
 
@@ -84,11 +83,11 @@ def zeros(logs: Logs) -> Iterator[Alternative]:
 def small_zeros(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """A small error of each joint's zero."""
     arm = logs.structure.arm
-    parts = [motion.rows(motion.displaced()) for motion in reference.motions]
+    moved = reference.change(lambda along: -along.misplaced()[:, :, : arm.n])
     for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
         yield small(
             lambda value, k=k, scope=scope: turned(logs, k, scope, 1.0, float(value[0])),
-            in_rows([[each[:, k : k + 1] for each in part] for part in parts], scope),
+            reference.within([each[:, k : k + 1] for each in moved], scope),
             scale=180.0 / np.pi if arm.revolute[k] else 1e3, largest=LARGEST_ANGLE,
         )  # fmt: skip
 
@@ -133,14 +132,14 @@ def delays(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     In all logs, different delays would imitate backlash and presliding friction. Long ones are found by steps.
     """
     n, every = logs.structure.arm.n, tuple(range(logs.structure.arm.n))
-    parts = [[-each for each in motion.rows(motion.rate()[..., None])] for motion in reference.motions]
-    each_own = [[each * (np.arange(n) == j) for j, each in enumerate(part)] for part in parts]
-    for scope in scopes(len(parts)):
-        apart = (every,) if n > 1 and len(scope) < len(parts) else ()
+    together = [-each for each in reference.change(reference.rate)]
+    each_own = [each * (np.arange(n) == j) for j, each in enumerate(together)]
+    for scope in scopes(len(logs.recordings)):
+        apart = (every,) if n > 1 and len(scope) < len(logs.recordings) else ()
         for joints in ((), *((j,) for j in range(n)), *apart):
             yield small(
                 lambda value, scope=scope, joints=joints: late(logs, scope, joints, value),
-                in_rows(each_own if len(joints) > 1 else parts, scope, joints or None),
+                reference.within(each_own if len(joints) > 1 else together, scope, joints or None),
                 scale=1e3, largest=LARGEST_DELAY,
             )  # fmt: skip
 
@@ -231,8 +230,7 @@ def bases(logs: Logs) -> Iterator[Alternative]:
 def small_tilts(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """The base tilted slightly about two horizontal axes."""
     if logs.structure.arm.gravity.any():
-        parts = [motion.rows(motion.tilted()) for motion in reference.motions]
-        columns = in_rows(parts, logs.every)
+        columns = reference.change(lambda along: -along.tilted())
         yield small(lambda value: tilted(logs, value), columns, scale=180.0 / np.pi, largest=LARGEST_ANGLE)
 
 
@@ -284,10 +282,9 @@ def small_lengths(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     arm = logs.structure.arm
     for which in _lengths_of(logs):
         longer = lengthened(logs, which, 1.0 + STEP).hypothesis.of_arm(arm)
-        parts = [motion.rows(motion.changed(longer)[..., None]) for motion in reference.motions]
         yield small(
             lambda value, which=which: lengthened(logs, which, 1.0 + float(value[0])),
-            in_rows(parts, logs.every), scale=100.0, largest=LARGEST_LENGTH,
+            reference.change(lambda along, longer=longer: with_arm(along, longer)), scale=100.0, largest=LARGEST_LENGTH,
         )  # fmt: skip
 
 
@@ -331,11 +328,11 @@ def clocks(logs: Logs) -> Iterator[Alternative]:
 
 def small_clocks(reference: Reference, logs: Logs) -> Iterator[Alternative]:
     """Clocks that run slightly slower."""
-    parts = [motion.rows(motion.hurried()[..., None]) for motion in reference.motions]
-    for scope in scopes(len(parts)):
+    slower = reference.change(with_time)
+    for scope in scopes(len(logs.recordings)):
         yield small(
             lambda value, scope=scope: timed(logs, scope, 1.0 + float(value[0])),
-            in_rows(parts, scope), scale=100.0, largest=LARGEST_CLOCK,
+            reference.within(slower, scope), scale=100.0, largest=LARGEST_CLOCK,
         )  # fmt: skip
 
 

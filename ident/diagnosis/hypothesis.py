@@ -13,7 +13,7 @@ from pathlib import PurePath
 import numpy as np
 
 from ident.diagnosis.evidence import Score, regrouped
-from ident.diagnosis.free_model import FreeModel, free_model
+from ident.diagnosis.models import FreeModel, free_model
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_of
@@ -300,23 +300,6 @@ def names_apart(names: tuple[str, ...]) -> tuple[str, ...]:
     """Names of files without folders, unless these are needed to distinguish them."""
     short = tuple(PurePath(name).name for name in names)
     return short if len(set(short)) == len(set(names)) else tuple(names)
-
-
-def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Sequence[int] | None = None):
-    """Return columns of all logs' rows, joint by joint, zero outside given logs and joints.
-
-    Args:
-        parts: n arrays of shape (r, m) of each log.
-        logs: Logs in which they are not zero.
-        joints: Joints for which they are not zero; all if None.
-    """
-    n = len(parts[0])
-    return tuple(
-        np.concatenate([each[j] if k in logs else np.zeros_like(each[j]) for k, each in enumerate(parts)])
-        if joints is None or j in joints
-        else None
-        for j in range(n)
-    )
 
 
 SLACK = 0.1

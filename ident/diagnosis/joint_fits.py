@@ -9,17 +9,17 @@ follows from the columns (paper, eq. 20) and the residual: that of a joint's own
 An approximate gain, from a data sheet or the robot file, converts it to a relative one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, finding
 from ident.estimation.estimate import FRICTION_Z
-from ident.estimation.intervals import Rows, classical, max_of_classical_and_jackknife
+from ident.estimation.intervals import Rows, max_of_classical_and_jackknife
 from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
-from ident.estimation.rows import joint_rows
+from ident.estimation.rows import Columns, joint_rows
 from ident.numerics.least_squares import least_squares
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
@@ -39,31 +39,49 @@ def friction_z(problem: Problem, joint: int) -> float | None:
         problem: One motion, with any payload.
         joint: The joint, from 0.
     """
-    z = total_and_coulomb_z(problem, joint, max_of_classical_and_jackknife)
-    return None if z is None else float(z[np.argmax(np.abs(z))])
-
-
-def total_and_coulomb_z(problem: Problem, joint: int, covariance: Callable[[Rows, Array], Array]) -> Array | None:
-    """Total and Coulomb friction over their standard deviations, shape (2,)."""
     rows = joint_rows(problem, joint)
-    size = np.linalg.norm(rows.W, axis=0)
-    unit = rows.W / np.where(size > 0.0, size, 1.0)
-    U, s, Vt = np.linalg.svd(unit, full_matrices=False)
-    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
+    Q, friction = _total_and_coulomb(rows.W, rows)
+    rank = Q.shape[1]
     if len(rows.V) <= rank:
         return None
-    Q = U[:, :rank]
-    inverse = (Vt[:rank].T / s[:rank]) @ Q.T  # minimum norm: dependent columns share equally
-    both, dry = rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")
-    weights = np.array((both, dry), dtype=np.float64)  # coefficients of unit columns are friction at typical speed
-    influence = readonly(weights @ inverse)
+    influence = readonly(friction @ Q.T)
     fitted = Rows(
         V=rows.V, residual=rows.V - Q @ (Q.T @ rows.V), joint=rows.joint, motion=rows.motion,
         position=rows.position, row_period=problem.row_period, unknowns={joint: float(rank)},
         weight=np.ones(len(rows.V)), explained=Q,
     )  # fmt: skip
-    std = np.sqrt(np.diag(covariance(fitted, influence)))
-    return np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
+    std = np.sqrt(np.diag(max_of_classical_and_jackknife(fitted, influence)))
+    z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
+    return float(z[np.argmax(np.abs(z))])
+
+
+def white_friction_z(problem: Problem, joint: int) -> Array | None:
+    """Total and Coulomb friction over their standard deviations for white residuals, shape (2,), or None.
+
+    These are the smallest deviations, and from the triangular factor of the rows alone.
+    """
+    rows = joint_rows(problem, joint)
+    R = np.asarray(np.linalg.qr(np.column_stack((rows.W, rows.V)), mode="r"))
+    W, V = np.split(R, [-1], axis=1)
+    U, friction = _total_and_coulomb(W, rows)
+    if len(rows.V) <= U.shape[1]:
+        return None
+    inside = (U.T @ V)[:, 0]
+    sigma = np.linalg.norm(V[:, 0] - U @ inside) / np.sqrt(len(rows.V) - U.shape[1])
+    std = sigma * np.linalg.norm(friction, axis=1)
+    return np.divide(friction @ inside, std, out=np.zeros(2), where=std > 0.0)
+
+
+def _total_and_coulomb(W: Array, rows: Columns) -> tuple[Array, Array]:
+    """Orthonormal basis of columns (r, p), and friction at typical speed by the coordinates in it, (r, k) and (2, k).
+
+    It is of minimum norm: dependent columns share equally.
+    """
+    size = np.linalg.norm(W, axis=0)
+    U, s, Vt = np.linalg.svd(W / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    rank = int(np.sum(s > RANK_TOL * s.max(initial=0.0)))
+    both, dry = rows.of_parameter("Fv", "Fc"), rows.of_parameter("Fc")
+    return U[:, :rank], np.array((both, dry), dtype=np.float64) @ (Vt[:rank].T / s[:rank])
 
 
 def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
@@ -106,9 +124,7 @@ def opposed(problem: Problem) -> list[tuple[int, int]]:
     motions = [replace(problem, motions=(each,)) for each in problem.motions]
     found: list[tuple[int, int]] = []
     for joint in range(problem.structure.arm.n):
-        white = [
-            z for each in motions if (z := total_and_coulomb_z(each, joint, classical)) is not None
-        ]  # the least deviation
+        white = [z for each in motions if (z := white_friction_z(each, joint)) is not None]
         if not white or np.max(white) <= FRICTION_Z or np.min(white) >= -FRICTION_Z:
             continue
         z = np.array([friction_z(each, joint) or 0.0 for each in motions])

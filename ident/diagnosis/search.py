@@ -13,9 +13,8 @@ import numpy as np
 
 from ident.diagnosis.evidence import Evidence, each_added, log_density_improvement, z_of
 from ident.diagnosis.families import FAMILIES, Family
-from ident.diagnosis.fitted_currents import Reference, reference
-from ident.diagnosis.free_model import free_model
 from ident.diagnosis.hypothesis import Alternative, Logs, read_as, scored_as
+from ident.diagnosis.models import Reference, free_model, reference
 from ident.diagnosis.screening import Screened, screened
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ident.diagnosis.diagnosis import two_digits
-from ident.diagnosis.fitted_currents import Reference
-from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.hypothesis import Alternative, Logs, as_logged, small
+from ident.diagnosis.models import COUPLED, Reference
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns, joint_rows

@@ -28,8 +28,8 @@ from ident.diagnosis.estimate_evidence import (
     stated,
 )
 from ident.diagnosis.evidence import log_density_improvement, z_of
-from ident.diagnosis.fitted_currents import reference
 from ident.diagnosis.hypothesis import Alternative, small
+from ident.diagnosis.models import reference
 from ident.diagnosis.search import added, survey
 from ident.diagnosis.terms import payload_errors
 from ident.estimation.estimators.nls import all_joints_gains

@@ -9,8 +9,8 @@ from real_friction import Truth
 
 from ident.diagnosis import families, search, terms
 from ident.diagnosis.families import FAMILIES
-from ident.diagnosis.fitted_currents import reference
 from ident.diagnosis.hypothesis import in_logs, scopes
+from ident.diagnosis.models import reference
 from ident.diagnosis.screening import Screened
 from ident.diagnosis.search import Exact, FirstOrder, directions
 from ident.estimation.sweep import across
@@ -310,13 +310,13 @@ def test_a_scale_is_one_of_the_whole_current_with_payload_and_friction(sound, fo
 
 
 def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):
-    for rows in sound.model.rows:
+    for j, rows in enumerate(sound.model.rows):
         q, dq = terms.states(sound, rows)
         for log, motion in enumerate(sound.problem.motions):
             behind = motion.observation.full_rate
             D, own = behind.decimator, rows.motion == log
             for found, x in ((q, behind.q), (dq, behind.dq)):
-                mean = [D.kernel @ x[i : i + len(D.kernel), rows.joint] for i in D.factor * rows.position[own]]
+                mean = [D.kernel @ x[i : i + len(D.kernel), j] for i in D.factor * rows.position[own]]
                 # Of a few hertz little is lost in the mean; one end of the filter is a fifth of a second off.
                 np.testing.assert_allclose(found[own], mean, atol=0.1 * np.std(mean))
 

@@ -10,7 +10,14 @@ from known_logs import BRICK
 from real_friction import GAIN
 
 from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.joint_fits import backward_joints, excitation, friction_z, opposed, predicted_rel_std
+from ident.diagnosis.joint_fits import (
+    backward_joints,
+    excitation,
+    friction_z,
+    opposed,
+    predicted_rel_std,
+    white_friction_z,
+)
 from ident.estimation.estimate import FRICTION_Z
 from ident.estimation.problem import GainOptions, Problem
 from ident.estimation.rows import Columns
@@ -49,6 +56,8 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
     assert (abs(z[0]) > 1.05 * abs(z[1])) == total
     assert total or abs(z[1]) > 1.05 * abs(z[0])
     np.testing.assert_allclose(friction_z(PROBLEM, 2), z[0] if total else z[1], rtol=1e-9)  # condition below 100
+    plain = [part @ found / np.sqrt(each) for part, each in zip(parts, white, strict=True)]
+    np.testing.assert_allclose(white_friction_z(PROBLEM, 2), plain, rtol=1e-9)
 
 
 def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
@@ -89,12 +98,13 @@ def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_
         4: (None, 1.2, -1.1),
         5: (-2.0, -1.1, None),
     }
-    monkeypatch.setattr(
-        "ident.diagnosis.joint_fits.total_and_coulomb_z",
-        lambda problem, joint, _: (
-            None if (z := told[joint][problem.motions[0]]) is None else FRICTION_Z * np.array([0.9 * z, z])
-        ),
-    )
+
+    def z(problem, joint):
+        found = told[joint][problem.motions[0]]
+        return None if found is None else FRICTION_Z * found
+
+    monkeypatch.setattr("ident.diagnosis.joint_fits.friction_z", z)
+    monkeypatch.setattr("ident.diagnosis.joint_fits.white_friction_z", z)
     arm = SimpleNamespace(arm=SimpleNamespace(n=6, joint_names=tuple("abcdef")))
     assert opposed(Problem(arm, (0, 1, 2), GainOptions())) == [(0, 1), (1, 1), (3, 2), (4, 2)]
     assert opposed(Problem(arm, (1,), GainOptions())) == []

@@ -1,4 +1,4 @@
-"""What small faults change of the currents, beside differences of logs that are read so and observed again."""
+"""The free model of each joint, and what small faults change of the currents, beside logs that are read so."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,15 +9,123 @@ from consistency_logs import doubted, logs_of
 from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
-from ident.diagnosis.fitted_currents import STEP, Reference, reference
+from ident.diagnosis.evidence import BLOCKS
 from ident.diagnosis.hypothesis import Hypothesis, as_logged
-from ident.estimation.sweep import across
+from ident.diagnosis.models import (
+    STEP,
+    Reference,
+    free_columns,
+    free_model,
+    reference,
+    row_counts,
+    with_arm,
+    with_time,
+)
+from ident.estimation.rows import joint_rows
+from ident.estimation.sweep import Torques, across
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.recording import Recording
+
+
+def share_left(columns: np.ndarray, x: np.ndarray) -> float:
+    """Share of a signal that columns leave."""
+    unit = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    return float(np.linalg.norm(x - unit @ np.linalg.lstsq(unit, x)[0]) / np.linalg.norm(x))
+
+
+@pytest.mark.parametrize("joint", [0, 1, 2])
+def test_the_columns_span_what_a_log_of_its_own_friction_and_any_payload_may_hold(sound, joint):
+    rows = joint_rows(sound.problem, joint)
+    W = free_columns(sound.problem, rows)
+    loaded = rows.motion == 1
+    rng = np.random.default_rng(4)
+    friction = rows.W[:, [rows.names.index(f"{name}{joint + 1}") for name in ("Fv", "Fc", "off")]]
+    speed = friction[:, 0]
+    known = {
+        "the arm": rows.W @ rng.normal(size=rows.W.shape[1]),
+        "friction of the loaded log": friction @ [0.3, -2.0, 0.7] * loaded,
+        "a payload": rows.W_L[0] @ rng.normal(size=10),
+        "friction by direction": np.abs(speed),
+    }
+    for name, each in known.items():
+        assert share_left(W, each) < 1e-6, name  # rounding, of a condition of 1e4
+    unknown = {"time": np.linspace(0.0, 1.0, len(rows.V)) * rows.V}
+    if joint < 2:  # of the last link, a payload is as good as the link itself
+        unknown["an arm of its own in one log"] = rows.W @ rng.normal(size=rows.W.shape[1]) * loaded
+    for name, each in unknown.items():
+        assert share_left(W, each) > 1e-3, name
+
+
+def test_nothing_that_is_stated_of_a_payload_enters(axes, sound):
+    wrong = replace(BRICK, mass=0.1, com=(0.5, -0.5, 0.5), known="mass")
+    other = doubted(axes, sound.recordings, (None, wrong))
+    np.testing.assert_array_equal(other.model.fits.score.squares, sound.model.fits.score.squares)
+
+
+def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
+    twin = replace(BRICK)
+    logs = logs_of(Truth(), payloads=(None, BRICK, BRICK))
+    widths = [
+        free_columns(problem, joint_rows(problem, 1)).shape[1]
+        for problem in (
+            doubted(axes, logs, payloads).problem for payloads in ((None, BRICK, BRICK), (None, BRICK, twin))
+        )
+    ]
+    assert widths[1] - widths[0] == 10
+
+
+def test_friction_in_proportion_to_the_motors_torque_is_no_fault_of_a_log(axes):
+    loads = (0.08, 0.12, 0.1)
+    plain, braked = (doubted(axes, logs_of(Truth(load_motor=each))) for each in ((0.0,) * 3, loads))
+    # Of white noise of 1 % of each current; without the column 2.5 % are left on joint 2.
+    for each in (plain, braked):
+        for j, rows in enumerate(each.model.rows):
+            assert each.model.fits.sigma[j] < 0.008 * np.sqrt(np.mean(rows.V**2))
+
+
+def test_a_column_that_the_model_has_besides_is_explained(sound):
+    rng = np.random.default_rng(8)
+    extra = [rng.normal(size=(len(rows.V), 2)) for rows in sound.model.rows]
+    model = free_model(sound.problem, (extra[0], None, extra[2]))
+    for j, given in enumerate(extra):
+        left = np.linalg.norm(model.fits.parts[j].fit.without(given)) / np.linalg.norm(given)
+        assert (left < 1e-3) == (j != 1)
+
+
+def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
+    def short(joint):
+        rows = slice(0, 12)
+        names = ("V", "W", "W_L", "weight", "t", "position")
+        return replace(joint, **{name: getattr(joint, name)[rows] for name in names})
+
+    motions = tuple(
+        replace(
+            m,
+            observation=replace(
+                m.observation, joints=(m.observation.joints[0], short(m.observation.joints[1]), m.observation.joints[2])
+            ),
+        )
+        for m in sound.problem.motions
+    )
+    model = free_model(replace(sound.problem, motions=motions))
+    assert [each is None for each in model.fits.parts] == [False, True, False]
+    assert not model.fits.score.rows[1].any()
+
+
+def test_every_log_has_its_blocks_and_rows_are_counted_with_those_left_out(sound):
+    counts = row_counts(sound.problem)
+    seen = [motion.observation.joints for motion in sound.problem.motions]
+    assert counts == [1 + max(int(each.position[-1]) for each in joints) for joints in seen]
+    assert sound.model.fits.score.rows.shape == (3, 2 * BLOCKS)
+    for j in range(3):
+        for log, joints in enumerate(seen):
+            expected = np.bincount(joints[j].position * BLOCKS // counts[log], minlength=BLOCKS)
+            np.testing.assert_array_equal(sound.model.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
+
 
 OPTIONS = ObserveOptions()
 SIZE = 1e-3
@@ -31,6 +139,16 @@ def fit(sound) -> Reference:
     return reference(sound.problem)
 
 
+def arm_of(fit: Reference) -> Arm:
+    return fit.problem.structure.arm
+
+
+def changed(fit: Reference, log: int, of: Callable[[Torques], np.ndarray]) -> list[np.ndarray]:
+    """Change of the currents of one log."""
+    joint, motion = fit.ready.columns.joint, fit.ready.columns.motion
+    return [each[motion[joint == j] == log] for j, each in enumerate(fit.change(of))]
+
+
 def currents(fit: Reference, log: int, seen: Observation, chi: np.ndarray | None = None) -> list[np.ndarray]:
     """What the fitted arm predicts of rows through the estimator's own regressor."""
     base = seen.structure.base
@@ -39,8 +157,8 @@ def currents(fit: Reference, log: int, seen: Observation, chi: np.ndarray | None
 
 
 def observed(fit: Reference, log: Recording, hypothesis: Hypothesis, k: int, options: ObserveOptions = OPTIONS):
-    arm = hypothesis.of_arm(fit.arm)
-    structure = fit.problem.structure if arm is fit.arm else structure_of(arm)
+    arm = hypothesis.of_arm(arm_of(fit))
+    structure = fit.problem.structure if arm is arm_of(fit) else structure_of(arm)
     return observe(hypothesis.logs[k].read(log), structure, options)
 
 
@@ -56,31 +174,30 @@ def assert_near(found: np.ndarray, expected: np.ndarray, share: float) -> None:
 
 @pytest.mark.parametrize("k", [0, 1])
 def test_rows_of_the_fitted_torque_are_those_of_the_estimators_regressor(fit, sound, k):
-    motion = fit.motions[k]
     expected = currents(fit, k, sound.problem.motions[k].observation)
-    for found, want in zip(motion.rows(motion.along.sampled[..., None]), expected, strict=True):
+    for found, want in zip(changed(fit, k, lambda along: along.sampled[..., None]), expected, strict=True):
         assert_near(found[:, 0], want, RESAMPLED)
 
 
 @pytest.mark.parametrize("k", [0, 1])
 def test_zeros_move_currents_as_logs_with_other_zeros(fit, sound, k):
-    found = fit.motions[k].rows(fit.motions[k].displaced())
+    found = changed(fit, k, lambda along: -along.misplaced())
     for joint in range(3):
 
         def read(x: float, joint: int = joint) -> Hypothesis:
-            return as_logged(fit.arm, 2).changed((k,), zero=x * np.eye(3)[joint])
+            return as_logged(arm_of(fit), 2).changed((k,), zero=x * np.eye(3)[joint])
 
         for j, want in enumerate(differences(fit, sound, k, read)):
             assert_near(found[j][:, joint], want, RESAMPLED)
 
 
 def test_a_turned_base_moves_currents_as_the_arm_that_stands_so(fit, sound):
-    found = fit.motions[1].rows(fit.motions[1].tilted())
-    for which, axis in enumerate(across(fit.arm)):
+    found = changed(fit, 1, lambda along: -along.tilted())
+    for which, axis in enumerate(across(arm_of(fit))):
 
         def read(x: float, axis: np.ndarray = axis) -> Hypothesis:
-            gravity = np.cos(x) * fit.arm.gravity + np.sin(x) * np.cross(axis, fit.arm.gravity)
-            return replace(as_logged(fit.arm, 2), gravity=gravity)
+            gravity = np.cos(x) * arm_of(fit).gravity + np.sin(x) * np.cross(axis, arm_of(fit).gravity)
+            return replace(as_logged(arm_of(fit), 2), gravity=gravity)
 
         # A slanting base has more base parameters; with those of the upright one the others are zero.
         for j, want in enumerate(_by_arms(fit, sound, read)):
@@ -90,11 +207,14 @@ def test_a_turned_base_moves_currents_as_the_arm_that_stands_so(fit, sound):
 def test_longer_links_move_currents_as_the_arm_that_has_them(fit, sound):
     for joint in (1, 2):
         length_factors = np.where(np.arange(3) == joint, 1.0, 0.0)
-        longer = replace(fit.arm, translation=(1.0 + STEP * length_factors)[:, None] * fit.arm.translation)
-        found = fit.motions[1].rows(fit.motions[1].changed(longer)[..., None])
+        longer = replace(
+            arm_of(fit),
+            translation=(1.0 + STEP * length_factors)[:, None] * arm_of(fit).translation,
+        )
+        found = changed(fit, 1, lambda along, longer=longer: with_arm(along, longer))
 
         def read(x: float, length_factors: np.ndarray = length_factors) -> Hypothesis:
-            return replace(as_logged(fit.arm, 2), length_factors=1.0 + x * length_factors)
+            return replace(as_logged(arm_of(fit), 2), length_factors=1.0 + x * length_factors)
 
         for j, want in enumerate(_by_arms(fit, sound, read)):
             assert_near(found[j][:, 0], want, RESAMPLED)
@@ -102,10 +222,10 @@ def test_longer_links_move_currents_as_the_arm_that_has_them(fit, sound):
 
 def _by_arms(fit: Reference, sound, read: Callable[[float], Hypothesis]) -> list[np.ndarray]:
     """Differences between arms, whose base parameters differ, by all standard parameters."""
-    behind = fit.motions[1].behind
+    behind = sound.problem.motions[1].observation.recorded
     torque = []
     for sign in (1.0, -1.0):
-        arm: Arm = read(sign * SIZE).of_arm(fit.arm)
+        arm: Arm = read(sign * SIZE).of_arm(arm_of(fit))
         W = regressor(arm, behind.q, behind.dq, behind.ddq)  # (N, n, p)
         torque.append(W @ fit.torques[1].chi)
     full = (torque[0] - torque[1]) / (2.0 * SIZE)
@@ -120,7 +240,7 @@ def _by_arms(fit: Reference, sound, read: Callable[[float], Hypothesis]) -> list
 
 
 def test_a_slower_clock_moves_currents_as_a_log_of_other_seconds(fit, sound):
-    found = fit.motions[0].rows(fit.motions[0].hurried()[..., None])
+    found = changed(fit, 0, with_time)
     both = []
     for sign in (1.0, -1.0):
         factor = 1.0 + sign * SIZE
@@ -130,7 +250,7 @@ def test_a_slower_clock_moves_currents_as_a_log_of_other_seconds(fit, sound):
             decimation_cutoff_hz=OPTIONS.decimation_cutoff_hz / factor,
             rows_per_second=OPTIONS.rows_per_second / factor,
         )
-        read = as_logged(fit.arm, 2).changed((0,), clock=factor)
+        read = as_logged(arm_of(fit), 2).changed((0,), clock=factor)
         both.append(currents(fit, 0, observed(fit, sound.recordings[0], read, 0, same)))
     for j in range(3):
         # first order one way: its second order is SIZE of it
@@ -147,8 +267,9 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
     sound = doubted(axes, [log(0.0), base[1]])
     fit = reference(sound.problem)
     chi = fit.torques[0].chi.copy()
-    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = fit.motions[0]._viscous() / fit.h
-    found = fit.motions[0].rows(fit.motions[0].rate()[..., None])
+    viscous = np.array([fit.fitted.friction(j)["Fv", 0] for j in range(3)])
+    chi[np.arange(3) * len(STANDARD) + STANDARD.index("Fv")] = viscous / fit.h
+    found = changed(fit, 0, fit.rate)
     at = [observe(log(s * SIZE), axes, OPTIONS) for s in (1.0, -1.0, 0.0)]
     own = [currents(fit, 0, each, chi) for each in at]
     for j in range(3):

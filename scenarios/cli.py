@@ -2,17 +2,18 @@
 
 import argparse
 import os
+import re
 import shlex
 import shutil
 import sys
 import textwrap
 import traceback
 from collections.abc import Collection, Iterator, Sequence
+from typing import TYPE_CHECKING, NoReturn
 
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest, needed_extra
 from scenarios.command_line import arguments
-from scenarios.command_line.parser import OneLineParser
 from scenarios.command_line.process import (
     MEANINGS,
     OUTPUT,
@@ -31,12 +32,19 @@ from scenarios.experiments.scenario_files import builtin_names, find_scenario
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
 TRACEBACK = "RX90_TRACEBACK"
 """Environment variable that requests the traceback of an unexpected error."""
 PURPOSE = "Testbench and identification of robot drive gains."
 FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
 COMPLETION, SHELLS = "--print-completion", ("bash", "zsh", "tcsh", "fish", "powershell")
 """Option, and shells whose completion shtab writes."""
+NARROW = 60
+"""Width of a terminal below which a usage line does not list the options."""
+NEGATIVE = re.compile(r"-\.?\d")
+"""How a value begins that is no option: a negative number, or a list of numbers of which the first is negative."""
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -157,6 +165,69 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
         if isinstance(action, argparse._SubParsersAction):  # pyright: ignore[reportPrivateUsage]
             for below in action.choices.values():
                 yield from _actions(below)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser with one-line errors; options may not be abbreviated or repeated."""
+
+    def __init__(self, **settings: object) -> None:
+        super().__init__(allow_abbrev=False, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
+        self._negative_number_matcher = NEGATIVE
+        self._given = set[argparse.Action]()
+
+    def format_help(self) -> str:
+        """Return the help; on a narrow terminal the usage line omits the options."""
+        if shutil.get_terminal_size().columns < NARROW:
+            places = [action.metavar or action.dest for action in self._actions if not action.option_strings]
+            self.usage = " ".join(["%(prog)s", *map(str, places), "..."])
+        return super().format_help()
+
+    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
+        """Print; unlike argparse, report an error if it cannot be written."""
+        write(message)
+
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride] # as it is called by argparse itself
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; unknown words are reported before missing ones, which may be mistyped."""
+        self._given.clear()
+        if self._subparsers is None:
+            self._refuse([word for word in args or () if self._is_no_option(word)])
+        parsed, left = super().parse_known_args(args, namespace or argparse.Namespace())
+        self._refuse(left)
+        return parsed, left
+
+    def _is_no_option(self, word: str) -> bool:
+        """Return whether a word looks like an option but is unknown."""
+        name = word.partition("=")[0]
+        return name.startswith("--") and len(name) > 2 and " " not in word and name not in self._option_string_actions
+
+    def _refuse(self, words: Sequence[str]) -> None:
+        """Report unknown words, with the nearest option."""
+        if words:
+            options = [word.partition("=")[0] for word in words if word.startswith("-")]
+            advice = nearest(options[0], self._option_string_actions) if options else ""
+            self.error(f"unrecognized arguments: {' '.join(words)}{advice}")
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> object:
+        """Convert the words of an argument; unlike argparse, refuse a second value of an option that stores one."""
+        if action.option_strings and type(action).__name__ in ("_StoreAction", "_StoreTrueAction"):
+            if action in self._given:
+                raise argparse.ArgumentError(action, "given twice; give it once")
+            self._given.add(action)
+        return super()._get_values(action, arg_strings)
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Check choices; unlike argparse, suggest the nearest one."""
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            advice = f"{nearest(str(value), names)}; known: {', '.join(names)}"
+            raise argparse.ArgumentError(action, f"invalid choice: {arguments.quoted(str(value))}{advice}")
+
+    def error(self, message: str) -> NoReturn:
+        """Report an error and exit with status 2."""
+        complain(f"{message}; see {self.prog} --help", self.prog)
+        sys.exit(Status.BAD_INPUT)
 
 
 def parser_of(wanted: Collection[str]) -> OneLineParser:

@@ -17,8 +17,7 @@ import yaml
 from places import ROOT
 
 from ident.model.arm import load_arm
-from scenarios.cli import main
-from scenarios.command_line.parser import OneLineParser
+from scenarios.cli import OneLineParser, main
 from scenarios.commands import COMMANDS, command
 from scenarios.experiments.robots import robot
 from scenarios.results.gains_file import read_gains

@@ -3,7 +3,7 @@
 import argparse
 import os
 
-from scenarios.command_line.parser import OneLineParser
+from scenarios.cli import OneLineParser
 from scenarios.command_line.process import MEANINGS
 from scenarios.commands import GROUPS, command
 

@@ -299,10 +299,9 @@ def page(folder: Path) -> Report:
     try:
         found = PaperResult.model_validate(saved.result)
     except ValidationError as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
         again = f"write it again: {one_line(saved.command)} --force"
-        raise ScenarioError(
-            f"{one_line(path)}: its result lacks data for the page: {_first(error)}; {again}"
-        ) from error
+        raise ScenarioError(f"{one_line(path)}: its result lacks data for the page: {first}; {again}") from error
     try:
         same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
         torques = pd.read_parquet(rows).query(f"case == 'case {DRAWN}'") if same else None
@@ -320,8 +319,3 @@ def page(folder: Path) -> Report:
     facts = {"Seed": str(saved.seed)}
     more += repeated({"Original command": saved.command}, facts, saved.versions, saved.files)
     return found.report(found.title(saved.seed), *more)
-
-
-def _first(error: Exception) -> str:
-    """Return the first fault of a document."""
-    return one_line(" ".join(str(error).splitlines()[:3]))

@@ -84,26 +84,22 @@ def write_trial(simulated: Simulated, folder: Path) -> None:
 
 def _answered(methods: tuple[Method, ...], limits: Limits, simulated: Simulated) -> Rows:
     """Return the rows of a trial; each method has a copy of the folder of its own."""
-    trial, joints, rows = simulated.trial, simulated.setup.structure.arm.n, list[dict[str, object]]()
+    trial, setup, rows = simulated.trial, simulated.setup, list[dict[str, object]]()
+    tolerance, joints = setup.scenario.table.tolerance, setup.structure.arm.n
     common = {"trial": trial.number, "seed": trial.seed, **setting_columns(simulated.settings)}
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
             write_trial(simulated, Path(place))
             called = call(method, Path(place), joints, limits)
-        judged = _judged(simulated.setup, called.outcome)
-        rows += [{**common, METHOD: method.text, "seconds": called.seconds, **row} for row in judged]
+        outcome, lost = called.outcome, dict[str, object]()
+        if isinstance(outcome, MethodError):
+            lost = {"failure": outcome.kind, "reason": str(outcome), "passed": False}
+            outcome = (Claim(None, None, None),) * joints
+        verdict = judge_claims(outcome, setup.true_gain, tolerance, expectation=setup.scenario.expectation)
+        called_once = {**common, METHOD: method.text, "seconds": called.seconds}
+        for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True):
+            rows.append({**called_once, "expected": expected, **asdict(gain), **lost})
     return rows
-
-
-def _judged(setup: Setup, outcome: tuple[Claim, ...] | MethodError) -> Rows:
-    """Return the judged columns of a call, one row per joint."""
-    tolerance, lost = setup.scenario.table.tolerance, dict[str, object]()
-    if isinstance(outcome, MethodError):
-        lost = {"failure": outcome.kind, "reason": str(outcome), "passed": False}
-        outcome = (Claim(None, None, None),) * len(tolerance.gain)
-    verdict = judge_claims(outcome, setup.true_gain, tolerance, expectation=setup.scenario.expectation)
-    pairs = zip(verdict.gains, tolerance.identifiable, strict=True)
-    return [{"expected": expected, **asdict(gain), **lost} for gain, expected in pairs]
 
 
 def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:

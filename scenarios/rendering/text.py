@@ -54,23 +54,19 @@ def render(report: Report, page: Page) -> str:
             note = isinstance(part, Line) or (isinstance(part, Paragraph) and not part.strong)
             if not isinstance(before, Heading) and not (note_before and note):
                 console.print()
-            _print(part, console, width)
+            match part:
+                case Paragraph(text, mood, strong=True):
+                    _print_words(text, f"bold {STYLES[mood]}".strip(), console, width)
+                case Paragraph(text, mood):
+                    _print_words(text, STYLES[mood], console, width, HANGING)
+                case Line(text):
+                    console.print(continued(text, width), soft_wrap=True)
+                case Heading(text):
+                    _print_words(text, "bold", console, width)
+                case Table():
+                    _print_table(part, console, width)
             before = part
     return "\n".join(line.rstrip() for line in capture.get().split("\n"))
-
-
-def _print(part: Paragraph | Line | Heading | Table, console: Console, width: int) -> None:
-    match part:
-        case Paragraph(text, mood, strong=True):
-            _print_words(text, f"bold {STYLES[mood]}".strip(), console, width)
-        case Paragraph(text, mood):
-            _print_words(text, STYLES[mood], console, width, HANGING)
-        case Line(text):
-            console.print(continued(text, width), soft_wrap=True)
-        case Heading(text):
-            _print_words(text, "bold", console, width)
-        case Table():
-            _print_table(part, console, width)
 
 
 def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:

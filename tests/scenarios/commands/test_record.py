@@ -19,8 +19,7 @@ from ident.diagnosis.timing import SLOW, slowest_hz
 from ident.model.arm import load_arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import read_payload
-from scenarios.cli import main
-from scenarios.command_line.parser import OneLineParser
+from scenarios.cli import OneLineParser, main
 from scenarios.commands import COMMANDS, command
 from scenarios.design.record import SETTINGS, Recorded, Sampled
 from scenarios.experiments.motions import read_motion, write_motion

@@ -172,34 +172,20 @@ GRIPPER = "".join(
 )
 
 
-def _small(name: str, rows: Sequence[tuple[str, str, float, float, str]], *, along: str = "z") -> str:
-    """MJCF of an arm whose links, but sliding ones and the last, reach along one of their axes."""
+def _small(name: str, rows: Sequence[tuple[str, str, float, float, str]]) -> str:
+    """MJCF of an arm whose links reach along z; of each its name, place, mass [kg], length [m], joint's attributes."""
     bodies = ""
-    for k, (link, pos, mass, length, joint) in enumerate(rows):
-        x_axis = along == "x" and k < 2
-        x, z = (0.45 * length, 0.002) if x_axis else (0.003, 0.45 * length)
+    for link, pos, mass, length, joint in rows:
         i = 0.11 * mass * length**2 + 1e-6
-        end = f"{length} 0 0" if x_axis else f"0 0 {length}"
         bodies += (
-            f'<body name="{link}" pos="{pos}"><inertial pos="{x} -0.004 {z}" mass="{mass}" '
+            f'<body name="{link}" pos="{pos}"><inertial pos="0.003 -0.004 {0.45 * length}" mass="{mass}" '
             f'diaginertia="{i} {i} {0.3 * i}"/><joint {joint}/>'
-            f'<geom type="capsule" fromto="0 0 0 {end}" size="{0.09 * length + 0.008:.4g}"/>'
+            f'<geom type="capsule" fromto="0 0 0 0 0 {length}" size="{0.09 * length + 0.008:.4g}"/>'
         )
     return (
         f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>'
         f'<geom type="plane" size="2 2 0.1"/>{bodies}{"</body>" * len(rows)}</worldbody></mujoco>'
     )
-
-
-def scara() -> str:
-    """Two joints that turn about upright axes, a quill that slides down, and its rotation; no torque is stated."""
-    rows = [
-        ("inner", "0 0 0.38", 4.1, 0.325, 'name="shoulder" axis="0 0 1" range="-2.3 2.3"'),
-        ("outer", "0.325 0 0.03", 2.7, 0.275, 'name="elbow" axis="0 0 1" range="-2.5 2.5"'),
-        ("quill", "0.275 0 -0.1", 0.6, 0.2, 'name="lift" type="slide" axis="0 0 -1" range="0 0.17"'),
-        ("tool", "0 0 -0.03", 0.21, 0.02, 'name="spin" axis="0 0 1" range="-3.1 3.1"'),
-    ]
-    return _small("scara", rows, along="x")
 
 
 def with_jaw(*, jaw: str = "jaw") -> str:

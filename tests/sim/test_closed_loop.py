@@ -194,24 +194,18 @@ def test_a_recording_does_not_depend_on_the_batch_or_the_law_of_others():
         np.testing.assert_array_equal(together[i].v, alone.v)
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
+def test_what_the_native_law_cannot_do_is_refused():
+    cogging = nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))
+    for changes, message in (
         (
             {"controller": replace(NATIVE, integral_hz=0.5)},
-            r'^motion: controller\.law = "native" does not integrate, but integral_hz = 0\.5; set it to 0, or use '
-            r'controller\.law = "filtered"$',
+            r'^motion: controller\.law = "native" .* integral_hz = 0\.5; set it to 0, or .* = "filtered"$',
         ),
-        ({"step": 5e-4}, r"needs one physics step per control period, but there are 2; set step = 0\.001, or use"),
-        (
-            {"plant": nominal_plant(errors=ModelErrors(cogging=0.001, wrist_coupling=1.0))},
-            "cannot simulate a model error that acts in every control period, as cogging does; use",
-        ),
-    ],
-)
-def test_what_the_native_law_cannot_do_is_refused(changes, message):
-    with pytest.raises(PlantError, match=message):
-        record([native(**changes)], streams(0), threads=1)
+        ({"step": 5e-4}, r"one physics step per control period, but there are 2; set step = 0\.001, or use"),
+        ({"plant": cogging}, "cannot simulate a model error that acts in every control period, as cogging does; use"),
+    ):
+        with pytest.raises(PlantError, match=message):
+            record([native(**changes)], streams(0), threads=1)
 
 
 def test_a_sensor_that_the_native_law_would_not_hear_is_refused(monkeypatch):

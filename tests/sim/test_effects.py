@@ -309,10 +309,10 @@ def test_all_effects_together_are_the_laws_at_the_start_of_every_period_and_leav
 
 @pytest.mark.parametrize("elastic", [False, True])
 def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
-    seen: list[np.ndarray] = []
+    seen, times = list[np.ndarray](), list[float]()
 
     def watched(values, builds):
-        return lambda step: seen.append(step.transmitted[0].copy())
+        return lambda step: (seen.append(step.transmitted[0].copy()), times.append(step.t))
 
     monkeypatch.setattr(EFFECTS["load_friction"], "term", staticmethod(watched))
     errors = ModelErrors(transmitted_friction=0.1, gravity_spring=9e3, joint_compliance=COMPLIANCE if elastic else None)
@@ -330,6 +330,7 @@ def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
     engine.advance()
     np.testing.assert_allclose(seen[-1], expected, rtol=0, atol=2e-6)  # what the friction solver leaves, twice
     assert not seen[0].any()
+    np.testing.assert_allclose(times, 1e-3 * np.arange(16), rtol=0, atol=1e-15)  # when each period starts
 
 
 def _taken_over(plant: Plant, q: np.ndarray, dq: np.ndarray, data: mujoco.MjData) -> np.ndarray:

@@ -66,18 +66,15 @@ def test_an_arm_of_any_number_of_joints_is_simulated_from_its_folder_alone(tmp_p
     assert np.abs(loaded.v - bare.v).max() > 0.1
 
 
-@pytest.mark.parametrize(
-    ("errors", "message"),
-    [
+def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 7))
+    for errors, message in (
         ({"d3_error": 0.004}, r"errors: d3_error = 0\.004 m: invented has no frame d3; leave it at 0"),
         ({"gravity_spring": 900.0}, r"errors: gravity_spring = 900 N/m: invented has no gravity spring; leave it at 0"),
         ({"wrist_coupling": 0.5}, r"errors: wrist_coupling = 0\.5: invented has no coupling; leave it at 0"),
-    ],
-)
-def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path, errors, message):
-    robot = read_robot(robot_folder(tmp_path, 7))
-    with pytest.raises(PlantError, match=message):
-        plant_model(plant_of(robot, **errors), loaded=False, step=1e-3)
+    ):
+        with pytest.raises(PlantError, match=message):
+            plant_model(plant_of(robot, **errors), loaded=False, step=1e-3)
 
 
 def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_path):

@@ -184,18 +184,13 @@ def test_a_slow_log_keeps_one_sample_in_so_many_as_they_were_and_draws_noise_for
     np.testing.assert_array_equal(noisy.v, own.v)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (SensorOptions(log_rate_hz=30.0), r"log_rate_hz = 30 at 500 Hz: expected 0, or the controller's rate divided"),
+def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log():
+    coloured = SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=10.0)
+    check_rate(coloured, 500.0)
+    for options, message in (
+        (SensorOptions(log_rate_hz=30.0), "log_rate_hz = 30 at 500 Hz: expected 0, or the controller's rate divided"),
         (SensorOptions(log_rate_hz=1000.0), "log_rate_hz = 1000 at 500 Hz"),
-        (
-            SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=20.0),
-            "coloured_cutoff_hz = 20 at 25 Hz: .* less than 12.5 Hz",
-        ),
-    ],
-)
-def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log(options, message):
-    check_rate(SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=10.0), 500.0)
-    with pytest.raises(PlantError, match=message):
-        check_rate(options, 500.0)
+        (replace(coloured, coloured_cutoff_hz=20.0), "coloured_cutoff_hz = 20 at 25 Hz: .* less than 12.5 Hz"),
+    ):
+        with pytest.raises(PlantError, match=message):
+            check_rate(options, 500.0)

@@ -2,6 +2,7 @@ import sys
 
 import numpy as np
 import pytest
+from exact_problem import GAIN, exact_problem
 from places import ROOT
 
 from scenarios.benchmark.methods import Limits, call, method_of
@@ -23,30 +24,26 @@ def at_the_root(monkeypatch):
         sys.modules.pop(name, None)
 
 
-def absent(monkeypatch, package: str) -> None:
-    for name in [name for name in sys.modules if name == package or name.startswith(f"{package}.")]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, package, None)
-
-
-@pytest.mark.parametrize(
-    ("module", "package", "advice"),
-    [
+def test_an_absent_library_is_one_line_that_says_what_to_install(monkeypatch, capsys):
+    for module, package, advice in (
         (FIGAROH, "figaroh", "FIGAROH or what it needs is missing; pip install figaroh==1.0.2"),
         (SYSID, "mujoco.sysid", 'mujoco.sysid or what it needs is missing; pip install "mujoco[sysid]>=4.0"'),
-    ],
-)
-def test_an_absent_library_is_one_line_that_says_what_to_install(module, package, advice, monkeypatch, capsys):
-    absent(monkeypatch, package)
-    text = f"{module}:drive_gains"
-    assert main(["compare", "nominal", "--method", text]) == 2
-    assert capsys.readouterr().err == f"rx90: method '{text}': {advice}\n"
-
-
-# FIGAROH's part played by a null vector of our own
+    ):
+        for name in [name for name in sys.modules if name == package or name.startswith(f"{package}.")]:
+            monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setitem(sys.modules, package, None)
+        assert main(["compare", "nominal", "--method", f"{module}:drive_gains"]) == 2
+        assert capsys.readouterr().err == f"rx90: method '{module}:drive_gains': {advice}\n"
 
 
 # With the libraries
+
+
+@pytest.mark.slow
+def test_figaroh_finds_exact_gains(structure, tmp_path):
+    pytest.importorskip("figaroh", reason="FIGAROH is not in the lock")
+    found = call(method_of(f"{FIGAROH}:drive_gains"), exact_problem(tmp_path, structure), 6, Limits()).outcome
+    np.testing.assert_allclose([claim.value for claim in found], GAIN, rtol=1e-8)
 
 
 @pytest.mark.slow

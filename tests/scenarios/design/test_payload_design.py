@@ -96,6 +96,8 @@ def test_dimensions_are_those_that_their_names_state():
     assert WIDE.blocks[0].edges[1] == 83.0
     near = replace(BAR, dimensions=(20.0, 133.0, 5.0)).blocks[0]  # it covers the face on the bar's side too
     assert (near.edges, near.center) == ((63.0, 63.0, 15.0), (0.0, 0.0, 7.5))
+    for weight, last, missing in ((CYLINDER, 54.0, 0.0), (CYLINDER, 60.0, 6.0), (PLATE, 130.0, 6.5), (BAR, 249.0, 0.0)):
+        assert replace(weight, dimensions=(*weight.dimensions[:-1], last)).uncovered == missing  # mm of the flange
 
 
 def test_tolerances_are_those_of_iso_2768_medium_and_follow_from_formulas():

@@ -17,7 +17,7 @@ from scenarios.commands.design import unfinished
 from scenarios.design.excitation import EXCESS, HALF_TURN, SHARES, Design, Limits
 from scenarios.design.parametrisations import LEGS, Holds, Series, hold_design
 from scenarios.design.robot_folder import quickened
-from scenarios.design.search import SMALL_STEP, Found, best_fitted, judge_in, search, starts
+from scenarios.design.search import SMALL_STEP, Found, best_fitted, judge_in, random_point, search, starts
 from scenarios.experiments.motions import read_motion
 from scenarios.experiments.scenario import load_scenario, setup_of, setup_without_motion
 from scenarios.prediction.deviations import Carried, all_joints
@@ -52,6 +52,21 @@ def design(tmp_path_factory) -> Design:
         carried=Carried.of(body, Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
         prediction=all_joints,
     )
+
+
+def test_the_best_of_random_motions_about_every_start_in_turn_is_taken(design):
+    seen = list[np.ndarray]()
+
+    def judge(points):
+        seen.extend(points)
+        return [0.25 if k == 7 else 0.5 for k in range(len(points))]
+
+    series = Series(limits=design.limits, harmonics=3, duration=9.0)
+    places = np.array([[0.1, 0.2, 0.3], [-0.4, -0.5, -0.6]])
+    begun = random_point(series, places, 2, judge)
+    np.testing.assert_array_equal([each[:3] for each in seen[6:8]], places)
+    np.testing.assert_array_equal(begun.x, seen[7])
+    assert (begun.cost, begun.tried) == (0.25, 0)
 
 
 def test_motions_are_judged_in_workers_in_their_order_at_the_cost_that_they_have(design):

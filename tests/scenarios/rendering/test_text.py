@@ -136,6 +136,10 @@ def test_what_is_for_files_is_on_a_screen_when_asked_for():
     assert "0.9401234" in whole
     for form in ("markdown", "html"):
         assert all(word in renderer(form)(report, Page()) for word in ("Every check", "0.9401234"))
+    column = replace(TABLE, columns=(COLUMNS[0], replace(COLUMNS[1], file_only=True), COLUMNS[2]))
+    forms = ("text", "markdown", "html")
+    found = {form: "0.9401234" in renderer(form)(Report("T", (column,), {}), Page()) for form in forms}
+    assert found == {"text": False, "markdown": True, "html": True}
 
 
 def test_a_share_is_told_in_percent_and_none_as_a_dash():

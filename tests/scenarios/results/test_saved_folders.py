@@ -1,4 +1,5 @@
 import json
+import re
 import shlex
 import shutil
 from collections.abc import Callable
@@ -20,11 +21,10 @@ from scenarios.rendering.plot import Plot
 from scenarios.results.diagnoses import TOGETHER
 from scenarios.results.fit import begins, fit_of, fit_rows, read_fit
 from scenarios.results.gains import Result
-from scenarios.results.pages import kind_of, page_of, why_another, with_picture
+from scenarios.results.pages import kind_of, page_of, with_picture
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
-from scenarios.support.errors import ScenarioError, WrongValue
-from sim.errors import PlantError
+from scenarios.support.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -259,8 +259,7 @@ def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, s
 
 def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, monkeypatch):
     report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
-    record = json.loads((copied / "record.json").read_text())
-    picture = Picture("the arm", b"PNG")
+    record, picture = json.loads((copied / "record.json").read_text()), Picture("the arm", b"PNG")
     monkeypatch.setattr("scenarios.results.pages.still", lambda named: picture)
     assert with_picture(report, copied).parts == (report.parts[0], picture, report.parts[1])
     scenario = load_scenario(record["scenario"])
@@ -275,15 +274,4 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
         (copied / "record.json").write_text(json.dumps({**record, key: value}))
         verdict, told, rest = with_picture(report, copied).parts
         assert (verdict, rest) == report.parts
-        assert told.text.startswith("No picture of the arm: ")
-        assert said in told.text
-    for error in (PlantError, WrongValue):
-        monkeypatch.setattr("scenarios.results.pages.load_scenario", raising(error("moved away")))
-        assert why_another("mine", "0123456789abcdef") == "scenario mine can no longer be read: moved away"
-
-
-def raising(error: Exception) -> Callable[[str], None]:
-    def gone(named: str) -> None:
-        raise error
-
-    return gone
+        assert re.match(f"No picture of the arm: .*{said}", told.text)

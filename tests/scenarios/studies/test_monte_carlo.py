@@ -182,26 +182,19 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
 
 
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
-    loaded = load_scenario(str(scenario))
+    loaded, place = load_scenario(str(scenario)), "plant.payload.mass"
     wrong, good = (
-        running.Trial(number=number, seed=seed, settings={"plant.payload.mass": mass}, labels={"which": which})
+        running.Trial(number=number, seed=seed, settings={place: mass}, labels={"which": which})
         for number, seed, mass, which in ((7, 23, -4.5, "built"), (3, 31, 6.9, "simulated"))
     )
-    schema = trials.trial_schema(loaded, ["plant.payload.mass"], ["which"])
+    schema = trials.trial_schema(loaded, [place], ["which"])
     table = trials.run_task(trials.Task(loaded, (wrong, good), schema)).to_pandas()
     assert table["trial"].tolist() == [7] * 6 + [3] * 6
     failed, done = table[:6], table[6:]
     assert failed["joint"].tolist() == [1, 2, 3, 4, 5, 6]
     assert failed["tolerance"].tolist() == [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
-    for column, value in {
-        "seed": 23,
-        "failure": "WrongValue",
-        "identifiable": False,
-        "passed": False,
-        "plant.payload.mass": -4.5,
-        "which": "built",
-    }.items():
-        assert failed[column].tolist() == [value] * 6
+    same = ["seed", "failure", "identifiable", "passed", place, "which"]
+    assert failed[same].to_numpy().tolist() == [[23, "WrongValue", False, False, -4.5, "built"]] * 6
     assert failed["reason"].str.contains(r"plant\.payload\.mass: .* got -4\.5").all()
     assert failed[["true", "estimate", "std", "rel_error", "z", "payload_std"]].isna().all(axis=None)
     assert done["failure"].isna().all()

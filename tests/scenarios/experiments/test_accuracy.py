@@ -25,6 +25,7 @@ def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
     [
         "paper-noise",
         "mass-only",
+        pytest.param("sequential", marks=pytest.mark.slow),
         pytest.param("offset-payload", marks=pytest.mark.slow),
         pytest.param("coarse-encoder", marks=pytest.mark.slow),  # `test_instruments` has what its encoders do
         pytest.param("drift", marks=pytest.mark.slow),
@@ -35,7 +36,7 @@ def gains(verdicts: Sequence[Verdict], field: str) -> np.ndarray:
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
     # Where a model error makes a bias, it is in them. `test_cost` judges `gain-error-20`,
-    # `test_scenarios` `nominal` and `sequential`.
+    # `test_scenarios` `nominal`.
     assert run(setup(name), 0).verdict.passed
 
 

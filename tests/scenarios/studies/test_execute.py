@@ -1,4 +1,3 @@
-import argparse
 import os
 import signal
 import subprocess
@@ -15,7 +14,7 @@ from study_tasks import (
     refuse,
 )  # fmt: skip
 
-from scenarios.experiments.workers import GivenUp, Workers, add_worker_options, completed, local_processes, worker_words
+from scenarios.experiments.workers import GivenUp, Workers, completed, local_processes
 from scenarios.support.errors import StudyError
 
 
@@ -88,14 +87,3 @@ def alive(process: int) -> bool:
     except ProcessLookupError:
         return False
     return True
-
-
-def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_words_ask_for_it_again(capsys):
-    parser = argparse.ArgumentParser()
-    add_worker_options(parser)
-    for words in ([], ["--jobs", "3"], ["--dask", "tcp://here:1"]):
-        assert worker_words(parser.parse_args(words)) == words
-        assert all(word in parser.format_help() for word in words[:1])
-    with pytest.raises(SystemExit):
-        parser.parse_args(["--jobs", "2", "--dask", "tcp://here:1"])
-    assert "not allowed with" in capsys.readouterr().err

@@ -1,12 +1,17 @@
-"""Gains for use: their covariance holds every share, and what cannot be is refused."""
+"""Gains for use: their covariance holds every share, what cannot be is refused; torques, and fits that hold gains."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from estimates import gain_estimate
 
-from ident.estimation.known_gains import KnownGains, estimated_gains
+from ident.estimation.all_joints import GIVEN_STD
+from ident.estimation.intervals import UNCERTAINTIES
+from ident.estimation.known_gains import KnownGains, estimated_gains, joint_torque, shares
+from ident.estimation.problem import GainOptions
+from ident.recordings.recording import Recording
 from ident.support.errors import GainsError
 
 NAMES = ("a", "b", "c")
@@ -16,6 +21,9 @@ COVARIANCE = np.array([[0.04, -0.01], [-0.01, 0.09]])
 def gains(**changes) -> KnownGains:
     stated = {"names": NAMES, "joints": np.array([0, 2]), "value": np.array([2.0, -3.0]), "covariance": COVARIANCE}
     return KnownGains(**{**stated, **changes})
+
+
+NOTHING = {"joints": np.zeros(0, dtype=np.intp), "value": np.zeros(0), "covariance": np.zeros((0, 0))}
 
 
 def test_covariance_of_an_estimate_is_that_of_the_inverses_and_of_what_moves_joints_together():
@@ -71,6 +79,48 @@ def test_gains_belong_to_an_arm_by_number_and_name(arm):
         gains(**one).check_arm(arm)
     with pytest.raises(GainsError, match="joint 2 is joint3, but that of robot rx90 is joint2"):
         gains(names=("joint1", "joint3", "joint2", *arm.joint_names[3:]), **one).check_arm(arm)
-    nothing = {"joints": np.zeros(0, dtype=np.intp), "value": np.zeros(0), "covariance": np.zeros((0, 0))}
     with pytest.raises(GainsError, match="no joint has a gain"):
-        gains(names=arm.joint_names, **nothing).check_arm(arm)
+        gains(names=arm.joint_names, **NOTHING).check_arm(arm)
+
+
+V = np.array([[1.5, 2.0, -4.0], [-0.5, 3.0, 7.0], [2.5, -6.0, 0.0]])
+LOG = Recording(np.array([0.3, 0.5, 0.7]), np.cumsum(V, axis=0), V, "log")
+
+
+def test_torque_is_gain_times_current_and_its_deviation_that_of_the_gain():
+    found = joint_torque(LOG, gains())
+    assert found.joints.tolist() == [0, 2]
+    assert found.t.tolist() == [0.3, 0.5, 0.7]
+    np.testing.assert_allclose(found.tau, [[3.0, 12.0], [-1.0, -21.0], [5.0, 0.0]], rtol=1e-15)
+    np.testing.assert_allclose(found.std, [[0.3, 1.2], [0.1, 2.1], [0.5, 0.0]], rtol=1e-15)
+    two = Recording(LOG.t, LOG.q[:, :2], LOG.v[:, :2], "two.csv")
+    with pytest.raises(GainsError, match=r"two\.csv: 2 joints, but gains of 3"):
+        joint_torque(two, gains())
+    with pytest.raises(GainsError, match="no joint has a gain"):
+        joint_torque(LOG, gains(**NOTHING))
+
+
+BELIEF = np.array([[3.0, -1.0, 0.4, 7.0, 2.0, -5.0], [0.3, 0.9, -6.0, 1.7, -8.0, 0.6]])
+"""Of two parameters: two beliefs of others, and those on log h of four gains."""
+
+
+def test_the_covariance_of_gains_replaces_that_of_the_priors_which_fix_them(monkeypatch):
+    value = np.array([2.0, -5.0, 0.7])
+    covariance = np.array([[4.0, 1.0, -0.5], [1.0, 9.0, 2.0], [-0.5, 2.0, 1.5]]) * 1e-4 * np.outer(value, value)
+    fixed = gains(names=("a", "b", "c", "d"), joints=np.array([0, 2, 3]), value=value, covariance=covariance)
+    monkeypatch.setitem(UNCERTAINTIES, "classical", lambda rows, influence: 0.3 * influence @ influence.T)
+    influence, rivals = np.array([[0.2, -0.7], [0.5, 0.3]]), np.array([[0.4], [-0.9]])
+    options = GainOptions(uncertainty="classical")
+    told = SimpleNamespace(fit=SimpleNamespace(rows=None), influence=influence, belief=BELIEF)
+    found = shares(told, options, fixed, list(rivals.T))
+    # A deviation of log h = -log g is one of GIVEN_STD.
+    S, B = -BELIEF[:, [2, 4, 5]] / GIVEN_STD, np.hstack((BELIEF[:, [0, 1, 3]], rivals))
+    np.testing.assert_allclose(found.gains, S @ fixed.log_covariance @ S.T, rtol=1e-12)
+    np.testing.assert_allclose(found.model, B @ B.T, rtol=1e-12)
+    np.testing.assert_allclose(found.residual, 0.3 * influence @ influence.T, rtol=1e-12)
+    np.testing.assert_allclose(found.total, found.residual + found.gains + found.model, rtol=1e-12)
+    J = np.array([[0.6, -1.7]])
+    np.testing.assert_allclose(found.of(J).total, J @ found.total @ J.T, rtol=1e-12)
+    relative = shares(told, options, None, list(rivals.T))
+    B = np.hstack((BELIEF, rivals))  # of the scale alone, which is exact
+    np.testing.assert_allclose(relative.total, found.residual + B @ B.T, rtol=1e-12)

@@ -120,23 +120,17 @@ def test_a_joint_without_a_name_is_any_of_that_number():
         compared(named, swapped)
 
 
-def test_a_gain_that_turned_moved_whatever_its_size():
-    found = compared(gains([0, 1], [2.0, 3.0], [0.1, 0.1]), gains([0, 1], [2.0, -3.0], [0.1, 0.1]))
-    assert [each.moved for each in found.each] == [False, True]
-    assert found.moved
-
-
-def test_joints_with_a_gain_in_one_set_only_are_named():
+def test_a_gain_that_turned_moved_and_joints_with_a_gain_in_one_set_only_are_named():
+    turned = compared(gains([0, 1], [2.0, 3.0], [0.1, 0.1]), gains([0, 1], [2.0, -3.0], [0.1, 0.1]))
+    assert [each.moved for each in turned.each] == [False, True]
+    assert turned.moved
     found = compared(gains([0, 1, 3], [2.0, 3.0, 4.0], [0.1] * 3), gains([1, 2, 3], [3.1, 4.0, 4.1], [0.1] * 3))
     assert found.joints.tolist() == [1, 3]
     assert found.missing == ((0, "A"), (2, "B"))
     np.testing.assert_allclose([each.rel_change for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
-
-
-def test_one_joint_has_no_pattern():
-    found = compared(gains([2], [2.0], [0.1]), gains([2], [2.1], [0.1]))
-    assert found.pattern is None
-    assert found.together.freedom == 1
+    one = compared(gains([2], [2.0], [0.1]), gains([2], [2.1], [0.1]))
+    assert one.pattern is None
+    assert one.together.freedom == 1
 
 
 @pytest.mark.parametrize(

@@ -51,14 +51,6 @@ def test_standard_deviations_are_those_of_white_noise(structure, payload):
     assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 0.08
 
 
-def test_uncertainty_of_the_weighed_mass_passes_to_the_gains_in_full(structure, payload, rng):
-    # With the mass alone known, gains scale with it exactly.
-    light = Payload(mass=payload.mass, mass_std=0.025, known="mass")
-    estimate = drive_gains(*exact_pair(structure, payload, GAIN, rng), light, TRUSTING)
-    for joint in estimate.joints[:3]:
-        np.testing.assert_allclose(joint.payload_rel_std, 0.025 / payload.mass, rtol=10 * EXACT)
-
-
 def test_uncertainty_of_a_parameter_is_the_change_it_causes(structure, payload, rng):
     pair = exact_pair(structure, payload, GAIN, rng, noise=1e-4)
     h = 1e-5

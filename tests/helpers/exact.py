@@ -10,8 +10,11 @@ from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
 from ident.model.regressor import regressor
 from ident.model.structure import Structure
+from ident.numerics.signals import decimator
+from ident.observation.full_rate import FullRate
 from ident.observation.observation import JointObservation, Observation
 from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
 
 GAIN = np.array([0.9401, -0.9619, 1.1148, 0.9146, 25.0, -0.04])
 TRUSTING = GainOptions(noise_floor=1e-12)
@@ -130,3 +133,13 @@ def exact_problem(
         ),
         options,
     )
+
+
+def full_rate(q: np.ndarray, noise: np.ndarray, *, period: float, cutoff_hz: float = 15.0) -> FullRate:
+    """A motion that its positions (N, n) alone describe, with the density of their white noise, shape (n,)."""
+    nothing, count = np.zeros_like(q), np.arange(q.size, dtype=float).reshape(q.shape)
+    return FullRate(
+        q=q, dq=nothing, ddq=nothing, moving=np.ones(q.shape, dtype=bool), period=period, cutoff_hz=cutoff_hz,
+        decimator=decimator(period, 10.0, 10), edge=0, group=1, noise=noise,
+        recording=Recording(period * np.arange(len(q)), count, count), current_delay=0.0,
+    )  # fmt: skip

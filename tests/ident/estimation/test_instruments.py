@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided
+from exact import EXACT, GAIN, TRUSTING, exact_pair, full_rate, lopsided
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.estimation.estimators import ESTIMATORS
@@ -12,34 +12,17 @@ from ident.estimation.estimators.iv import InstrumentOptions, instrumental, inst
 from ident.estimation.joint_by_joint import gain_system
 from ident.estimation.problem import GainOptions, Problem, pair
 from ident.model.structure import structure_of
-from ident.numerics.signals import decimator
 from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions, observe
 from ident.observation.smooth_motion import DEGREE, Reference, reference
-from ident.recordings.recording import Recording
 from ident.support.errors import NotIdentifiable
 
 WIDE = ObserveOptions(cutoff_hz=40.0, decimation_cutoff_hz=30.0, rows_per_second=60.0)
 LOOSE = GainOptions(max_rel_std=10.0)
 
 
-def full_rate(q: np.ndarray, *, period: float = 0.005, cutoff_hz: float = 15.0) -> FullRate:
-    nothing = np.zeros_like(q)
-    D = decimator(period, 10.0, 10)
-    return FullRate(
-        q=q,
-        dq=nothing,
-        ddq=nothing,
-        moving=np.ones(q.shape, dtype=bool),
-        period=period,
-        cutoff_hz=cutoff_hz,
-        decimator=D,
-        edge=0,
-        group=1,
-        noise=np.zeros(q.shape[1]),
-        recording=Recording(period * np.arange(len(q)), *2 * (np.arange(q.size, dtype=float).reshape(q.shape),)),
-        current_delay=0.0,
-    )
+def smooth(q: np.ndarray) -> Reference:
+    return reference(full_rate(q, np.zeros(q.shape[1]), period=0.005))
 
 
 def slow_motion(t: np.ndarray, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -73,7 +56,7 @@ def errors(method: str, problem: Problem) -> np.ndarray:
 def test_a_slow_motion_is_found_with_its_derivatives():
     t = 0.005 * np.arange(3000)
     true = slow_motion(t, (0.4, 0.9))
-    found = reference(full_rate(true[0]))
+    found = smooth(true[0])
     # Pieces of 1/15 s at most: the sixth derivative times the piece to the sixth over the sixth's spline constant.
     for each, exact, atol in zip((found.q, found.dq, found.ddq), true, (1e-6, 3e-5, 3e-3), strict=True):
         np.testing.assert_allclose(each, exact, atol=atol)
@@ -84,7 +67,7 @@ def test_a_polynomial_of_the_spline_s_degree_needs_one_piece(degree):
     t = 0.005 * np.arange(2400)
     x = (t / 4.0)[:, None] ** degree
     noise = 1e-3 * np.random.default_rng(3).standard_normal(x.shape)
-    found = reference(full_rate(x + noise))
+    found = smooth(x + noise)
     independent = 2.0 * 15.0 * t[-1]
     np.testing.assert_allclose(found.kept, (1 + DEGREE) / independent, rtol=1e-12)
     # The fit of noise is smaller than the noise by the root of its coefficients over 1200 samples at 100 Hz... 60 Hz.
@@ -101,7 +84,7 @@ def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeyp
     sizes = 0.01 * np.arange(1, 7)
     noise = np.fft.irfft(np.fft.rfft(sizes * rng.standard_normal((3000, 6)), axis=0) * below, 3000, axis=0)
     true = (0.1 * t[:, None]) ** 3
-    found = reference(full_rate(true + noise))
+    found = smooth(true + noise)
     np.testing.assert_allclose(found.kept, 65 / (2 * 15.0 * t[-1]), rtol=1e-12)
     of_all = np.mean(noise**2, axis=0)
     assert np.mean(np.mean((found.q - true) ** 2, axis=0) / of_all) == pytest.approx(65 / 450, rel=0.28)
@@ -111,18 +94,18 @@ def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeyp
 def test_each_joint_has_as_many_pieces_as_its_motion_asks_for():
     t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
     noise = 1e-3 * rng.standard_normal((3000, 3))
-    slow, fast, middle = reference(full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + noise)).kept
+    slow, fast, middle = smooth(slow_motion(t, (0.2, 2.1, 0.7))[0] + noise).kept
     assert 0.02 < slow < middle < fast < 0.5
-    louder = reference(full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + 30.0 * noise)).kept
+    louder = smooth(slow_motion(t, (0.2, 2.1, 0.7))[0] + 30.0 * noise).kept
     assert (louder < [slow, fast, middle]).all()
 
 
 def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatch):
     t, rng, independent = 0.005 * np.arange(3000), np.random.default_rng(2), 2 * 15.0 * 0.005 * 2999
-    moved = full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + 1e-3 * rng.standard_normal((3000, 3)))
+    q = slow_motion(t, (0.2, 2.1, 0.7))[0] + 1e-3 * rng.standard_normal((3000, 3))
 
     def criterion() -> np.ndarray:
-        found = reference(moved)
+        found = smooth(q)
         return independent * np.log(found.left**2) + independent * found.kept * np.log(independent)
 
     chosen, numbers = criterion(), {int((0.5 * independent - DEGREE) / 1.15**k) for k in range(39)}
@@ -137,19 +120,19 @@ def test_noise_alone_asks_for_one_piece():
     # three or more do so with a chance of 0.7 and of 88 %.
     noise = np.random.default_rng(4).standard_normal((3000, 30))
     below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
-    kept = reference(full_rate(np.fft.irfft(np.fft.rfft(noise, axis=0) * below, 3000, axis=0))).kept
+    kept = smooth(np.fft.irfft(np.fft.rfft(noise, axis=0) * below, 3000, axis=0)).kept
     assert np.sum(kept > 1.01 * (1 + DEGREE) / (2 * 15.0 * 0.005 * 2999)) < 3
 
 
 def test_no_more_than_half_of_the_independent_samples_become_coefficients():
-    kept = reference(full_rate(slow_motion(0.005 * np.arange(3000), (3.0, 4.0))[0])).kept
+    kept = smooth(slow_motion(0.005 * np.arange(3000), (3.0, 4.0))[0]).kept
     assert (kept <= 0.5).all()
     assert (kept > 0.49).all()
 
 
 def test_velocity_and_acceleration_are_those_of_the_fitted_positions():
     t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
-    found = reference(full_rate(slow_motion(t, (0.4, 1.9))[0] + 1e-3 * rng.standard_normal((3000, 2))))
+    found = smooth(slow_motion(t, (0.4, 1.9))[0] + 1e-3 * rng.standard_normal((3000, 2)))
     inner = slice(1, -1)
     # Central differences of 5 ms of motions below some 5 Hz: off by (2 pi 5 0.005)^2 / 6 = 0.4 % at most.
     np.testing.assert_allclose((found.q[2:] - found.q[:-2]) / 0.01, found.dq[inner], atol=4e-3 * np.abs(found.dq).max())

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import problem_of
+from exact import full_rate
 from known_logs import BRICK
 from real_friction import Truth, real_logs
 
@@ -12,9 +13,8 @@ from ident.estimation.all_joints import fit
 from ident.estimation.setting import setting
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
 from ident.estimation.terms import torques_of
-from ident.numerics.signals import decimator, low_passed, smooth_motion
+from ident.numerics.signals import low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
-from ident.recordings.recording import Recording
 
 PERIOD, CUTOFF = 4e-3, 15.0
 M = np.array([[3.1, 0.7], [0.7, 0.4]])
@@ -23,22 +23,8 @@ DENSITY = np.array([3.1**2 * (3.1**2 * 3e-12 + 0.7**2 * 8e-12), 0.4**2 * (0.7**2
 """Of the noise that unit accelerations give, M_kk^2 (sum over l of M_kl^2 N_l)."""
 
 
-def full_rate(noise: np.ndarray, samples: int = 100_000, cutoff_hz: float = CUTOFF) -> FullRate:
-    q = np.zeros((samples, len(noise)))
-    return FullRate(
-        q=q,
-        dq=q,
-        ddq=q,
-        moving=np.ones(q.shape, dtype=bool),
-        period=PERIOD,
-        cutoff_hz=cutoff_hz,
-        decimator=decimator(PERIOD, 10.0, 12),
-        edge=0,
-        group=1,
-        noise=noise,
-        recording=Recording(PERIOD * np.arange(samples), *2 * (np.arange(q.size, dtype=float).reshape(q.shape),)),
-        current_delay=0.0,
-    )
+def still(noise: np.ndarray, cutoff_hz: float = CUTOFF) -> FullRate:
+    return full_rate(np.zeros((100_000, len(noise))), noise, period=PERIOD, cutoff_hz=cutoff_hz)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +39,7 @@ def test_noise_is_let_in_up_to_its_share_of_the_power(white):
     own = white * np.sqrt(power / (2.0 * PERIOD))
     # Spectra of 60 periods have lines each 2/3 Hz, of which the last one counts whole: the limit is half a line to one
     # and a half too low.
-    found = shown_hz(full_rate(NOISE, cutoff_hz=40.0), own, M**2)
+    found = shown_hz(still(NOISE, cutoff_hz=40.0), own, M**2)
     np.testing.assert_allclose(found, expected - 2.0 / 3.0, rtol=0, atol=0.4)
 
 
@@ -62,7 +48,7 @@ def test_what_is_nothing_but_encoder_noise_is_known_as_that(white):
     quiet = smooth_motion(smooth_motion(white, PERIOD, CUTOFF)[2], PERIOD, 100.0)[2][2000:-2000]
     own = quiet * np.sqrt(DENSITY / (2.0 * PERIOD))
     for share, whole in ((0.75, True), (1.35, False)):
-        found = shown_hz(full_rate(share * NOISE_SHARE * NOISE), own, M**2)
+        found = shown_hz(still(share * NOISE_SHARE * NOISE), own, M**2)
         assert ((found == CUTOFF) == whole).all()
 
 
@@ -91,5 +77,5 @@ def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
 
 
 def test_of_what_noise_drowns_at_every_frequency_only_the_slowest_is_let_in(white):
-    found = shown_hz(full_rate(NOISE), 1e-12 * white, M**2)
+    found = shown_hz(still(NOISE), 1e-12 * white, M**2)
     np.testing.assert_allclose(found, 0.25, rtol=1e-12)  # one line of spectra of 60 periods of 15 Hz

@@ -1,3 +1,4 @@
+import mujoco
 import numpy as np
 import pytest
 from plants import nominal_plant
@@ -5,7 +6,7 @@ from robot_folders import arm_xml, robot_folder
 
 from sim.plant import PayloadBody, Plant
 from sim.robot import read_robot
-from sim.shapes import Clearance, Solid, flange_of
+from sim.shapes import Clearance, Solid, add_capsules, flange_of
 
 
 def robot(tmp_path, change=lambda text: text):
@@ -179,3 +180,16 @@ def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(t
     free = Clearance(Plant(robot=robot, drives=robot.drives, payload=LIGHT), 0.2, [])
     assert free.always_near == ()
     assert free.nearest(np.array([0.0, 0.0, np.pi, 0.0, 0.0])) == ("a", "e")
+
+
+def test_the_capsule_of_a_turned_link_leads_from_its_joint_to_the_next_one(tmp_path):
+    spec = mujoco.MjSpec.from_file(str(capsule_plant(tmp_path, name='name="b" euler="20 -50 70"').robot.model))
+    assert add_capsules(spec, None) == ["a", "b", "d"]  # link c is 0.02 m long, and the last one ends at no joint
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:] = [0.3, -0.4, 0.7, 0.2, -0.6]
+    mujoco.mj_kinematics(model, data)
+    for geom, joint in enumerate((0, 1, 3)):
+        along = model.geom_size[geom, 1] * data.geom_xmat[geom].reshape(3, 3)[:, 2]
+        ends = sorted((data.geom_xpos[geom] + side * along).tolist() for side in (-1.0, 1.0))
+        np.testing.assert_allclose(ends, sorted(data.xanchor[[joint, joint + 1]].tolist()), rtol=0, atol=1e-9)

@@ -66,6 +66,11 @@ def test_an_array_of_parameters_may_have_a_number_for_each_of_all_targets(tmp_pa
     np.testing.assert_array_equal(np.floor(values(mine, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
 
 
+def test_each_of_a_set_is_chosen_in_its_turn(tmp_path):
+    mine = scenario(tmp_path, draw('"experiment.motion"', 'choice = ["drive-gains", "other.toml"]'))
+    assert {drawn_settings(mine, seed)["experiment.motion"] for seed in range(40)} == {"drive-gains", "other.toml"}
+
+
 def test_another_draw_does_not_move_the_first(tmp_path):
     gain = draw('"plant.gain"', 'distribution = "norm"\n')
     one = scenario(tmp_path, gain)

@@ -275,3 +275,10 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
         verdict, told, rest = with_picture(report, copied).parts
         assert (verdict, rest) == report.parts
         assert re.match(f"No picture of the arm: .*{said}", told.text)
+
+
+def test_a_record_with_nominal_gains_of_an_older_version_is_read(copied):
+    record = json.loads((copied / "record.json").read_text())
+    assert "about" not in record
+    (copied / "record.json").write_text(json.dumps({**record, "about": [1.5, -2.0]}))
+    assert read_record(copied).title == record["title"]

@@ -191,28 +191,20 @@ def test_columns_that_are_logged_more_slowly_are_not_frozen(ur_log, every):
         assert alarms(Recording(ur_log.t[:2483], q, ur_log.v[:2483])) == []
 
 
-@pytest.mark.parametrize("step", [3e-4, 4e-3, 2e-2])
-def test_coarse_encoders_are_not_frozen(ur_log, step):
-    assert alarms(Recording(ur_log.t, np.round(ur_log.q / step) * step, ur_log.v)) == []
-    q = ur_log.q.copy()
-    q[:, 2] = np.round(q[:, 2] / step) * step
-    assert alarms(Recording(ur_log.t, q, ur_log.v)) == []
-
-
-@pytest.mark.parametrize("steps", [3.0, 11.0])
-def test_coarse_currents_are_not_frozen(ur_log, steps):
-    size = ur_log.v.std(axis=0) / steps
-    smooth = ur_log.v.copy()
-    smooth[2:-2] = (ur_log.v[:-4] + ur_log.v[1:-3] + ur_log.v[2:-2] + ur_log.v[3:-1] + ur_log.v[4:]) / 5.0
-    for v in (ur_log.v, smooth):
-        assert alarms(Recording(ur_log.t, ur_log.q, np.round(v / size) * size)) == []
-
-
-def test_a_clipped_current_is_not_frozen(ur_log):
-    limit = 0.6 * ur_log.v[:, 1].max()
-    v = ur_log.v.copy()
-    v[:, 1] = np.minimum(v[:, 1], limit)
-    assert alarms(Recording(ur_log.t, ur_log.q, v)) == []
+def test_coarse_encoders_and_coarse_or_clipped_currents_are_not_frozen(ur_log):
+    t, q, v = ur_log.t, ur_log.q, ur_log.v
+    for step in (3e-4, 4e-3, 2e-2):
+        coarse = np.round(q / step) * step
+        assert alarms(Recording(t, coarse, v)) == []
+        assert alarms(Recording(t, np.where(np.arange(6) == 2, coarse, q), v)) == []
+    smooth = v.copy()
+    smooth[2:-2] = (v[:-4] + v[1:-3] + v[2:-2] + v[3:-1] + v[4:]) / 5.0
+    for steps in (3.0, 11.0):
+        size = v.std(axis=0) / steps
+        for each in (v, smooth):
+            assert alarms(Recording(t, q, np.round(each / size) * size)) == []
+    limit = np.where(np.arange(6) == 1, 0.6 * v[:, 1].max(), np.inf)
+    assert alarms(Recording(t, q, np.minimum(v, limit))) == []
 
 
 def test_a_coarse_current_that_vibrates_for_a_while_is_not_frozen_where_it_does_not(ur_log):

@@ -299,37 +299,30 @@ def weights(*factors: float, share: float = 0.9) -> list[LinkWeight]:
     return [LinkWeight(joint=joint, factor=factor, share=share) for joint, factor in enumerate(factors)]
 
 
-def test_more_than_half_of_the_joints_have_to_be_beyond_the_factor_one_way():
-    assert judged(weights(1.2, 4.9)).severity is Severity.GOOD
-    assert judged(weights(1.6, 4.9)).severity is Severity.WEAK
-    assert judged(weights(1.1, 1.2, 4.8, 4.9)).severity is Severity.GOOD
-    assert judged(weights(1.1, 4.7, 4.8, 4.9)).severity is Severity.WEAK
-    assert judged(weights(0.1, 1.2)).severity is Severity.GOOD
-    assert judged(weights(0.1, 0.2, 1.2)).severity is Severity.WEAK
-    assert judged(weights(0.1, 4.9, 1.2)).severity is Severity.GOOD
+@pytest.mark.parametrize(
+    ("given", "severity"),
+    [
+        # more than half of the joints have to be beyond the factor one way
+        (weights(1.2, 4.9), Severity.GOOD), (weights(1.6, 4.9), Severity.WEAK),
+        (weights(1.1, 1.2, 4.8, 4.9), Severity.GOOD), (weights(1.1, 4.7, 4.8, 4.9), Severity.WEAK),
+        (weights(0.1, 1.2), Severity.GOOD), (weights(0.1, 0.2, 1.2), Severity.WEAK),
+        (weights(0.1, 4.9, 1.2), Severity.GOOD),
+        (weights(FACTOR, FACTOR, FACTOR), Severity.GOOD),
+        (weights(FACTOR + 0.01, FACTOR + 0.01, FACTOR + 0.01), Severity.WEAK),
+        # links of other proportions explain these torques badly
+        (weights(8.0, 8.0, share=SHOWN_SHARE - 0.01), None), (weights(8.0, 8.0, share=SHOWN_SHARE), Severity.WEAK),
+        ([*weights(8.0), *weights(8.0, share=0.1)], None),
+        (weights(-2.0, -1.3, 1.1), None),  # torques against the model's have another cause
+    ],
+)  # fmt: skip
+def test_weights_of_links_are_doubted_from_the_factor_of_most_joints(given, severity):
+    found = judged(given)
+    assert (found and found.severity) is severity
 
 
-def test_the_joints_that_show_it_are_named_and_advice_is_given_where_it_is_in_doubt():
+def test_the_joints_that_show_a_weight_are_named_with_its_median_and_advice():
     found = judged([*weights(1.6, 4.8), *weights(8.0, share=0.1)])
     assert found.joints == (0, 1)
+    assert "masses are 3.2 times those of its model (median of joints 1 and 2," in found.sentence
     assert "payload's mass" in found.advice
     assert judged(weights(1.1, 1.2)).advice is None
-
-
-def test_the_weight_that_is_told_is_the_median():
-    assert "masses are 3.2 times those of its model (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
-
-
-def test_the_limit_itself_is_no_doubt():
-    assert judged(weights(FACTOR, FACTOR, FACTOR)).severity is Severity.GOOD
-    assert judged(weights(FACTOR + 0.01, FACTOR + 0.01, FACTOR + 0.01)).severity is Severity.WEAK
-
-
-def test_joints_that_links_of_other_proportions_explain_badly_say_nothing():
-    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE - 0.01)) is None
-    assert judged(weights(8.0, 8.0, share=SHOWN_SHARE)).severity is Severity.WEAK
-    assert judged([*weights(8.0), *weights(8.0, share=0.1)]) is None
-
-
-def test_torques_against_the_models_have_another_cause_than_weight():
-    assert judged(weights(-2.0, -1.3, 1.1)) is None

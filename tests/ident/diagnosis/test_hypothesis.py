@@ -164,27 +164,25 @@ def moved(*ranges: tuple[float, float]) -> Recording:
 INSIDE = ((-0.7, 1.8), (0.3, 1.1), (0.05, 0.28), (-3.0, 11.0))
 
 
-def test_a_log_within_the_limits_reaches_every_position(slider):
-    assert beyond_limits(slider, moved(*INSIDE)) == ()
+TURN = 2.0 * np.pi
+BEYOND = {
+    "within": ({}, ()),
+    "by less than the slack": ({0: (-0.7, 2.0 + 0.9 * SLACK), 2: (0.1, 0.3 + 0.9 * SLACK)}, ()),
+    "above by more": ({0: (-0.7, 2.0 + 1.1 * SLACK)}, (0,)),
+    "below by less": ({0: (-1.0 - 0.9 * SLACK, 1.3)}, ()),
+    "below by more": ({0: (-1.0 - 1.1 * SLACK, 1.3)}, (0,)),
+    "a slide by more": ({2: (0.1, 0.3 + 1.1 * SLACK)}, (2,)),
+    "hinges on other turns": ({0: (-0.7 + TURN, 1.8 + TURN), 1: (0.3 - TURN, 1.1 - TURN)}, ()),
+    "a slide has no turns": ({2: (0.05 + TURN, 0.28 + TURN)}, (2,)),
+    "nearly two turns without limits": ({3: (-12.0, 12.0)}, ()),
+    "more than two turns": ({3: (-14.0, 14.0)}, (3,)),
+}
 
 
-def test_a_joint_beyond_its_limits_is_named_and_one_beyond_by_the_slack_is_not(slider):
-    for extra, found in ((0.9 * SLACK, ()), (1.1 * SLACK, (0,))):
-        assert beyond_limits(slider, moved((-0.7, 2.0 + extra), *INSIDE[1:])) == found
-        assert beyond_limits(slider, moved((-1.0 - extra, 1.3), *INSIDE[1:])) == found
-    for extra, found in ((0.9 * SLACK, ()), (1.1 * SLACK, (2,))):
-        assert beyond_limits(slider, moved(*INSIDE[:2], (0.1, 0.3 + extra), INSIDE[3])) == found
-
-
-def test_a_hinge_may_be_counted_from_another_turn_and_a_slide_may_not(slider):
-    turn = 2.0 * np.pi
-    assert beyond_limits(slider, moved((-0.7 + turn, 1.8 + turn), (0.3 - turn, 1.1 - turn), *INSIDE[2:])) == ()
-    assert beyond_limits(slider, moved(*INSIDE[:2], (0.05 + turn, 0.28 + turn), INSIDE[3])) == (2,)
-
-
-def test_a_hinge_without_limits_turns_no_more_than_twice_either_way(slider):
-    assert beyond_limits(slider, moved(*INSIDE[:3], (-12.0, 12.0))) == ()
-    assert beyond_limits(slider, moved(*INSIDE[:3], (-14.0, 14.0))) == (3,)
+@pytest.mark.parametrize("case", BEYOND)
+def test_joints_beyond_their_limits_are_named(slider, case):
+    ranges, expected = BEYOND[case]
+    assert beyond_limits(slider, moved(*(ranges.get(j, inside) for j, inside in enumerate(INSIDE)))) == expected
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,6 @@ from ident.diagnosis.screening import (
     MARGIN,
     SURELY_WORSE,
     _by_gravity,
-    _columns_of,
     improvements,
     looked_at,
     screened,
@@ -130,17 +129,6 @@ def pair() -> tuple[Recording, Recording]:
 @pytest.fixture(scope="module")
 def six(ur, pair) -> Logs:
     return doubted(ur, pair)
-
-
-def test_a_log_has_columns_of_its_own_for_friction_and_for_a_payload_that_the_first_log_has_not(six):
-    bare, loaded = _columns_of(six, upright=True)
-    for j, (one, other) in enumerate(zip(bare, loaded, strict=True)):
-        np.testing.assert_array_equal(one.shared, other.shared)
-        assert not len(one.own)
-        friction, payload = other.own[:3], other.own[3:]
-        assert friction.tolist() == [14 * j + 11, 14 * j + 12, 14 * j + 13]
-        assert len(payload)
-        assert set(payload.tolist()) <= set(six.structure.payload_columns.tolist())
 
 
 @pytest.mark.parametrize("fault", GROSS)

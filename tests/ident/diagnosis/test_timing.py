@@ -119,19 +119,16 @@ def test_samples_that_are_missing_are_counted_beside_jitter(ur_log, rng, spread)
     assert found.sentence.startswith("6 samples are missing in 5 gaps, the longest 0.02")
 
 
-def test_samples_that_are_missing_are_counted_where_jitter_is_as_long_as_a_gap(ur_log, rng):
+@pytest.mark.parametrize("stalled", [False, True])
+def test_samples_that_are_missing_are_counted_beside_stamps_as_late_as_a_gap_is_long(ur_log, rng, stalled):
     late = np.where(rng.random(len(ur_log.t)) < 0.04, 0.65, 0.0)
     late[580:620] = 0.0
     late[[593, 606]] = 0.65  # beside the gap
-    found = named(clocked(restamped(ur_log, late, [600])), "missing samples")
-    assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
-
-
-def test_the_longest_gap_is_one_that_misses_samples_though_a_late_stamp_makes_a_longer_interval(ur_log):
-    lateness = np.zeros(len(ur_log.t))
-    lateness[[40, 41]] = 1.8, 0.9
-    log = restamped(ur_log, lateness, [600])
-    assert np.diff(log.t).argmax() == 39
+    if stalled:  # an interval longer than the gap, which misses nothing
+        late[:] = 0.0
+        late[[40, 41]] = 1.8, 0.9
+    log = restamped(ur_log, late, [600])
+    assert (np.diff(log.t).argmax() == 39) == stalled
     found = named(clocked(log), "missing samples")
     assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
 
@@ -209,17 +206,13 @@ def test_an_arm_at_rest_repeats_nothing(ur_log):
     assert len(timestamp_anomalies(Recording(ur_log.t, still, ur_log.v)).still) == 0
 
 
-def test_one_coarse_encoder_is_no_lost_sample(ur_log):
-    q = ur_log.q.copy()
-    q[:, 3] = np.round(q[:, 3] / 0.004) * 0.004  # about one step a sample
-    assert len(timestamp_anomalies(Recording(ur_log.t, q, ur_log.v)).long) == 0
-
-
-def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(ur_log):
-    odd = timestamp_anomalies(
-        Recording(ur_log.t, np.round(ur_log.q / 0.02) * 0.02, ur_log.v)
-    )  # a step in several samples
-    assert len(odd.long) == len(odd.still) == 0
+def test_coarse_encoders_lose_and_repeat_nothing(ur_log):
+    q = ur_log.q
+    one = np.where(np.arange(6) == 3, np.round(q / 0.004) * 0.004, q)  # about one step a sample
+    every = np.round(q / 0.02) * 0.02  # a step in several samples
+    odd = [timestamp_anomalies(replace(ur_log, q=each)) for each in (one, every)]
+    assert [len(each.long) for each in odd] == [0, 0]
+    assert len(odd[1].still) == 0
 
 
 def test_a_lost_sample_is_sure_beside_what_rounding_deviates_by_and_no_more(ur_log):

@@ -80,12 +80,14 @@ def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, paylo
     for j in range(6):
         fit = joint_fit(problem, j, known)
         names = [structure.base.names[c] for c in structure.joint_independent[j]]
-        z = []
+        z, friction = [], []
         for wanted in ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)):
             weight = np.zeros(len(fit.fit.x))
             for k, name in enumerate(names):
                 weight[k] = np.sqrt(np.mean(fit.system.W[:, k] ** 2)) if name in wanted else 0.0
-            z.append(weight @ fit.fit.x / np.sqrt(weight @ fit.fit.covariance @ weight))
+            friction.append(weight @ fit.fit.x)
+            z.append(friction[-1] / np.sqrt(weight @ fit.fit.covariance @ weight))
+        np.testing.assert_allclose(fit.system.friction @ fit.fit.x, friction, rtol=1e-12)
         np.testing.assert_allclose(signs.friction_z[j], z[int(np.argmax(np.abs(z)))], rtol=1e-8)
 
 

@@ -123,3 +123,11 @@ def test_group_means_leave_out_an_incomplete_group():
     np.testing.assert_array_equal(group_means(np.arange(7.0), 3), [1.0, 4.0])
     x = np.arange(12.0).reshape(6, 2)
     np.testing.assert_array_equal(group_means(x, 1), x)
+
+
+def test_decimated_rows_are_those_of_the_banded_matrix_and_the_filter_stays_within_the_data(rng):
+    D, x = decimator(0.01, 4.0, 6), rng.normal(size=(200, 3, 2))
+    rows, reach = D.rows(len(x)), len(D.kernel)
+    assert reach > 2 * D.factor  # several groups of samples a row
+    expected = [np.tensordot(D.kernel, x[k * D.factor : k * D.factor + reach], 1) for k in range(rows)]
+    np.testing.assert_allclose(D.applied(x), expected, rtol=0, atol=1e-13)  # rounding of sums of some 80 terms

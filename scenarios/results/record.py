@@ -298,7 +298,8 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
     """Return the assumptions of a saved result, and how to repeat it."""
 
     def listed(options: Mapping[str, object]) -> str:
-        return ", ".join(f"{name} {value}" for name, value in options.items())
+        values = {name: f"({listed(each)})" if isinstance(each, Mapping) else each for name, each in options.items()}
+        return ", ".join(f"{name} {each}" for name, each in values.items())
 
     pairs = zip(record.motions, given.motions, strict=True)
     payloads = {stated.payload: each.payload for stated, each in pairs if stated.payload}
@@ -311,7 +312,11 @@ def origin_parts(folder: Path, record: RecordFile, given: GivenProblem, seed: in
     assumed = method | {
         "arm": f"{given.arm.name}: {given.arm.n} joints, kinematics from the model file; its inertias are not used",
         "coupled motors": "; ".join(coupled) or "none",
-        **{f"payload {name}": listed(payload_to_table(each)) for name, each in payloads.items() if each is not None},
+        **{
+            f"payload {name} [SI units]": listed(payload_to_table(each))
+            for name, each in payloads.items()
+            if each is not None
+        },
         "filters and rows": listed(record.observe),
         "limits for accepting a gain": listed(record.gains),
     }

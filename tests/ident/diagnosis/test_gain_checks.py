@@ -326,3 +326,4 @@ def test_the_joints_that_show_a_weight_are_named_with_its_median_and_advice():
     assert "masses are 3.2 times those of its model (median of joints 1 and 2," in found.sentence
     assert "payload's mass" in found.advice
     assert judged(weights(1.1, 1.2)).advice is None
+    assert judged(weights(0.9, 1.7, 4.8)).value == 1.7

@@ -126,6 +126,13 @@ def test_what_a_bag_lacks_is_said_in_one_line(tmp_path, name):
     assert "\n" not in str(caught.value)
 
 
+def test_stamps_out_of_order_are_refused_and_not_sorted(tmp_path):
+    mixed = samples()
+    mixed[41] = replace(mixed[41], stamp=float(T[38]) - 0.001)  # in the order of logging, row 42 goes back
+    with pytest.raises(RecordingError, match="time does not increase at row 42"):
+        read_recording(write_bag(tmp_path / "bag", mixed), DESCRIPTION)
+
+
 def test_what_is_no_bag_of_joint_states_is_named(tmp_path, monkeypatch):
     with Writer(tmp_path / "texts", version=9) as writer:
         topic = writer.add_connection("/chatter", "std_msgs/msg/String", typestore=STORE)

@@ -125,6 +125,17 @@ def test_a_joint_that_begins_late_and_a_cut_between_joints_are_no_other_study():
     assert_as_expected(study_rows(tables, trials=37), rows)
 
 
+def test_of_many_trials_every_step_th_gain_is_kept_over_all_parts(monkeypatch):
+    rows = lopsided()
+    tables = [as_part(rows[a:b]).select(COLUMNS) for a, b in pairwise((0, 7, 20, 53, len(rows)))]
+    every = study_rows(tables, trials=37)
+    monkeypatch.setattr("scenarios.experiments.statistics.SHOWN", 9)
+    for few, each in zip(study_rows(tables, trials=37).joints, every.joints, strict=True):
+        assert few.step == 4
+        np.testing.assert_array_equal(few.true, each.true[::4])
+        np.testing.assert_array_equal(few.z, each.z)
+
+
 def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
     rows = lopsided().query("trial < 2")
     with study_folder(tmp_path, {}, count=2, command="", rows_per_trial=3) as folder:

@@ -141,6 +141,11 @@ def test_standard_columns_are_complete_and_spelt_so():
     description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
     with pytest.raises(RecordingError, match=r"no column 'time_ms'.*already has columns t, q1, v1, \.\.; convert only"):
         resolved(Path("log"), ["t", "q1", "v1"], description)
+    most = resolved(Path("log"), ["t", *(f"{kind}{j}" for kind in "qv" for j in range(1, 65))], LogDescription())
+    assert len(most[0].v.columns) == 64
+    declared = LogDescription(v=Channels(columns=("i2", "i1")))  # not v1, v2, which are currents
+    with pytest.raises(RecordingError, match="the quantity in i2, i1 is not declared"):
+        resolved(Path("log"), ["t", "q1", "q2", "i1", "i2"], declared)
 
 
 def test_rows_are_chosen_by_their_value(tmp_path):

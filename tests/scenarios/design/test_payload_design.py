@@ -134,6 +134,9 @@ def test_the_predicted_deviations_are_those_of_the_problem_with_that_payload_on_
     whole = (53.0 * 53.0 * 212.0, (31.5 + 116.0 + 26.5) * 63.0 * 15.0)  # bar and bracket
     off = (whole[0] * 116.0 + whole[1] * (0.5 * 174.0 - 31.5)) / sum(whole)
     assert found.off_axis_mm == pytest.approx(off, rel=1e-9)
+    moved = copy(payloads)  # the same weight, on a flange whose axis is 34 mm away
+    moved.flange = replace(payloads.flange, origin=payloads.flange.origin + np.array([0.016, -0.03, 0.2]))
+    assert moved.candidate(FOUND).off_axis_mm == pytest.approx(off, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -215,7 +215,7 @@ def test_a_joint_without_rows_is_told(structure, heavy, rng):
 
 
 def _first(joint, rows: int):
-    cut = {name: getattr(joint, name)[:rows] for name in ("V", "W", "W_L", "t", "position")}
+    cut = {name: getattr(joint, name)[:rows] for name in ("V", "W", "W_L", "t", "position", "weight")}
     return replace(joint, **cut)
 
 

@@ -87,6 +87,15 @@ def sheet(cell: Path) -> tuple[str, str]:
     return "--nominal", str(cell / "sheet.toml")
 
 
+def test_a_joint_has_the_attributes_of_its_class_and_of_those_around_it(cell, capsys):
+    text = (cell / "arm.xml").read_text().replace('name="wrist_3_link"', 'name="wrist_3_link" childclass="last"')
+    inner = '<default class="last"><joint damping="0.9"/></default></default></default>'
+    (cell / "arm.xml").write_text(text.replace("</default></default>", inner))
+    told = changes(capsys, cell, "arm.xml")
+    before = [told[JOINTS[5], name]["before"] for name in ("damping", "frictionloss", "armature")]
+    assert before == ["0.9", "0.4", "0.3"]
+
+
 def test_a_urdf_has_efforts_scaled_and_friction_in_newton_metres(cell, capsys):
     told = changes(capsys, cell, "arm.urdf", *sheet(cell))
     joints = {each.get("name"): each for each in ET.parse(cell / "patched.urdf").getroot().findall("joint")}

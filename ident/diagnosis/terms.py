@@ -218,7 +218,7 @@ def payload_errors(problem: Problem, estimate: GainEstimate) -> Iterator[Alterna
         for log in fixed.logs:  # its mean within the log, then its growth in proportion to time
             time = [(since_middle(each, log) * (each.motion == log))[:, None] for each in rows]
             columns = (None if c is None else np.hstack((c, t * c)) for c, t in zip(fixed.columns, time, strict=True))
-            yield replace(fixed, logs=(log,), columns=tuple(columns))
+            yield replace(fixed, logs=(log,), columns=tuple(columns), parameters=2 * fixed.parameters)
 
 
 def per_metre(payload: Payload) -> Array:

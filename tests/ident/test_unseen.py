@@ -81,6 +81,15 @@ def test_deviations_of_arm_payload_and_gain_are_expected_of_an_unseen_motion(str
     assert max(of_arm, of_gain, of_payload) < 0.04
 
 
+def test_the_error_of_a_gain_by_the_payload_is_as_large_as_its_deviation_by_blocks_says(structure, motion, heavy):
+    unseen, base = motion
+    surest = replace(heavy, mass_std=0.0, com_std=(0.0,) * 3, inertia_std=(0.0,) * 6)
+    used = replace(model(structure, base, GAIN), fits={j: replace(FIT[2], joint=j) for j in range(6)})
+    found = predicted(replace(unseen, log=replace(unseen.log, payload=surest)), used).joints
+    z = [each.gain_rel_error / each.gain_rel_std for each in found]
+    assert 0.3 < np.sqrt(np.mean(np.square(z))) < 2.0  # of six joints with white noise: 1 +- 0.3
+
+
 def test_what_is_worse_and_what_is_the_same_does_not_pass(structure, motion):
     unseen, base = motion
     right, off = model(structure, base, GAIN), model(structure, base, OFF * GAIN)

@@ -102,7 +102,9 @@ def test_stated_values_are_published_and_others_assumed_with_their_source(servo_
     for stated in (table["home"], *drives.values()):
         assert len(stated["source"].split()) >= 2
     assert (tmp_path / "mine" / table["model"]).resolve() == servo_arm.resolve()
-    sources = tomllib.loads((tmp_path / "mine/scenario.toml").read_text())["sources"]
+    scenario = tomllib.loads((tmp_path / "mine/scenario.toml").read_text())
+    assert scenario["tolerance"]["gain"] == [0.052] * 3  # four predicted deviations
+    sources = scenario["sources"]
     for end, hertz in ((0.0, 30.0), (1.0, 20.0)):  # of a rotor on its transmission
         soft = sources["joint elasticity"]["parameters"]
         compliance = np.array(soft["loc"]) + end * np.array(soft["scale"])

@@ -7,7 +7,7 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from scenarios.experiments.study_folder import study_folder
+from scenarios.experiments.study_folder import STUDY, study_folder
 from scenarios.support.errors import StudyError
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
@@ -39,6 +39,12 @@ def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
     pd.testing.assert_frame_equal(
         table, pd.read_parquet(tmp_path / "study" / "trials").sort_values(["trial", "joint"], ignore_index=True)
     )
+
+
+def test_the_record_keeps_the_largest_number_of_trials_that_was_requested(tmp_path):
+    for count, most in ((9, 9), (4, 9), (13, 13)):
+        with opened(tmp_path, count=count):
+            assert json.loads((tmp_path / STUDY).read_text())["trials"] == most
 
 
 def test_lost_trials_are_there_for_readers_and_missing_for_the_next_to_work(tmp_path):

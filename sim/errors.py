@@ -1,56 +1,34 @@
 """Errors of simulations: one base class, one class per cause; each message is one line for the user."""
 
+from ident.support.errors import ProjectError
 
-class SimulationError(RuntimeError):
-    """Base of every error this package raises on purpose.
 
-    Attributes:
-        joint: The joint, from 0; None if it is not of one joint.
-        value: The refused number, None if there is none.
-        bounds: Smallest and largest number that is allowed, infinite without a limit; None without a number.
-    """
-
-    def __init__(
-        self,
-        message: str,
-        *,
-        joint: int | None = None,
-        value: float | None = None,
-        bounds: tuple[float, float] | None = None,
-    ) -> None:
-        """State the message and the numbers in it."""
-        super().__init__(message)
-        self.joint, self.value, self.bounds = joint, value, bounds
+class SimulationError(ProjectError, RuntimeError):
+    """Base of every error this package raises on purpose."""
 
 
 class PlantError(SimulationError):
     """A robot, model, plant, controller or sensor that is impossible, or that cannot be read, compiled or drawn."""
 
 
-NO_POSITION, SATURATED, LIMIT_REACHED, DIVERGED = "NoPosition", "Saturated", "LimitReached", "Diverged"
-"""Kinds of `TrajectoryError`, as studies count them."""
-
-
 class TrajectoryError(SimulationError):
-    """A motion that the robot cannot follow, found before or in its simulation.
+    """A motion that the robot cannot follow, found before or in its simulation."""
 
-    Attributes:
-        kind: `NoPosition` (no feasible start), `Saturated` (a drive at its limit for too long), `LimitReached` (a joint
-            at the end of its range), `Diverged` (the state left all bounds), or `TrajectoryError` (any other limit).
-    """
 
-    def __init__(
-        self,
-        message: str,
-        *,
-        kind: str = "TrajectoryError",
-        joint: int | None = None,
-        value: float | None = None,
-        bounds: tuple[float, float] | None = None,
-    ) -> None:
-        """State the message, the kind and the numbers."""
-        super().__init__(message, joint=joint, value=value, bounds=bounds)
-        self.kind = kind
+class NoPosition(TrajectoryError):
+    """No feasible start of a motion."""
+
+
+class Saturated(TrajectoryError):
+    """A drive at its limit for too long."""
+
+
+class LimitReached(TrajectoryError):
+    """A joint at the end of its range."""
+
+
+class Diverged(TrajectoryError):
+    """A state that left all bounds."""
 
 
 ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"

@@ -1,8 +1,8 @@
 """Errors of the identification: one base class, one class per cause that a caller can treat differently."""
 
 
-class IdentificationError(ValueError):
-    """Base of every error this package raises on purpose; its message is one line for the user.
+class ProjectError(Exception):
+    """Base of the errors that this project raises on purpose; the message is one line for the user.
 
     Attributes:
         joint: The joint, from 0; None if it is not of one joint.
@@ -21,6 +21,10 @@ class IdentificationError(ValueError):
         """State the message and the numbers in it."""
         super().__init__(message)
         self.joint, self.value, self.bounds = joint, value, bounds
+
+
+class IdentificationError(ProjectError, ValueError):
+    """Base of every error this package raises on purpose."""
 
 
 class RecordingError(IdentificationError):

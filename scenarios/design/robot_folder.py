@@ -26,7 +26,7 @@ from scenarios.rendering.content import NONE, Line, Mood, Paragraph, Part, colum
 from scenarios.rendering.result import ResultModel
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import schema_line, toml_value
-from sim.errors import NO_POSITION, PlantError, TrajectoryError
+from sim.errors import NoPosition, PlantError, TrajectoryError
 from sim.plant import Plant
 from sim.shapes import CLEARANCE
 from sim.trajectory import FourierTrajectory
@@ -160,10 +160,10 @@ def found_motion(
     for attempt in range(ATTEMPTS):
         try:
             motions.append(best_fitted(design, series, search(design, series, attempt)))
+        except NoPosition as error:
+            said = f"{error}: --payload KG; or name a pose that can be held and is clear, --home"
+            raise NoPosition(said) from error
         except TrajectoryError as error:
-            if error.kind == NO_POSITION:
-                said = f"{error}: --payload KG; or name a pose that can be held and is clear, --home"
-                raise TrajectoryError(said, kind=error.kind) from error
             failed = error
         if motions and (design.deviations(motions[-1]) <= SHOWN).all():
             break

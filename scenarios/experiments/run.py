@@ -23,7 +23,7 @@ from scenarios.experiments.scenario import Setup, Value, changed
 from scenarios.experiments.schema import grouped
 from scenarios.support.errors import ScenarioError
 from scenarios.support.progress import SILENT, Progress
-from sim.errors import SimulationError, TrajectoryError
+from sim.errors import SimulationError
 from sim.experiment import Experiment
 from sim.record import each_record
 from sim.robot import DriveTruth
@@ -187,7 +187,7 @@ def simulate_trials(
             settings = drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
             ready = Simulated(trial=trial, setup=changed(setup, settings), settings=settings)
         except (ScenarioError, SimulationError, IdentificationError) as error:
-            yield Failure(trial=trial, kind=kind_of(error), reason=str(error), settings=settings, error=error)
+            yield Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings, error=error)
             continue
         own = sum(16.0 * m.trajectory.duration * m.controller.rate_hz * m.trajectory.n for m in ready.motions)
         if batch and size + own > LOGS_AT_ONCE:
@@ -223,15 +223,10 @@ def _simulated(batch: Sequence[Simulated], stages: Progress) -> Iterator[Simulat
         yield replace(ready, recordings=tuple(used), check=check[0] if check else None, simulate_s=simulate_s)
 
 
-def kind_of(error: Exception) -> str:
-    """Return the name by which studies count an error."""
-    return error.kind if isinstance(error, TrajectoryError) else type(error).__name__
-
-
 def failure_of(of: Simulated, error: Exception) -> Failure:
     """Return the failure of a trial with drawn values."""
     return Failure(
-        trial=of.trial, kind=kind_of(error), reason=str(error), settings=of.settings, setup=of.setup, error=error
+        trial=of.trial, kind=type(error).__name__, reason=str(error), settings=of.settings, setup=of.setup, error=error
     )
 
 

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from ident.estimation.estimate import IdentifiedGain
 from ident.support.errors import IdentificationError
-from scenarios.experiments.run import Failure, Simulated, Trial, failure_of, identified, kind_of, simulate_trials
+from scenarios.experiments.run import Failure, Simulated, Trial, failure_of, identified, simulate_trials
 from scenarios.experiments.scenario import Value, setup_of, value_at
 from scenarios.experiments.schema import Scenario
 from scenarios.support.errors import StudyError
@@ -172,7 +172,7 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], work: Work) -> Rows:
     except Exception as error:
         if len(trials) == 1:
             # NumPy has its own MemoryError
-            kind = "MemoryError" if isinstance(error, MemoryError) else kind_of(error)
+            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__
             return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
         return [row for trial in trials for row in _rows(scenario, [trial], work)]
     return [row for trial in trials for row in rows[trial.number]]

@@ -26,7 +26,7 @@ from scenarios.prediction.budget import predicted_budget
 from sim.controller import Law
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation, varied
-from sim.plant import Plant, lean_model, resting
+from sim.plant import Plant, plant_model, resting
 from sim.record import record
 from sim.sensors import noise_streams
 
@@ -152,7 +152,7 @@ def closed_loop_ratio(simulations: int, law: Law) -> None:
     pair = [replace(each, controller=replace(each.controller, law=law)) for each in setup.experiments]
     experiments = [replace(pair[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
-    bare, loaded = (lean_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
+    bare, loaded = (plant_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
     periods, substeps = 4001, round(1e-3 / step)
 
     def closed() -> None:
@@ -208,7 +208,7 @@ def engine_with(errors: ModelErrors, simulations: int) -> Engine:
     plant = Plant(robot=first.plant.robot, drives=first.plant.drives, payload=first.plant.payload, errors=errors)
     entries: list[Simulation] = []
     for _ in range(simulations):
-        model = lean_model(plant, loaded=True, step=1e-3)
+        model = plant_model(plant, loaded=True, step=1e-3)
         acting = varied(plant, model, step=1e-3, earlier=0)
         entries.append(Simulation(model=model, start=resting(plant, model, first.trajectory.center), varied=acting))
     return Engine(entries, substeps=1, threads=1)

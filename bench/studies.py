@@ -26,7 +26,7 @@ from scenarios.experiments.trials import Task, run_task, trial_schema
 from scenarios.experiments.workers import local_processes
 from scenarios.support.versions import versions
 from sim.engine import Engine, Simulation
-from sim.plant import lean_model
+from sim.plant import plant_model
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -49,7 +49,7 @@ class BareStepping:
         recordings = record(experiments, streams, threads=JOBS)  # without noise the log is what was commanded
         self.currents = np.stack([r.v for r in recordings], axis=1)  # (N, B, n)
         self.simulations = [
-            Simulation(model=lean_model(e.plant, loaded=e.loaded, step=e.step), start=r.q[0])
+            Simulation(model=plant_model(e.plant, loaded=e.loaded, step=e.step), start=r.q[0])
             for e, r in zip(experiments, recordings, strict=True)
         ]
         self.last = np.stack([r.q[-1] for r in recordings])

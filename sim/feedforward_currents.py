@@ -37,7 +37,7 @@ from sim.experiment import (
     warmth_before,
 )
 from sim.model_spec import file_stamp, silenced
-from sim.plant import PayloadBody, Plant, bare_arm, lean_model
+from sim.plant import PayloadBody, Plant, bare_arm, plant_model
 from sim.trajectory import FourierTrajectory
 
 FEEDBACK_ITERATIONS = 100
@@ -196,7 +196,7 @@ def _rubbing_of(experiment: Experiment) -> _Rubbing:
 
 @lru_cache(maxsize=PLANTS_KEPT)
 def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int, stamp: int) -> _Rubbing:
-    model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
+    model = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     acts = acting(plant, model, step=step, earlier=earlier)
     driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
     model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0

@@ -68,11 +68,7 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
         ValueError: If MuJoCo cannot read it.
         PlantError: If the model is not an arm.
     """
-    try:
-        stamp = path.stat().st_mtime_ns
-    except OSError as error:
-        raise ValueError(f"{error.strerror}") from error
-    return _lean(path, flange, stamp).copy()
+    return _lean(path, flange, file_stamp(path)).copy()
 
 
 def file_stamp(path: Path) -> int:
@@ -107,7 +103,7 @@ def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, t
 
 @lru_cache(maxsize=8)
 def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
-    (full, _), (lean, _) = _read(path, flange), _read(path, flange)
+    lean, _ = _read(path, flange)
     for kind in ("geoms", "materials", "textures", "meshes", "hfields", "lights", "cameras"):
         for element in list(getattr(lean, kind)):
             lean.delete(element)
@@ -115,9 +111,6 @@ def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
         stripped = lean.compile()
     except ValueError:
         return full_spec(path, flange)  # a moving body that states no inertia
-    stated = all(body.explicitinertial or not body.geoms for body in full.bodies[1:])
-    if stated and full.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
-        return lean
     whole = full_spec(path, flange).compile()
     same = all(np.array_equal(getattr(stripped, name), getattr(whole, name)) for name in INERTIAL)
     return lean if same else full_spec(path, flange)

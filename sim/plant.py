@@ -23,7 +23,7 @@ from ident.support.arrays import Array
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build
 from sim.errors import PlantError
-from sim.model_spec import compiler_reason, full_spec, lean_spec, silenced
+from sim.model_spec import compiler_reason, lean_spec, silenced
 from sim.robot import DriveTruth, Robot
 
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
@@ -99,28 +99,24 @@ def layout(plant: Plant) -> Layout:
 
 
 @silenced()
-def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
-    """Compile a plant with its payload or with a bare flange, including all shapes, for rendering.
+def plant_model(
+    plant: Plant,
+    *,
+    loaded: bool,
+    step: float,
+    earlier: int = 0,
+    read: Callable[[Path, str | None], mujoco.MjSpec] = lean_spec,
+) -> mujoco.MjModel:
+    """Compile a plant with its payload or with a bare flange.
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch. `step` is the
-    physics step [s], `earlier` the number of motions before this one.
+    physics step [s], `earlier` the number of motions before this one. With `full_spec` as `read`, the model has all
+    its shapes; the motion is bitwise the same.
 
     Raises:
         PlantError: If the model file cannot be compiled or is of another arm, or a model error exceeds what the arm or
             the step allows.
     """
-    return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
-
-
-@silenced()
-def lean_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
-    """Compile a plant without shapes: the motion is bitwise the same as with `plant_model`, in less time."""
-    return _compiled(lean_spec, plant, loaded=loaded, step=step, earlier=earlier)
-
-
-def _compiled(
-    read: Callable[[Path, str | None], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float, earlier: int
-) -> mujoco.MjModel:
     n, path = plant.robot.n, plant.robot.model
     build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
     try:

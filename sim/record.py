@@ -25,7 +25,7 @@ from sim.experiment import (
     warmth_before,
 )
 from sim.model_spec import silenced
-from sim.plant import Layout, layout, lean_model, resting
+from sim.plant import Layout, layout, plant_model, resting
 from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.sensor import NoiseStreams
 
@@ -151,7 +151,7 @@ def _prepared(
     controller = tuned(experiment.belief, experiment.trajectory, experiment.controller)
     key = id(plant), loaded, step, earlier
     if key not in models:
-        models[key] = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
+        models[key] = plant_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
     if experiment.controller.law == "native":

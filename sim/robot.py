@@ -7,10 +7,11 @@ absent, and a model error that needs one is refused by name. A file states every
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic_core.core_schema import CoreSchema, no_info_after_validator_function
 
 from ident.support.arrays import Array, readonly
 from ident.support.files import read_toml
@@ -62,38 +63,71 @@ class DriveTruth:
                     raise PlantError(f"drives: {name} {values.tolist()}{said}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Coupling:
-    """A motor that turns with the sum of two joints; joints count from 0.
+Origin = Literal["published", "measured", "assumed"]
+Source = Annotated[str, Field(min_length=1)]
+Joint = Annotated[int, Field(ge=1), AfterValidator(lambda joint: joint - 1)]
+"""A joint, from 0; files count from 1."""
+
+
+class FrictionTable(Table):
+    """A number of 0 or more, with origin and source."""
+
+    value: NonNegativeFloat = Field(description="The number")
+    origin: Origin = Field(description="Origin of the number: published, measured or assumed")
+    source: Source = Field(description="Source of the number")
+
+
+class LengthTable(FrictionTable):
+    """A number above 0, with origin and source."""
+
+    value: PositiveFloat = Field(description="The number")
+
+
+class _ValueOf(NamedTuple):
+    """Annotation of a number that a file states as a table."""
+
+    table: type[FrictionTable]
+
+    def __get_pydantic_core_schema__(self, _: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return no_info_after_validator_function(lambda stated: stated.value, handler.generate_schema(self.table))
+
+
+Friction = Annotated[float, _ValueOf(FrictionTable)]
+Length = Annotated[float, _ValueOf(LengthTable)]
+
+
+class Coupling(Table):
+    """A motor that turns with the sum of two joints.
 
     Attributes:
-        motor: The joint whose drive it is.
-        turns_with: The other joint.
-        viscous_friction: Viscous friction of the motor, at the sum of the speeds [N m s/rad].
-        coulomb_friction: Coulomb friction of the motor, at the sum of the speeds [N m].
+        motor: The joint whose motor also turns with another joint, from 0.
+        turns_with: The other joint, from 0.
+        viscous_friction: Viscous friction of the coupling, at the sum of the speeds [N m s/rad].
+        coulomb_friction: Coulomb friction of the coupling, at the sum of the speeds [N m].
     """
 
-    motor: int
-    turns_with: int
-    viscous_friction: float
-    coulomb_friction: float
+    motor: Joint
+    turns_with: Joint
+    viscous_friction: Friction
+    coulomb_friction: Friction
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GravitySpring:
+class GravitySpring(Table):
     """Attachment of a spring that supports a joint against gravity.
 
     Attributes:
-        joint: Supported joint, from 0; not the last one.
-        free_length: Length without force [m].
+        joint: The supported joint, from 0; not the last one.
+        stiffness: Stiffness of the spring [N/m].
+        prestress: Stiffness times free length [N].
         radius: Distance of the end on the preceding link from the joint's axis [m].
         distance: Distance of the end on the joint's own link from the axis [m].
     """
 
-    joint: int
-    free_length: float
-    radius: float
-    distance: float
+    joint: Joint
+    stiffness: Length
+    prestress: Length
+    radius: Length
+    distance: Length
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -157,31 +191,6 @@ class Robot:
             raise PlantError(f"robot {self.name}: {faults[0]}")
 
 
-Origin = Literal["published", "measured", "assumed"]
-Source = Annotated[str, Field(min_length=1)]
-Joint = Annotated[int, Field(ge=1)]
-
-
-class FrictionTable(Table):
-    """A number of 0 or more, with origin and source.
-
-    Attributes:
-        value: The number.
-        origin: Origin of the number: published, measured or assumed.
-        source: Source of the number.
-    """
-
-    value: NonNegativeFloat
-    origin: Origin
-    source: Source
-
-
-class LengthTable(FrictionTable):
-    """A number above 0, with origin and source."""
-
-    value: PositiveFloat
-
-
 class JointsTable(Table):
     """Numbers, one per joint; one origin for all, or one per joint.
 
@@ -235,40 +244,6 @@ class DrivesTable(Table):
     max_acceleration: SpeedsTable
 
 
-class CouplingTable(Table):
-    """`sim.robot.Coupling`; joints count from 1.
-
-    Attributes:
-        motor: The joint whose motor also turns with another joint.
-        turns_with: The other joint.
-        viscous_friction: Viscous friction of the coupling [N m s/rad].
-        coulomb_friction: Coulomb friction of the coupling [N m].
-    """
-
-    motor: Joint
-    turns_with: Joint
-    viscous_friction: FrictionTable
-    coulomb_friction: FrictionTable
-
-
-class SpringTable(Table):
-    """`sim.robot.GravitySpring`; its free length is prestress over stiffness.
-
-    Attributes:
-        joint: The supported joint; not the last one.
-        stiffness: Stiffness of the spring [N/m].
-        prestress: Stiffness times free length [N].
-        radius: Distance of the end on the preceding link from the joint's axis [m].
-        distance: Distance of the end on the joint's own link from the axis [m].
-    """
-
-    joint: Joint
-    stiffness: LengthTable
-    prestress: LengthTable
-    radius: LengthTable
-    distance: LengthTable
-
-
 class RobotTable(Table):
     """A robot file.
 
@@ -289,10 +264,10 @@ class RobotTable(Table):
     flange: Source | None = None
     home: JointsTable
     drives: DrivesTable
-    coupling: list[CouplingTable] = Field([])
+    coupling: list[Coupling] = Field([])
     frames: dict[str, str] = Field({})
-    gravity_spring: SpringTable | None = None
-    rated_load: LengthTable | None = None
+    gravity_spring: GravitySpring | None = None
+    rated_load: Length | None = None
 
 
 def read_robot(path: Path) -> Robot:
@@ -309,7 +284,7 @@ def read_robot(path: Path) -> Robot:
     except ValueError as error:  # it names the path
         raise PlantError(f"robot file {error}") from error
     table = validated_table(RobotTable, content, f"robot file {path}", PlantError)
-    spring, model = table.gravity_spring, path.parent / table.model
+    model = path.parent / table.model
     stated = {name: readonly(each.value) for name, each in table.drives}
     try:
         robot = Robot(
@@ -320,24 +295,9 @@ def read_robot(path: Path) -> Robot:
             **stated,
             home=readonly(table.home.value),
             frames=table.frames,
-            couplings=tuple(
-                Coupling(
-                    motor=each.motor - 1,
-                    turns_with=each.turns_with - 1,
-                    viscous_friction=each.viscous_friction.value,
-                    coulomb_friction=each.coulomb_friction.value,
-                )
-                for each in table.coupling
-            ),
-            gravity_spring=None
-            if spring is None
-            else GravitySpring(
-                joint=spring.joint - 1,
-                free_length=spring.prestress.value / spring.stiffness.value,
-                radius=spring.radius.value,
-                distance=spring.distance.value,
-            ),
-            rated_load=None if table.rated_load is None else table.rated_load.value,
+            couplings=tuple(table.coupling),
+            gravity_spring=table.gravity_spring,
+            rated_load=table.rated_load,
         )
     except PlantError as error:
         raise PlantError(f"robot file {path}: {error}") from error

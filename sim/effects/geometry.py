@@ -139,7 +139,7 @@ class GravitySpringErrors(Effect):
         mujoco.mju_rotVecQuat(upright, along, link.quat / np.linalg.norm(link.quat))
         link.parent.add_site(name="spring_near", pos=link.pos + spring.radius * upright)
         link.add_site(name="spring_far", pos=spring.distance * along)
-        tendon = spec.add_tendon(name="gravity_spring", springlength=[spring.free_length] * 2)
+        tendon = spec.add_tendon(name="gravity_spring", springlength=[spring.prestress / spring.stiffness] * 2)
         tendon.stiffness[0] = self.gravity_spring
         tendon.wrap_site("spring_near")
         tendon.wrap_site("spring_far")

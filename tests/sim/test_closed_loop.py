@@ -11,7 +11,7 @@ from sim.controller import Controller, ControllerOptions, tuned
 from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.experiment import Experiment
-from sim.plant import lean_model
+from sim.plant import plant_model
 from sim.record import record
 from sim.sensors import SENSORS, SensorOptions
 from sim.trajectory import at_rest
@@ -142,7 +142,7 @@ def native(**changes) -> Experiment:
 def stepped(run: Experiment, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Readings before they are rounded, and currents: the law as `sim.closed_loop` writes it, in every step."""
     controller = tuned(run.belief, run.trajectory, run.controller)
-    model, limit = lean_model(run.plant, loaded=run.loaded, step=run.step), run.plant.drives.current_limit
+    model, limit = plant_model(run.plant, loaded=run.loaded, step=run.step), run.plant.drives.current_limit
     if run.plant.errors.wrist_coupling:  # Euler takes viscous friction of a coupled motor as it is when a step begins
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     data, N = mujoco.MjData(model), len(controller.reference)

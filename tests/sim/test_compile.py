@@ -10,11 +10,13 @@ from robot_folders import arm_xml, robot_folder
 import rx90_mjcf
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
-from sim.plant import PayloadBody, Plant, lean_model, plant_model
+from sim.model_spec import full_spec, lean_spec
+from sim.plant import PayloadBody, Plant, plant_model
 from sim.robot import read_robot
 from sim.trajectory import at_rest
 
 STEP = 1e-3
+SPECS = full_spec, lean_spec
 STATE = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2]), np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
 
 
@@ -46,7 +48,7 @@ def test_the_compiled_model_obeys_the_stated_equation_of_motion(rng, loaded):
 
 
 def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rng):
-    full, lean = (make(nominal_plant(), loaded=True, step=STEP) for make in (plant_model, lean_model))
+    full, lean = (plant_model(nominal_plant(), loaded=True, step=STEP, read=read) for read in SPECS)
     assert (full.ngeom > 20, lean.ngeom, lean.nmat, lean.ncam) == (True, 0, 0, 0)
     data = mujoco.MjData(full), mujoco.MjData(lean)
     for v in rng.uniform(-80, 80, (300, 6)):
@@ -62,8 +64,8 @@ def test_shapes_of_a_part_that_is_fixed_to_a_link_stay_if_they_are_its_mass(tmp_
     camera = '<body name="camera" pos="0.1 0 0"><geom size="0.1" mass="3"/></body>'
     robot.model.write_text(arm_xml(2).replace("</body></body>", f"{camera}</body></body>"))
     plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
-    for make in (plant_model, lean_model):
-        assert make(plant, loaded=False, step=STEP).body("camera").mass == 3.0
+    for read in SPECS:
+        assert plant_model(plant, loaded=False, step=STEP, read=read).body("camera").mass == 3.0
 
 
 @pytest.mark.parametrize("couplings", [0.0, 0.7])

@@ -12,7 +12,7 @@ from sim.effects import ModelErrors
 from sim.errors import LimitReached, PlantError, Saturated, SimulationError, TrajectoryError
 from sim.experiment import SATURATED_TOO_LONG, fault
 from sim.feedforward_currents import check_torque_limits
-from sim.plant import bare_arm, lean_model
+from sim.plant import bare_arm, plant_model
 from sim.record import record
 from sim.sensors import SensorOptions, logged, noise_streams
 from sim.trajectory import FourierTrajectory
@@ -181,7 +181,7 @@ RUN = 100
 
 @pytest.fixture(scope="module")
 def model():
-    return lean_model(nominal_plant(), loaded=False, step=1e-3)
+    return plant_model(nominal_plant(), loaded=False, step=1e-3)
 
 
 def fault_of(model, v: np.ndarray, q: np.ndarray | None = None):

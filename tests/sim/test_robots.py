@@ -12,7 +12,7 @@ from sim.effects import ModelErrors
 from sim.errors import PlantError
 from sim.plant import PayloadBody, Plant, plant_model
 from sim.record import record
-from sim.robot import Coupling, DriveTruth, GravitySpring, Robot, read_robot
+from sim.robot import DriveTruth, Robot, read_robot
 from sim.trajectory import at_rest
 
 BRICK = PayloadBody(mass=1.3, com=(0.03, -0.02, 0.09), inertia=(0.011, 0.012, 0.008, 0.001, -0.0005, 0.0007))
@@ -80,8 +80,10 @@ def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path):
 def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_path):
     robot = read_robot(robot_folder(tmp_path, 4, extra=f'[frames]\nd3 = "part3"\n{COUPLING}{SPRING}'))
     assert robot.frames == {"d3": "part3"}
-    assert robot.couplings == (Coupling(motor=2, turns_with=0, viscous_friction=0.7, coulomb_friction=0.4),)
-    assert robot.gravity_spring == GravitySpring(joint=1, free_length=0.2, radius=0.05, distance=0.2)
+    (coupling,), spring = robot.couplings, robot.gravity_spring
+    motor = {"motor": 2, "turns_with": 0, "viscous_friction": 0.7, "coulomb_friction": 0.4}
+    assert dict(coupling) == motor
+    assert dict(spring) == {"joint": 1, "stiffness": 500.0, "prestress": 100.0, "radius": 0.05, "distance": 0.2}
     model = plant_model(plant_of(robot, d3_error=0.01), loaded=False, step=1e-3)
     drawn = np.array([0.02, 0.0, 0.221])  # 0.31 m / 1.4
     # 4 digits are drawn.

@@ -136,7 +136,7 @@ def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
     packages, work, _ = followed
     contracts = {
         "tests/ident/estimation/test_estimators.py": "heavier",
-        "tests/ident/estimation/test_uncertainty.py": "white",
+        "tests/ident/estimation/test_intervals.py": "white",
         "tests/sim/test_extending.py": "eccentric_gear|hum",
     }
     shutil.copytree(ROOT / "tests", packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,75 +1,63 @@
-"""A made-up linear solution with beliefs: what tests compute of it can be computed again."""
+"""A weighted linear problem with beliefs: what tests compute of its solution can be computed again by refits."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.estimation.intervals import Rows
-from ident.estimation.problem import GainOptions
 
 
-def linear_solution(rng: np.random.Generator):
-    """Two joints of 2 motions with 30 rows each, 7 unknowns, beliefs about all; currents, and fits of some rows."""
-    r, u = 120, 7
-    W, belief, of = rng.normal(size=(r, u)), 2.3 * rng.normal(size=(u, u)), rng.normal(size=(2, u))
-    weight = np.repeat([0.7, 3.1], r // 2)
-    y, expected = rng.normal(size=r), rng.normal(size=u)
-    stacked = np.vstack((weight[:, None] * W, belief))
-    pseudo = np.linalg.pinv(stacked)
-    z = pseudo @ np.concatenate((weight * y, expected))
-    solution = GainSolution(
-        rows=Rows(
-            V=y,
-            residual=y - W @ z,
-            joint=np.repeat([0, 1], r // 2),
-            motion=np.tile(np.repeat([0, 1], r // 4), 2),
-            position=np.tile(np.arange(r // 4), 4) + 3,
-            row_period=0.05,
-            unknowns={0: 3.0, 1: 4.0},
-            weight=weight,
-            explained=np.linalg.qr(stacked)[0][:r],
-        ),
-        joints=np.array([0, 1]),
-        inverse=of @ z,
-        influence=(of @ pseudo[:, :r]) * weight,
-        payload=np.zeros((2, 0)),
-        model=np.zeros((2, 0)),
-        load_rms=np.ones(2),
-        friction=np.zeros((2, 2)),
-        friction_influence=np.zeros((2, 2, r)),
-        unsolved={},
-    )
+@dataclass(frozen=True)
+class Linear:
+    """Rows of two joints and two motions, of whose unknowns something is believed, with deviations of one."""
 
-    def refit(kept: np.ndarray, currents: np.ndarray = y) -> np.ndarray:
-        some = np.vstack(((weight[:, None] * W)[kept], belief))
-        return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
+    W: np.ndarray
+    V: np.ndarray
+    weight: np.ndarray
+    joint: np.ndarray
+    motion: np.ndarray
+    position: np.ndarray
+    belief: np.ndarray  # rows over the unknowns
+    believed: np.ndarray
 
-    def left_of(kept: np.ndarray, more: np.ndarray | None = None) -> np.ndarray:
-        """What a fit of some rows leaves of all, beside more columns of which nothing is believed."""
-        more = np.zeros((r, 0)) if more is None else more
-        X = np.column_stack((W, more))
-        some = np.vstack(((weight[:, None] * X)[kept], np.pad(belief, ((0, 0), (0, more.shape[1])))))
-        return y - X @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
+    def fit(self, kept: np.ndarray, V: np.ndarray | None = None, more: np.ndarray | None = None) -> np.ndarray:
+        """The unknowns that some rows give, with other currents, or beside columns of which nothing is believed."""
+        V, W = self.V if V is None else V, self.W if more is None else np.column_stack((self.W, more))
+        belief = np.pad(self.belief, ((0, 0), (0, W.shape[1] - self.W.shape[1])))
+        X = np.vstack(((self.weight[:, None] * W)[kept], belief))
+        return np.linalg.lstsq(X, np.concatenate(((self.weight * V)[kept], self.believed)))[0]
 
-    return solution, y, left_of, refit
+    def left(self, kept: np.ndarray, more: np.ndarray | None = None) -> np.ndarray:
+        """What a fit of some rows leaves of all."""
+        W = self.W if more is None else np.column_stack((self.W, more))
+        return self.V - W @ self.fit(kept, more=more)
 
+    @property
+    def every(self) -> np.ndarray:
+        return np.ones(len(self.V), dtype=bool)
 
-def linear_estimate(solution: GainSolution, *, rel_std: float) -> GainEstimate:
-    """An estimate of a solution of two joints, whose gains have one relative deviation."""
-    gains = tuple(
-        IdentifiedGain(
-            joint=f"joint{j + 1}",
-            value=float(1.0 / solution.inverse[j]),
-            residual_std=rel_std / abs(float(solution.inverse[j])),
-            payload_rel_std=0.0,
-            model_rel_std=0.0,
-            predicted_rel_std=0.7 * rel_std,
-        )
-        for j in range(2)
-    )
-    return GainEstimate(
-        method="made-up",
-        joints=gains,
-        solution=solution,
-        covariance=np.diag((rel_std * solution.inverse) ** 2),
-        options=GainOptions(),
-    )
+    def blocks(self, first: int, lengths: tuple[int, ...]) -> Iterator[np.ndarray]:
+        """Rows of the twentieths of each motion by time, the joints together; the position and lengths of motions."""
+        for motion, length in enumerate(lengths):
+            for k in range(20):
+                inside = (self.position - first >= k * length / 20) & (self.position - first < (k + 1) * length / 20)
+                if (own := (self.motion == motion) & inside).any():
+                    yield own
+
+    @property
+    def rows(self) -> Rows:
+        return Rows(
+            V=self.V, residual=self.left(self.every), joint=self.joint, motion=self.motion, position=self.position,
+            row_period=0.05, unknowns={int(j): 3.0 + k for k, j in enumerate(np.unique(self.joint))},
+            weight=self.weight, explained=np.linalg.qr(self._whole)[0][: len(self.V)],
+        )  # fmt: skip
+
+    @property
+    def influence(self) -> np.ndarray:
+        """Derivative of the unknowns by the currents."""
+        return np.linalg.pinv(self._whole)[:, : len(self.V)] * self.weight
+
+    @property
+    def _whole(self) -> np.ndarray:
+        return np.vstack((self.weight[:, None] * self.W, self.belief))

@@ -2,14 +2,14 @@
 
 import re
 from dataclasses import replace
-from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of, with_current
+from estimates import estimate_of, gain_of, solution_of
 from known_logs import BRICK
-from linear_solutions import linear_estimate, linear_solution
+from linear_solutions import Linear
 from real_friction import Truth
 
 from ident.diagnosis import estimate_evidence, terms
@@ -17,6 +17,7 @@ from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.diagnosis import Severity, two_digits
 from ident.diagnosis.estimate_evidence import (
     FINEST,
+    HeldOutEstimate,
     Lack,
     _unexplained,
     claimed,
@@ -46,9 +47,25 @@ def problem_like(lengths: tuple[int, int]) -> SimpleNamespace:
 
 
 @pytest.fixture
-def made(rng):
-    solution, _, left_of, refit = linear_solution(rng)
-    return stated(problem_like((33, 33)), linear_estimate(solution, rel_std=0.04)), left_of, refit
+def linear(rng) -> Linear:
+    """Two joints of 2 motions with 30 of 33 rows each, 7 unknowns, beliefs about all."""
+    W, belief, weight = rng.normal(size=(120, 7)), 2.3 * rng.normal(size=(7, 7)), np.repeat([0.7, 3.1], 60)
+    joint, motion, position = np.repeat([0, 1], 60), np.tile(np.repeat([0, 1], 30), 2), np.tile(np.arange(30), 4) + 3
+    return Linear(W, rng.normal(size=120), weight, joint, motion, position, belief, rng.normal(size=7))
+
+
+@pytest.fixture
+def of(rng) -> np.ndarray:
+    """What 1/g of two joints are of the unknowns."""
+    return rng.normal(size=(2, 7))
+
+
+@pytest.fixture
+def made(linear, of) -> HeldOutEstimate:
+    inverse = of @ linear.fit(linear.every)
+    solution = solution_of(linear.rows, np.array([0, 1]), inverse, of @ linear.influence)
+    gains = (gain_of(f"joint{j + 1}", 1.0 / x, 0.04 / abs(x), payload=0.0, model=0.0) for j, x in enumerate(inverse))
+    return stated(problem_like((33, 33)), estimate_of(solution, *gains))
 
 
 def direction(columns, **more) -> Alternative:
@@ -58,42 +75,29 @@ def direction(columns, **more) -> Alternative:
     return small(at, columns, scale=100.0)
 
 
-def test_an_estimate_predicts_each_block_as_one_that_has_not_seen_it(made):
-    base, left_of, _ = made
-    rows = base.estimate.solution.rows
-    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
-    for b in np.unique(block):
-        own = block == b
-        expected = np.sum((rows.weight * left_of(~own))[own] ** 2)
-        np.testing.assert_allclose(base.fits.score.squares[0, b], expected, rtol=1e-9)  # condition below 100
+def test_an_estimate_predicts_each_block_and_joint_as_one_that_has_not_seen_it(made, linear):
+    rows = made.estimate.solution.rows
+    beside = replace(made, problem=SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2))))
+    for own in linear.blocks(0, (33, 33)):
+        b = 20 * rows.motion[own][0] + rows.position[own][0] * 20 // 33
+        left = np.where(own, linear.left(~own), 0.0)
+        np.testing.assert_allclose(made.fits.score.squares[0, b], np.sum((rows.weight * left) ** 2), rtol=1e-9)
+        for j in (0, 1):  # in the joint's own unit
+            np.testing.assert_allclose(beside.by_joint.squares[j, b], np.sum(left[rows.joint == j] ** 2), rtol=1e-9)
+            assert beside.by_joint.rows[j, b] == np.sum(own[rows.joint == j])
 
 
-def test_an_estimate_predicts_each_joint_as_one_that_has_not_seen_the_block(made):
-    base, left_of, _ = made
-    rows = base.estimate.solution.rows
-    base = replace(base, problem=SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2))))
-    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
-    for j, b in product((0, 1), np.unique(block)):
-        own = (block == b) & (rows.joint == j)
-        expected = np.sum(left_of(block != b)[own] ** 2)  # in the joint's own unit
-        np.testing.assert_allclose(base.by_joint.squares[j, b], expected, rtol=1e-9)
-        assert base.by_joint.rows[j, b] == own.sum()
-
-
-def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, rng):
-    base, _, refit = made
-    rows = base.estimate.solution.rows
-    currents = 1e-6 * rng.normal(size=len(rows.V))
-    every = np.ones(len(rows.V), dtype=bool)
-    now, then = refit(every), refit(every, rows.V - currents)  # without what has no place in the model
-    for each, (with_them, without) in zip(base.effects(currents), zip(now, then, strict=True), strict=True):
+def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, linear, of, rng):
+    currents = 1e-6 * rng.normal(size=120)
+    now, then = (of @ linear.fit(linear.every, V) for V in (linear.V, linear.V - currents))  # without what is added
+    for each, (with_them, without) in zip(made.effects(currents), zip(now, then, strict=True), strict=True):
         error = (1.0 / with_them) / (1.0 / without) - 1.0
         np.testing.assert_allclose(each.percent, 100.0 * error, rtol=1e-4)  # first order in 1e-6
         np.testing.assert_allclose(each.deviations, error / 0.04, rtol=1e-4)
 
 
 def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
-    gain = made[0].estimate.joints[0]
+    gain = made.estimate.joints[0]
     np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
     np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
     finer = replace(gain, residual_std=0.0003 * abs(gain.value))
@@ -102,9 +106,8 @@ def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighe
 
 
 def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_is_left(made, rng):
-    base = made[0]
-    joints = tuple(replace(each, payload_rel_std=0.011, model_rel_std=0.007) for each in base.estimate.joints)
-    base = replace(base, estimate=replace(base.estimate, joints=joints))
+    joints = tuple(replace(each, payload_rel_std=0.011, model_rel_std=0.007) for each in made.estimate.joints)
+    base = replace(made, estimate=replace(made.estimate, joints=joints))
     found = direction([rng.normal(size=(60, 3)), None])
     beside = base.beside(found)
     rows = base.estimate.solution.rows
@@ -120,43 +123,35 @@ def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_i
 
 
 def test_a_joint_without_a_gain_has_no_effect(made):
-    base = made[0]
-    joints = (SimpleNamespace(), base.estimate.joints[1])
-    found = replace(base, estimate=replace(base.estimate, joints=joints)).effects(np.ones(120))
+    joints = (SimpleNamespace(), made.estimate.joints[1])
+    found = replace(made, estimate=replace(made.estimate, joints=joints)).effects(np.ones(120))
     assert [each.joint for each in found] == [1]
 
 
 def test_columns_of_joints_stand_at_their_rows_with_their_weights(made, rng):
     one = rng.normal(size=(60, 2))
-    np.testing.assert_array_equal(made[0].stacked([None, one]), np.vstack((np.zeros((60, 2)), one)))
+    np.testing.assert_array_equal(made.stacked([None, one]), np.vstack((np.zeros((60, 2)), one)))
 
 
 @pytest.mark.parametrize("m", [1, 3])
-def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, rng, m):
-    base, left_of, _ = made
+def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, linear, rng, m):
     columns = [None, rng.normal(size=(60, m))] if m == 1 else [rng.normal(size=(60, m)) for _ in range(2)]
-    found = base.each_added([direction(columns)])[0]
-    rows, more = base.estimate.solution.rows, base.stacked(columns)
-    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
-    every = np.ones(120, dtype=bool)
-    after = np.zeros(40)
-    for b in np.unique(block):
-        own = block == b
-        after[b] = np.sum((rows.weight * left_of(~own, more))[own] ** 2)
-    before = base.fits.score.squares[0]
-    score = base.fits.score
+    found, more, score = made.each_added([direction(columns)])[0], made.stacked(columns), made.fits.score
+    rows, after = made.estimate.solution.rows, np.zeros(40)
+    for own in linear.blocks(0, (33, 33)):
+        b = 20 * rows.motion[own][0] + rows.position[own][0] * 20 // 33
+        after[b] = np.sum((rows.weight * linear.left(~own, more))[own] ** 2)
     expected = log_density_improvement(score, replace(score, squares=after[None]))  # by hand in the test of `gains`
-    assert before.sum() > 0.0
+    assert score.squares[0].sum() > 0.0
     np.testing.assert_allclose(found.u, expected, rtol=1e-7, atol=1e-9)
     # residual of all rows, with coefficients fitted to the residual of the model alone
-    with_them = left_of(every, more)
-    beside = base.beside(direction(columns))
+    beside, with_them = made.beside(direction(columns)), linear.left(linear.every, more)
     np.testing.assert_allclose(beside.fits.parts[0].fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
     np.testing.assert_allclose(beside.fits.score.squares[0], after, rtol=1e-7)
 
 
 def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
-    base = made[0]
+    base = made
     one, other = (direction([rng.normal(size=(60, 1)), rng.normal(size=(60, 1))]) for _ in range(2))
     beside = base.beside(one)
     again = beside.each_added([one])[0]  # at most rounding, where it is a belief that leaves something of it
@@ -170,8 +165,8 @@ def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
     columns = [rng.normal(size=(60, 1)) for _ in range(2)]
     drift = direction(columns, logs=(1,), term=True)
-    more = made[0].each_added([drift])[0]
-    said = diagnosis_of(Lack(made[0], *added([drift], [more]), ()), ("a.csv", "b.csv"))
+    more = made.each_added([drift])[0]
+    said = diagnosis_of(Lack(made, *added([drift], [more]), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")

@@ -1,68 +1,30 @@
-"""Time blocks left out: beside fits that are really made without them."""
+"""Covariances of what residuals move, and time blocks left out: beside fits that are really made without them."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from exact import GAIN, TRUSTING, exact_problem, lopsided, values
+from exact import GAIN, TRUSTING, exact_problem, values
+from linear_solutions import Linear
+from scipy import linalg
 
 from ident.estimation.cross_validation import cross_validated
+from ident.estimation.estimate import predicted_rel_std
 from ident.estimation.estimators import ls_2011
-from ident.estimation.intervals import Rows, classical, jackknife, left_out, max_of_classical_and_jackknife
+from ident.estimation.intervals import (
+    UNCERTAINTIES,
+    Rows,
+    classical,
+    jackknife,
+    left_out,
+    max_of_classical_and_jackknife,
+)
 from ident.estimation.problem import ObservedMotion, Problem
 
 UNKNOWNS = 7
-
-
-@dataclass(frozen=True)
-class Linear:
-    """A weighted linear problem of two joints and two motions of which two unknowns are believed to be something."""
-
-    W: np.ndarray
-    V: np.ndarray
-    weight: np.ndarray
-    joint: np.ndarray
-    motion: np.ndarray
-    position: np.ndarray
-    prior: np.ndarray  # rows over the unknowns, of deviation one
-    believed: np.ndarray
-
-    def without(self, block: np.ndarray) -> np.ndarray:
-        """The unknowns that all but some rows give."""
-        kept = np.setdiff1d(np.arange(len(self.V)), block)
-        W = np.vstack((self.weight[kept, None] * self.W[kept], self.prior))
-        return np.linalg.lstsq(W, np.concatenate((self.weight[kept] * self.V[kept], self.believed)))[0]
-
-    def blocks(self) -> Iterator[np.ndarray]:
-        """Twentieths of each motion by time, the joints together."""
-        for motion, length in ((0, 100), (1, 60)):
-            for k in range(20):
-                inside = (self.position - 900 >= k * length / 20) & (self.position - 900 < (k + 1) * length / 20)
-                block = np.flatnonzero((self.motion == motion) & inside)
-                if len(block):
-                    yield block
-
-    @property
-    def rows(self) -> Rows:
-        whole = np.vstack((self.weight[:, None] * self.W, self.prior))
-        basis = np.linalg.qr(whole)[0]
-        return Rows(
-            V=self.V,
-            residual=self.V - self.W @ self.without(np.zeros(0, dtype=int)),
-            joint=self.joint,
-            motion=self.motion,
-            position=self.position,
-            row_period=0.05,
-            unknowns={0: 3.0, 2: 4.0},
-            weight=self.weight,
-            explained=basis[: len(self.V)],
-        )
-
-    @property
-    def influence(self) -> np.ndarray:
-        whole = np.vstack((self.weight[:, None] * self.W, self.prior))
-        return np.linalg.pinv(whole)[:, : len(self.V)] * self.weight
+MOTIONS = (900, (100, 60))
+"""Position of the first row, and rows of each motion, including those that are left out."""
 
 
 @pytest.fixture
@@ -85,30 +47,30 @@ def linear(rng) -> Linear:
     return Linear(W, V, weight, joint, motion, position, prior, np.array([12.0, -0.4]))
 
 
+def jackknifed(linear: Linear) -> np.ndarray:
+    """The covariance of the first unknowns by fits that are made without each block."""
+    fits = np.array([linear.fit(~block)[:UNKNOWNS] for block in linear.blocks(*MOTIONS)])
+    apart = fits - fits.mean(axis=0)
+    return 39.0 / 40.0 * apart.T @ apart
+
+
 def test_what_is_left_out_is_predicted_as_by_a_fit_without_it(linear):
     for block, left in left_out(linear.rows):
-        expected = linear.V[block] - linear.W[block] @ linear.without(block)
+        expected = linear.left(~np.isin(np.arange(len(linear.V)), block))[block]
         np.testing.assert_allclose(left, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # rounding
 
 
 def test_its_covariance_is_that_of_fits_without_each_stretch(linear):
     found = jackknife(linear.rows, linear.influence)
-    fits = np.array([linear.without(block) for block in linear.blocks()])
-    apart = fits - fits.mean(axis=0)
-    np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-11 * np.abs(found).max())
+    np.testing.assert_allclose(found, jackknifed(linear), rtol=0, atol=1e-11 * np.abs(found).max())
 
 
 def test_an_unknown_that_one_stretch_alone_shows_moves_no_other(linear):
-    block = next(linear.blocks())
-    own = np.zeros(len(linear.V))
-    own[block] = np.sin(1.0 + block)
-    more = replace(
-        linear, W=np.column_stack((linear.W, own)), prior=np.column_stack((linear.prior, np.zeros(len(linear.prior))))
-    )
+    own = np.where(next(linear.blocks(*MOTIONS)), np.sin(1.0 + np.arange(len(linear.V))), 0.0)
+    more = replace(linear, W=np.column_stack((linear.W, own)), belief=np.pad(linear.belief, ((0, 0), (0, 1))))
     found = jackknife(more.rows, more.influence)[:UNKNOWNS, :UNKNOWNS]
-    fits = np.array([more.without(each)[:UNKNOWNS] for each in more.blocks()])  # least norm: what is not shown is zero
-    apart = fits - fits.mean(axis=0)
-    np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-9 * np.abs(found).max())
+    # Least norm: what is not shown is zero.
+    np.testing.assert_allclose(found, jackknifed(more), rtol=0, atol=1e-9 * np.abs(found).max())
 
 
 def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
@@ -189,8 +151,76 @@ def test_a_block_with_exactly_as_many_rows_as_unknowns_of_its_own_is_no_error():
 
 
 @pytest.fixture
-def problem(structure, payload, rng) -> Problem:
-    heavy, chi = lopsided(payload), rng.uniform(0.5, 2.0, 84)
+def rows(linear, rng) -> Rows:
+    """Of joints that have no unknown in common."""
+    found = linear.rows
+    own = (linalg.orth(rng.normal(size=(np.sum(found.joint == j), 2))) for j in (0, 2))
+    return replace(found, explained=linalg.block_diag(*own))
+
+
+@pytest.fixture
+def influence(rows, rng) -> np.ndarray:
+    """Of three quantities; all errors push the second one the same way."""
+    influence = rng.normal(size=(3, len(rows.V)))
+    influence[1] = rows.residual
+    return influence
+
+
+def test_rows_know_the_deviation_share_and_rms_of_a_joint(rows):
+    own = slice(int(np.sum(rows.joint == 0)), len(rows.V))
+    assert rows.of(2) == own
+    np.testing.assert_allclose(
+        rows.sigma(2), np.sqrt(np.sum(rows.residual[own] ** 2) / (len(rows.V[own]) - rows.unknowns[2])), rtol=1e-14
+    )
+    np.testing.assert_allclose(rows.rms_current(2), np.sqrt(np.mean(rows.V[own] ** 2)), rtol=1e-14)
+    share = np.sqrt(np.sum(rows.residual[own] ** 2) / np.sum(rows.V[own] ** 2))
+    np.testing.assert_allclose(rows.residual_share(2), share, rtol=1e-14)
+    ends = np.searchsorted(2 * rows.joint + rows.motion, [0, 1, 4, 5, 6])
+    assert list(rows.runs()) == [slice(*each) for each in pairwise(ends.tolist())]
+    none = replace(rows, V=rows.V[:0], joint=rows.joint[:0], motion=rows.motion[:0])
+    assert not list(none.runs())
+
+
+def test_classical_covariance_gives_each_joint_s_rows_its_own_deviation(rows, influence):
+    a, b = np.split(influence, [rows.of(2).start], axis=1)
+    expected = rows.sigma(0) ** 2 * a @ a.T + rows.sigma(2) ** 2 * b @ b.T
+    np.testing.assert_allclose(UNCERTAINTIES["classical"](rows, influence), expected, rtol=1e-13)
+
+
+def test_a_prediction_never_assumes_less_than_the_noise_floor(rows, influence):
+    inverse, covariance = np.array([0.5, -2.0, 4.0]), np.diag([1e-6, 400.0, 1e-6])
+    found = predicted_rel_std(rows, influence, inverse, covariance, 0.05)
+    rms = np.where(rows.joint == 0, rows.rms_current(0), rows.rms_current(2))
+    least = np.sqrt(np.sum((influence * 0.05 * rms) ** 2, axis=1))
+    np.testing.assert_allclose(found, [least[0] / 0.5, 20.0 / 2.0, least[2] / 4.0], rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", UNCERTAINTIES)
+def test_a_covariance_is_symmetric_never_indefinite_and_the_square_of_what_scales(name, rows, influence):
+    uncertainty = UNCERTAINTIES[name]
+    found = uncertainty(rows, influence)
+    assert found.shape == (3, 3)
+    np.testing.assert_allclose(found, found.T, rtol=1e-13)
+    assert np.linalg.eigvalsh(found).min() > -1e-12 * np.trace(found)  # rounding
+    assert (np.diag(found) > 0.0).all()
+    per_quantity = np.array([-1.7, 0.3, 5.0])
+    scaled = uncertainty(rows, per_quantity[:, None] * influence)
+    np.testing.assert_allclose(scaled, np.outer(per_quantity, per_quantity) * found, rtol=1e-12)
+    larger = replace(rows, residual=-2.3 * rows.residual)
+    np.testing.assert_allclose(uncertainty(larger, influence), 2.3**2 * found, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", UNCERTAINTIES)
+def test_a_quantity_is_moved_by_the_residuals_of_the_rows_that_influence_it_alone(name, rows, influence):
+    own = influence * (rows.joint == 2)
+    found = UNCERTAINTIES[name](rows, own)
+    louder = replace(rows, residual=np.where(rows.joint == 2, 1.0, 9.0) * rows.residual)
+    np.testing.assert_allclose(UNCERTAINTIES[name](louder, own), found, rtol=1e-12)
+
+
+@pytest.fixture
+def problem(structure, heavy, rng) -> Problem:
+    chi = rng.uniform(0.5, 2.0, 84)
     motions = [(chi, None, None), (chi, heavy, heavy)]
     return exact_problem(structure, motions, GAIN, rng, noise=0.03, rows=200, options=TRUSTING)
 

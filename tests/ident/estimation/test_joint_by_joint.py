@@ -1,0 +1,203 @@
+"""The methods of 2011: gains joint by joint, and by the moments of the payload that the first joints show."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, exact_problem, sequential_gains, values
+from pinocchio_arms import random_arm
+
+import ident
+from ident.estimation.estimate import IdentifiedGain, RefusedGain, joint_signs
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.estimators.sequential_2011 import first_moments
+from ident.estimation.joint_by_joint import gain_system, joint_fit
+from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
+from ident.model.arm import arm_from_pinocchio
+from ident.model.structure import structure_of
+from ident.payload.payload import Payload
+from ident.support.errors import NotIdentifiable
+
+CLASSICAL = GainOptions(max_rel_std=10.0, uncertainty="classical")
+
+
+def found(method: str, problem: Problem):
+    return ESTIMATORS[method].estimate(problem, ESTIMATORS[method].options())
+
+
+@pytest.fixture
+def light(heavy) -> Payload:
+    """Of which the mass alone is known."""
+    return Payload(mass=heavy.mass, known="mass")
+
+
+def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structure, heavy, light, rng):
+    pair = exact_pair(structure, heavy, GAIN, rng)
+    estimate = drive_gains(*pair, light, TRUSTING)
+    np.testing.assert_allclose(values(estimate)[:3], GAIN[:3], rtol=EXACT)
+    for joint in estimate.joints[3:]:
+        assert isinstance(joint, RefusedGain)
+        assert joint.predicted_rel_std is None
+        assert "mass alone on this joint cannot be separated" in joint.reason
+    every = sequential_gains(*pair, light, TRUSTING)
+    np.testing.assert_allclose(values(every), GAIN, rtol=100 * EXACT)  # two solutions in a row
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gains_of_random_arms_are_exact(seed, heavy):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 8))
+    structure = structure_of(arm_from_pinocchio(random_arm(rng, n, prismatic=0.3)))
+    gain = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
+    estimate = drive_gains(*exact_pair(structure, heavy, gain, rng), heavy, TRUSTING)
+    np.testing.assert_allclose(values(estimate), gain, rtol=100 * EXACT)  # random arms are less well conditioned
+
+
+def test_standard_deviations_are_those_of_white_noise(structure, heavy):
+    # 80 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 480) = 3.2 %, and the
+    # bound of 8 % is left by chance once in 80 seeds; these are fixed. GAIN 6 is refused: too little load.
+    z = []
+    for seed in range(80):
+        pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
+        joints = drive_gains(*pair, heavy, CLASSICAL).joints
+        z.append([(joint.value - true) / joint.residual_std for joint, true in zip(joints, GAIN, strict=True)])
+    assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 0.08
+
+
+def test_uncertainty_of_a_parameter_is_the_change_it_causes(structure, payload, rng):
+    pair = exact_pair(structure, payload, GAIN, rng, noise=1e-4)
+    h = 1e-5
+    sure = replace(payload, mass_std=0.0)
+    moved = replace(sure, com=(0.0, 0.0, payload.com[2] + h))
+    before, after = (values(drive_gains(*pair, p, TRUSTING)) for p in (sure, moved))
+    stated = drive_gains(*pair, replace(sure, com_std=(0.0, 0.0, h)), TRUSTING)
+    for j in range(5):  # joint 6 does not feel com z
+        # A finite difference of a smooth function: relative error of the order of h.
+        np.testing.assert_allclose(stated.joints[j].payload_rel_std, abs(after[j] / before[j] - 1.0), rtol=1e-3)
+
+
+# Problems of several motions
+
+
+def test_several_motions_and_payloads_give_exact_gains(structure, heavy, rng):
+    chi, other = rng.uniform(0.5, 2.0, 84), replace(heavy, mass=2.3, com=(-0.07, 0.11, 0.05))
+    mounted = (heavy, None, other, None, heavy)
+    problem = exact_problem(structure, [(chi, each, each) for each in mounted], GAIN, rng, rows=120)
+    assert problem.payloads == (heavy, other)
+    estimate = found("ls-2011", problem)
+    np.testing.assert_allclose(values(estimate), GAIN, rtol=EXACT)
+    assert list(np.unique(estimate.solution.rows.motion)) == [0, 1, 2, 3, 4]
+    # Each payload has unknown parameters of its own: the masses alone still give the joints that they load.
+    light = [
+        replace(motion, payload=motion.payload and replace(motion.payload, known="mass")) for motion in problem.motions
+    ]
+    by_mass = found("ls-2011", replace(problem, motions=tuple(light)))
+    np.testing.assert_allclose(values(by_mass)[:3], GAIN[:3], rtol=EXACT)
+    assert not by_mass.identifiable[3:].any()
+    with pytest.raises(NotIdentifiable, match="sequential-2011 accepts one payload; 2 are mounted"):
+        found("sequential-2011", problem)
+
+
+def test_these_methods_need_a_bare_and_a_loaded_motion_and_motions_of_one_mounting_share_it(structure, heavy, rng):
+    bare, loaded = exact_pair(structure, heavy, GAIN, rng, rows=20)
+    without, mounted = (ObservedMotion(bare, None), ObservedMotion(loaded, None)), ObservedMotion(loaded, heavy)
+    for method in ("ls-2011", "sequential-2011"):
+        with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
+            found(method, Problem(structure, without, TRUSTING))
+        with pytest.raises(NotIdentifiable, match="no motion is bare"):
+            found(method, Problem(structure, (mounted,), TRUSTING))
+    twin = ObservedMotion(loaded, replace(heavy))
+    shared = Problem(structure, (without[0], mounted, twin, mounted), TRUSTING).payloads
+    assert [id(each) for each in shared] == [id(heavy), id(twin.payload)]
+
+
+def test_the_load_on_a_joint_is_the_rms_of_the_known_torque_on_loaded_rows(structure, heavy, rng):
+    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=150), heavy, TRUSTING)
+    system = gain_system(problem, 3, [heavy.known_part()])
+    torque = problem.motions[1].observation.joints[3].W_L @ heavy.known_part().chi
+    np.testing.assert_allclose(system.load_rms, np.sqrt(np.mean(torque**2)), rtol=1e-12)
+
+
+def test_the_sign_by_friction_is_measured_in_its_own_deviations(structure, heavy):
+    motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(5), noise=0.02, rows=150)
+    options = replace(CLASSICAL, noise_floor=1e-12)
+    problem, known = pair(*motions, heavy, options), [heavy.known_part()]
+    signs, least = (
+        joint_signs(drive_gains(*motions, heavy, replace(options, noise_floor=floor))) for floor in (1e-12, 70.0)
+    )
+    for j in range(6):
+        fit = joint_fit(problem, j, known)
+        names = [structure.base.names[c] for c in structure.joint_independent[j]]
+        z, friction = [], []
+        for wanted in ((f"Fv{j + 1}", f"Fc{j + 1}"), (f"Fc{j + 1}",)):
+            weight = np.zeros(len(fit.fit.x))
+            for k, name in enumerate(names):
+                weight[k] = np.sqrt(np.mean(fit.system.W[:, k] ** 2)) if name in wanted else 0.0
+            friction.append(weight @ fit.fit.x)
+            z.append(friction[-1] / np.sqrt(weight @ fit.fit.covariance @ weight))
+        np.testing.assert_allclose(fit.system.friction @ fit.fit.x, friction, rtol=1e-12)
+        np.testing.assert_allclose(signs.friction_z[j], z[int(np.argmax(np.abs(z)))], rtol=1e-8)
+    # Friction that no real residual would show tells no sign.
+    assert (np.sign(least.friction_z) == np.sign(signs.friction_z)).all()
+    assert (np.abs(least.friction_z) < 0.1 * np.abs(signs.friction_z)).all()
+
+
+def test_everything_that_ident_exports_exists():
+    for name in ident.__all__:
+        assert getattr(ident, name).__name__ in (name, "dict") if hasattr(getattr(ident, name), "__name__") else True
+    assert ident.IdentifiedGain is IdentifiedGain
+    with pytest.raises(AttributeError, match="attribute identity"):
+        _ = ident.identity
+
+
+# By the moments of the payload
+
+
+def test_first_moments_of_exact_data_are_exact(structure, heavy, light, rng):
+    problem, mass = pair(*exact_pair(structure, heavy, GAIN, rng), heavy, TRUSTING), light.known_part()
+    moments = first_moments(problem, [joint_fit(problem, j, [mass]) for j in (0, 1, 2)], mass)
+    np.testing.assert_allclose(moments.value, heavy.mass * np.array(heavy.com), rtol=100 * EXACT)
+
+
+def test_deviations_of_gains_and_moments_carry_the_errors_of_the_steps_before(structure, heavy, light):
+    # 60 draws of three gains that rest on estimated moments, and of these: their rms z-scores have a standard deviation
+    # of 1 / sqrt(2 * 180) = 5.3 %; 19 % is left by chance once in 3000 seeds, not so if step 2's error were dropped.
+    z, dropped, of_moments = [], [], []
+    for seed in range(60):
+        motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.003, rows=120)
+        estimate, known = sequential_gains(*motions, light, CLASSICAL), drive_gains(*motions, heavy, CLASSICAL)
+        for j in (3, 4, 5):
+            error = estimate.joints[j].value - GAIN[j]
+            z.append(error / estimate.joints[j].residual_std)
+            dropped.append(error / known.joints[j].residual_std)
+        assert [parameter.name for parameter in estimate.payload] == ["MX", "MY", "MZ"]
+        true = heavy.mass * np.array(heavy.com)
+        of_moments += [(each.value - t) / each.std for each, t in zip(estimate.payload, true, strict=True)]
+    rms, moments, without = (np.sqrt(np.mean(np.square(each))) for each in (z, of_moments, dropped))
+    assert abs(rms - 1.0) < 0.19
+    assert abs(moments - 1.0) < 0.19
+    assert without > 1.2 * rms
+    sure, unsure = (sequential_gains(*motions, replace(light, mass_std=std), CLASSICAL).payload for std in (0.0, 0.07))
+    for a, b in zip(sure, unsure, strict=True):
+        np.testing.assert_allclose(b.std**2, a.std**2 + (0.07 / heavy.mass * a.value) ** 2, rtol=1e-9)
+
+
+def test_the_friction_of_a_later_joint_moves_with_the_moments_that_it_rests_on(structure, heavy, light, monkeypatch):
+    monkeypatch.setattr(
+        "ident.estimation.estimators.sequential_2011.row_weights",
+        lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
+    )
+    bare, loaded = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
+    estimate = sequential_gains(bare, loaded, light, TRUSTING)
+    row, ends = 29, []
+    h = 1e-5 * float(np.sqrt(np.mean(loaded.joints[1].V ** 2)))
+    for sign in (-1.0, 1.0):
+        V = loaded.joints[1].V.copy()
+        V[row] += sign * h
+        moved = replace(loaded, joints=(loaded.joints[0], replace(loaded.joints[1], V=V), *loaded.joints[2:]))
+        ends.append(sequential_gains(bare, moved, light, TRUSTING).solution.friction)
+    derivative = (ends[1] - ends[0]) / (2.0 * h)
+    solution = estimate.solution
+    at = solution.rows.of(1).start + 120 + row
+    # Of first order in the noise, 1e-5, and a central difference whose rounding is some 1e-4 of so small a part.
+    np.testing.assert_allclose(derivative[3:], solution.friction_influence[3:, :, at], rtol=0.03)

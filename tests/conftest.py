@@ -24,7 +24,7 @@ LONG = (
     "test_same_faults",
     "test_extending",
     "test_accuracy",
-    "test_faults_everywhere",
+    "test_faults",
     "test_dask",
     "test_identify_unseen",
     "test_identification",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from known_logs import BRICK
+from known_logs import BRICK, mounted
 from real_friction import Truth, real_logs
 
 from ident.diagnosis.hypothesis import Logs, observed_logs
@@ -11,6 +11,8 @@ from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem
+from ident.estimation.setting import Setting, setting
+from ident.identification import Identification, identify
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
@@ -21,15 +23,22 @@ LOOSE = GainOptions(max_rel_std=10.0)
 PLAIN = AllJointsOptions(friction="viscous-coulomb", zero_std=0.0, tilt_std=0.0)
 
 
-def problem_of(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Problem:
-    motions = (
-        ObservedMotion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, payloads, strict=True)
-    )
-    return Problem(axes, tuple(motions), LOOSE)
+def problem_of(
+    axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS, **observing: float
+) -> Problem:
+    observed = (observe(log, axes, ObserveOptions(**observing)) for log in logs)
+    return Problem(axes, tuple(map(ObservedMotion, observed, payloads)), LOOSE)
 
 
-def logs_of(truth: Truth, seed: int = 5, payloads: tuple[Payload | None, ...] = PAYLOADS) -> list[Recording]:
-    return real_logs(truth, payloads, np.random.default_rng(seed))
+def ready_of(problem: Problem) -> Setting:
+    """The setting of a fit of all joints in which nothing else is chosen."""
+    return setting(problem, per_motion=True, prior_std=1.0)
+
+
+def logs_of(
+    truth: Truth, seed: int = 5, payloads: Sequence[Payload | None] = PAYLOADS, **noise: float
+) -> list[Recording]:
+    return real_logs(truth, payloads, np.random.default_rng(seed), **noise)
 
 
 def doubted(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Logs:
@@ -71,3 +80,15 @@ def exchanged(x: np.ndarray, i: int, j: int) -> np.ndarray:
 
 def at(joint: int, value: float, otherwise: float, n: int = 6) -> np.ndarray:
     return np.where(np.arange(n) == joint, value, otherwise)
+
+
+def without(log: Recording, rows: Sequence[int] | np.ndarray, *, even: bool = False) -> Recording:
+    """The log without some rows, by stamps that show it, or that do not."""
+    kept = np.setdiff1d(np.arange(len(log.t)), rows)
+    return Recording(log.t[: len(kept)] if even else log.t[kept], log.q[kept], log.v[kept], log.name)
+
+
+def identified(axes: Structure, logs: Sequence[Recording], **asked: object) -> Identification:
+    """What is found of a bare and a loaded log by the method for all joints, of plain friction unless it is asked."""
+    given = {"options": PLAIN, "gains": LOOSE, "observing": ObserveOptions()} | asked
+    return identify(axes, mounted(logs[0], logs[1], BRICK), **given)

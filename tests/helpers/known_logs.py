@@ -59,6 +59,23 @@ def scara() -> pin.Model:
     return model
 
 
+def with_payload(model: pin.Model, payload: Payload | None) -> pin.Model:
+    """The arm with a payload on its last link."""
+    heavy = model.copy()
+    if payload is not None:
+        ixx, iyy, izz, ixy, ixz, iyz = payload.inertia or (0.0,) * 6
+        about = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        body = pin.Inertia(payload.mass, np.array(payload.com or (0.0,) * 3), about)
+        heavy.appendBodyToJoint(heavy.nv, body, pin.SE3.Identity())
+    return heavy
+
+
+def torque(model: pin.Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
+    """Inverse dynamics, (N, n)."""
+    data = model.createData()
+    return np.array([pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)])
+
+
 @dataclass(frozen=True)
 class Fourier:
     """q = middle + sum_k amplitude_k sin(k w t + phase_k), one row a joint."""
@@ -100,19 +117,11 @@ def known_logs(
     Noise is white, in proportion to each joint's rms current; friction is viscous and dry, with an offset.
     """
     motion = fourier(rng, middle)
-    n, scale = model.nv, 0.8 * np.abs(gain)
-    t = np.arange(0.0, motion.period, 1.0 / rate)
+    scale, t = 0.8 * np.abs(gain), np.arange(0.0, motion.period, 1.0 / rate)
     q, dq, ddq = motion(t)
-    heavy = model.copy()
-    assert payload.com is not None
-    assert payload.inertia is not None
-    ixx, iyy, izz, ixy, ixz, iyz = payload.inertia
-    about = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    heavy.appendBodyToJoint(n, pin.Inertia(payload.mass, np.array(payload.com), about), pin.SE3.Identity())
     recordings = []
-    for each, name in ((model, "bare"), (heavy, "loaded")):
-        data = each.createData()
-        tau = np.array([pin.rnea(each, data, *state) for state in zip(q, dq, ddq, strict=True)])
+    for each, name in ((None, "bare"), (payload, "loaded")):
+        tau = torque(with_payload(model, each), q, dq, ddq)
         tau = tau + scale * (1.3 * dq + 1.7 * np.sign(dq) + 0.4) + 0.01 * scale * ddq
         v = tau / gain
         v = v + noise * np.sqrt(np.mean(v**2, axis=0)) * rng.standard_normal(v.shape)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from known_logs import Fourier, fourier, ur_like
+from known_logs import fourier, torque, ur_like, with_payload
 from scipy.interpolate import make_interp_spline
 
 from ident.payload.payload import Payload
@@ -58,23 +58,6 @@ def three_axes() -> pin.Model:
     return ur_like(count=3)
 
 
-def with_payload(model: pin.Model, payload: Payload | None) -> pin.Model:
-    """The arm with a payload on its last link."""
-    heavy = model.copy()
-    if payload is not None:
-        ixx, iyy, izz, ixy, ixz, iyz = payload.inertia or (0.0,) * 6
-        about = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        body = pin.Inertia(payload.mass, np.array(payload.com or (0.0,) * 3), about)
-        heavy.appendBodyToJoint(heavy.nv, body, pin.SE3.Identity())
-    return heavy
-
-
-def torque(model: pin.Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
-    """Inverse dynamics, (N, n)."""
-    data = model.createData()
-    return np.array([pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)])
-
-
 def real_logs(
     truth: Truth,
     payloads: Sequence[Payload | None],
@@ -86,7 +69,7 @@ def real_logs(
     """One recording a payload, motions of their own; encoders are on the motors, noise is white, theirs in rad."""
     model, logs = three_axes(), list[Recording]()
     for payload in payloads:
-        motion: Fourier = fourier(rng, MIDDLE)
+        motion = fourier(rng, MIDDLE)
         heavy, t = with_payload(model, payload), np.arange(0.0, motion.period, 1.0 / RATE)
         link = motion(t)
         rigid = torque(heavy, *link)

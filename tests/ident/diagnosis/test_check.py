@@ -1,15 +1,15 @@
 """A check of several logs: what it says, in which order, of what it cannot filter."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from consistency_logs import logs_of
+from known_logs import BRICK, UR_GAIN
 from pinocchio_arms import standard_parameters_of
+from real_friction import Truth, three_axes
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.motion_quality import Warmth
-from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
+from ident.diagnosis.samples import SPOILING
 from ident.estimation.problem import GainOptions
 from ident.identification import check
 from ident.observation.observation import ObserveOptions
@@ -54,11 +54,6 @@ def test_a_log_of_another_arm_is_refused(ur, ur_log):
         check([Recording(ur_log.t, ur_log.q[:, :5], ur_log.v[:, :5])], ur, observing=OPTIONS, gains=LIMITS)
 
 
-def test_every_check_that_spoils_samples_says_so_under_its_name(ur_log):
-    names = {each.name for look in SAMPLE_CHECKS.values() for each in look(ur_log, OPTIONS)}
-    assert set(SPOILING) <= names
-
-
 def test_spikes_spoil_their_own_current_and_clipping_its_own(ur_log):
     v = ur_log.v.copy()
     v[[433, 1200], 2] += 3e4
@@ -70,34 +65,18 @@ def test_spikes_spoil_their_own_current_and_clipping_its_own(ur_log):
     assert not np.delete(clipped, 4, axis=1).any()
 
 
-def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
-    kept = np.setdiff1d(np.arange(2500), [411])
-    lost = Recording(ur_log.t[:2499], ur_log.q[kept], ur_log.v[kept])
-    np.testing.assert_array_equal(np.flatnonzero(SPOILING["lost samples"](lost).all(axis=1)), [410, 411])
-    rows = np.arange(2500)
-    rows[600] = 599
-    again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
-    np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])
-
-
-def test_a_payload_that_was_never_mounted_or_never_taken_off_is_wrong(ur):
-    logs, other = (known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(k), middle=UR_MIDDLE) for k in (4, 5))
+def test_a_payload_that_was_never_mounted_or_never_taken_off_is_wrong_and_masses_that_gains_contradict_are_said(axes):
+    logs, other = (logs_of(Truth(), seed=k) for k in (5, 6))
     asked = {"observing": OPTIONS, "gains": LIMITS, "loaded": [False, True], "payload": BRICK}
     for carried in (0, 1):
-        found = check([logs[carried], other[carried]], ur, **asked).found
+        found = check([logs[carried], other[carried]], axes, **asked).found
         assert (found.diagnoses[0].name, found.diagnoses[0].severity) == ("load", Severity.WRONG)
-    assert check(list(logs), ur, **asked).found.severity is not Severity.WRONG
-
-
-def test_masses_of_a_model_that_gains_contradict_are_said(ur):
-    logs = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(4), middle=UR_MIDDLE)
-    asked = {"observing": OPTIONS, "gains": LIMITS, "loaded": [False, True]}
-    links = standard_parameters_of(ur_like())
-    heavier = replace(BRICK, mass=2.2 * BRICK.mass, inertia=tuple(2.2 * each for each in BRICK.inertia))
-    for payload, doubted in ((BRICK, False), (heavier, True)):
-        found = check(list(logs), ur, payload=payload, links=links, **asked).found
+    links = standard_parameters_of(three_axes())
+    for share in (1.0, 1.0 / 2.2):  # of their weight, at which the links are drawn
+        found = check(logs, axes, links=share * links, **asked).found
         weight = next(each for each in found.diagnoses if each.name == "link masses")
-        assert (weight.severity is not Severity.GOOD) == doubted
+        assert (weight.severity is Severity.GOOD) == (share == 1.0)
+        assert found.severity is not Severity.WRONG
 
 
 def test_how_well_a_payload_will_show_is_predicted_of_a_first_log_that_is_bare(ur, ur_log):

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy
-from consistency_logs import LOOSE, PLAIN, at, changed, doubted, logs_of
-from known_logs import BRICK, mounted
+from consistency_logs import LOOSE, at, changed, doubted, identified, logs_of
+from known_logs import BRICK
 from real_friction import Truth
 
 import ident.diagnosis.diagnose as measuring
@@ -15,7 +15,7 @@ from ident.diagnosis.diagnose import common_delay
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.limits import exclusions, undetected_sizes
 from ident.diagnosis.search import faults, survey
-from ident.identification import Identification, check, identify
+from ident.identification import check
 from ident.observation.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, prepare
 from ident.recordings.recording import Motion, Recording
@@ -36,17 +36,11 @@ def pair() -> list[Recording]:
     return logs_of(Truth())
 
 
-def found(axes, logs, policy=AUTO, observing=None) -> Identification:
-    return identify(
-        axes, mounted(*logs, BRICK), options=PLAIN, gains=LOOSE, policy=policy, observing=observing or ObserveOptions()
-    )
-
-
 @pytest.mark.parametrize(("delay", "way"), [(7.3e-3, "late"), (-11.9e-3, "early")])
 def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pair, delay, way):
-    sound = found(axes, pair, DOUBTED).estimate
+    sound = identified(axes, pair, policy=DOUBTED).estimate
     spoilt = [shifted(log, delay) for log in pair]
-    corrected = found(axes, spoilt)
+    corrected = identified(axes, spoilt, policy=AUTO)
     (said,) = [each for each in corrected.found.diagnoses if each.name == "delay"]
     assert said.severity is Severity.WEAK
     assert said.unit == "ms"
@@ -57,7 +51,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
     np.testing.assert_allclose(corrected.observing.current_delay, -1e-3 * said.value, rtol=1e-12)
     for mine, right in zip(corrected.estimate.joints, sound.joints, strict=True):
         assert abs(mine.value - right.value) < right.std  # the same noise: what differs is the delay left
-    late = found(axes, spoilt, DOUBTED)  # without asking it is named, and not undone
+    late = identified(axes, spoilt, policy=DOUBTED)  # without asking it is named, and not undone
     (told,) = [each for each in late.found.diagnoses if each.name == "delay"]
     assert told.advice.endswith("--current-delay auto")
     assert told.std == pytest.approx(said.std, rel=0.5)  # before and after it is undone
@@ -65,7 +59,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
 
 
 def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, pair):
-    plain, asked = found(axes, pair, DOUBTED), found(axes, pair)
+    plain, asked = identified(axes, pair, policy=DOUBTED), identified(axes, pair, policy=AUTO)
     assert [each.value for each in asked.estimate.joints] == [each.value for each in plain.estimate.joints]
     assert asked.observing == ObserveOptions()
     (said,) = [each for each in asked.found.reported if each not in plain.found.reported]

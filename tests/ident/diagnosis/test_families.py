@@ -45,27 +45,24 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(ax
     assert not any(each.words == "all positions are in degrees" for each in families.units(model))
 
 
-@pytest.mark.parametrize(("joint", "scale"), [(None, 1e3), (None, -0.02), (1, 37.0)])
-def test_the_scale_of_a_logs_currents_is_looked_for_over_eight_decades(axes, joint, scale):
+def test_scales_of_a_logs_currents_are_looked_for_over_eight_decades_and_only_powers_of_ten_are_natural(axes):
     bare, loaded = logs_of(Truth())
-    factor = np.full(3, scale) if joint is None else at(joint, scale, 1.0, 3)
-    logs = doubted(axes, [bare, changed(loaded, v=loaded.v * factor)])
-    joints = () if joint is None else (joint,)
-    values = [x.value for x in families.scales(logs) if x.joints == joints and x.value != -1.0]
-    assert min(abs(np.log(abs(x / scale))) if x * scale > 0.0 else np.inf for x in values) < 0.2  # neighbours
 
+    def scaled(factor: np.ndarray | float):
+        logs = doubted(axes, [bare, changed(loaded, v=loaded.v * factor)])
+        return [each for each in families.scales(logs) if each.value != -1.0]
 
-def test_only_a_power_of_ten_is_a_natural_scale_and_not_one_chosen_from_the_grid(axes):
-    bare, loaded = logs_of(Truth())
-    found = [
-        each
-        for scale in (-4e3, 1e3, 100.0, 37.0, 0.1, -0.02)
-        for each in families.scales(doubted(axes, [bare, changed(loaded, v=scale * loaded.v)]))
-        if each.value != -1.0
-    ]
-    natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in found]
+    found = {scale: scaled(scale) for scale in (-4e3, 1e3, 100.0, 37.0, 0.1, -0.02)}
+    of_one = [each for each in scaled(at(1, 37.0, 1.0, 3)) if each.joints == (1,)]
+    for scale, each in [
+        *((scale, [x for x in every if not x.joints]) for scale, every in found.items()),
+        (37.0, of_one),
+    ]:
+        assert min(abs(np.log(x.value / scale)) for x in each if x.value * scale > 0.0) < 0.2  # neighbours
+    every = [each for alternatives in found.values() for each in alternatives]
+    natural = [f"{abs(each.value):.6e}".startswith("1.000000") for each in every]
     assert {*natural} == {True, False}
-    assert [each.searched for each in found] == [not each for each in natural]
+    assert [each.searched for each in every] == [not each for each in natural]
     assert all(each.searched for each in families.gears(doubted(axes, [bare, loaded]), 1))
 
 
@@ -141,20 +138,33 @@ def test_a_small_fault_is_estimated_with_its_size_and_sign(axes, sound, found, f
     assert (np.abs(more.value - size) < 3.0 * std + 0.2 * np.abs(size)).all(), more.value
 
 
-def test_terms_of_the_model_are_no_alternative_readings(found):
+TERMS = {
+    "joint elasticity",
+    "position-dependent torque",
+    "friction law",
+    "friction drift",
+    "current drift",
+    "offset",
+    "offset drift",
+}
+
+
+def test_directions_are_of_those_joints_and_logs_in_which_they_differ_from_others(sound, found):
     assert all(each.parameters == next(c.shape[1] for c in each.columns if c is not None) for each in found)
-    terms = {each.family for each in found if each.term}
-    assert terms == {
-        "joint elasticity",
-        "position-dependent torque",
-        "friction law",
-        "friction drift",
-        "current drift",
-        "offset",
-        "offset drift",
-    }
+    assert {each.family for each in found if each.term} == TERMS  # terms of the model are no alternative readings
     wrong = {each.family for each in found if each.term and each.at_fault}
     assert wrong == {"offset", "offset drift"}  # of a current sensor, not of a model of the arm
+    assert {each.logs for each in found if each.family == "offset"} == {(1,)}  # of the first log it is that of others
+    assert {each.logs for each in found if each.family == "offset drift"} == {(0,), (1,)}
+    apart = [each for each in found if each.family == "delay" and len(each.joints) > 1]  # times of their own
+    assert [(each.joints, each.logs) for each in apart] == [((0, 1, 2), (0,)), ((0, 1, 2), (1,))]
+    for each in apart:
+        assert not any(column[:, np.arange(3) != j].any() for j, column in enumerate(each.columns))
+    assert sound.structure.arm.translation.any(axis=1).all()  # also what stands before the first joint
+    assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
+    (second, *_) = (each for each in families.lengths(sound) if each.joints == (2,))
+    assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
+    np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])
 
 
 def test_steps_of_a_size_add_up(sound):
@@ -209,14 +219,6 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
     assert not small.near(families.scaled(sound, (1,), (1,), 1000.0))
 
 
-def test_currents_have_times_of_their_own_in_one_log_only(found):
-    apart = [each for each in found if each.family == "delay" and len(each.joints) > 1]
-    assert [(each.joints, each.logs) for each in apart] == [((0, 1, 2), (0,)), ((0, 1, 2), (1,))]
-    for each in apart:
-        for j, column in enumerate(each.columns):
-            assert not column[:, np.arange(3) != j].any()
-
-
 def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
     for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
         full = Exact(families.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
@@ -233,13 +235,20 @@ def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found
     assert FirstOrder(delay, np.ones(40), value, np.eye(1)).within is within
 
 
-def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_them_at_the_ends(sound, found):
-    drift = next(each for each in found if each.family == "current drift" and (each.joints, each.logs) == ((), (1,)))
-    assert (drift.unit, drift.scale) == ("%", 100.0)
-    for rows, column in zip(sound.model.rows, drift.columns, strict=True):
-        at = rows.motion == 1
-        share = np.interp(rows.position[at], [0, rows.position[at][-1]], [-0.5, 0.5])
-        left = column[at, 0] - rows.V[at] * share  # noise that the fit leaves, of at most half a current
+@pytest.mark.parametrize(
+    ("family", "joints", "begin"),
+    [("current drift", (), -0.5), ("current scale", (), 1.0), ("current scale", (1,), 1.0)],
+)
+def test_a_scale_or_drift_is_one_of_the_whole_current_with_payload_and_friction(sound, found, family, joints, begin):
+    own = next(each for each in found if (each.family, each.joints, each.logs) == (family, joints, (1,)))
+    assert family == "current scale" or (own.unit, own.scale) == ("%", 100.0)
+    for j, (rows, column) in enumerate(zip(sound.model.rows, own.columns, strict=True)):
+        if joints and j not in joints:
+            assert column is None
+            continue
+        at = rows.motion == 1  # a drift is none in the middle of its log and half of the currents at the ends
+        share = np.interp(rows.position[at], [0, rows.position[at][-1]], [begin, abs(begin)])
+        left = column[at, 0] - rows.V[at] * share  # noise that the fit leaves
         assert np.std(left) < 0.05 * np.std(rows.V[at])
         assert not column[~at].any()
 
@@ -262,25 +271,6 @@ def test_columns_of_an_offset_are_what_it_changes_of_the_filtered_currents(axes,
         np.testing.assert_allclose(column @ value, rows, atol=0.02 * np.abs(sizes[j]))
 
 
-def test_an_offset_of_the_first_log_is_that_of_the_others(found):
-    assert {each.logs for each in found if each.family == "offset"} == {(1,)}
-    assert {each.logs for each in found if each.family == "offset drift"} == {(0,), (1,)}
-
-
-@pytest.mark.parametrize("joints", [(), (1,)])
-def test_a_scale_is_one_of_the_whole_current_with_payload_and_friction(sound, found, joints):
-    scale = next(
-        each for each in found if each.family == "current scale" and (each.joints, each.logs) == (joints, (1,))
-    )
-    for j, (rows, column) in enumerate(zip(sound.model.rows, scale.columns, strict=True)):
-        if joints and j not in joints:
-            assert column is None
-            continue
-        at = rows.motion == 1
-        assert np.std(column[at, 0] - rows.V[at]) < 0.05 * np.std(rows.V[at])  # noise that the fit leaves
-        assert not column[~at].any()
-
-
 def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):
     for j, rows in enumerate(sound.model.rows):
         q, dq = terms.states(sound, rows)
@@ -291,11 +281,3 @@ def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):
                 mean = [D.kernel @ x[i : i + len(D.kernel), j] for i in D.factor * rows.position[own]]
                 # Of a few hertz little is lost in the mean; one end of the filter is a fifth of a second off.
                 np.testing.assert_allclose(found[own], mean, atol=0.1 * np.std(mean))
-
-
-def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_first_joint(sound, found):
-    assert sound.structure.arm.translation.any(axis=1).all()
-    assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
-    (second, *_) = (each for each in families.lengths(sound) if each.joints == (2,))
-    assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
-    np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])

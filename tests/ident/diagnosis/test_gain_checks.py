@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import LOOSE, PAYLOADS, PLAIN, all_joints, logs_of, problem_of, with_current
+from consistency_logs import LOOSE, PAYLOADS, all_joints, identified, logs_of, problem_of, with_current
 from estimates import gain_estimate
 from exact import TRUSTING, drive_gains, exact_observation
 from known_logs import BRICK, mounted
+from pinocchio_arms import standard_parameters_of
 from real_friction import GAIN, Truth, real_logs, three_axes
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.gain_checks import (
     FACTOR,
     FAR,
-    MUCH,
     SHOWN_SHARE,
     SURE_LOAD_Z,
     UNEXPLAINED,
@@ -33,7 +33,7 @@ from ident.diagnosis.gain_checks import (
 from ident.estimation.estimate import FRICTION_Z, GainEstimate
 from ident.estimation.intervals import Rows, classical
 from ident.estimation.problem import ObservedMotion, Problem, pair
-from ident.identification import Identification, identify, without_spoilt
+from ident.identification import identify, without_spoilt
 from ident.model.regressor import inverse_dynamics
 from ident.model.structure import structure_of
 from ident.observation.observation import ObserveOptions, observe
@@ -112,14 +112,10 @@ def lasting(axes) -> Problem:
     return problem_of(axes, [with_current(log, 1, drifting) for log in logs_of(Truth())])
 
 
-def test_residuals_that_are_white_are_no_doubt(sound_estimate):
-    found = autocorrelation(sound_estimate)
-    assert (found.severity, found.advice) == (Severity.GOOD, None)
-    assert found.value < MUCH
-
-
-def test_residuals_that_last_are_told_with_the_ratio_of_deviations(lasting):
-    estimate = all_joints(lasting)
+def test_residuals_that_last_are_told_with_the_ratio_of_deviations(lasting, sound_estimate):
+    estimate, white = all_joints(lasting), autocorrelation(sound_estimate)
+    assert (white.severity, white.advice) == (Severity.GOOD, None)
+    assert autocorrelation(replace(estimate, joints=())) is None
     found = autocorrelation(estimate)
     assert (found.severity, found.joints) == (Severity.WEAK, (1,))
     white = np.sqrt(np.diag(classical(estimate.solution.rows, estimate.solution.influence)))
@@ -134,10 +130,6 @@ def test_a_deviation_that_takes_residuals_as_white_is_held_against_one_that_does
     assert unaware.severity is Severity.WEAK
     assert "accounts for it would be" in unaware.sentence
     np.testing.assert_allclose(unaware.value, aware.value, rtol=1e-6)  # the default is the cautious one
-
-
-def test_an_estimate_without_a_gain_has_no_deviation_to_tell(sound_estimate):
-    assert autocorrelation(replace(sound_estimate, joints=())) is None
 
 
 def test_the_correlation_of_neighbours_is_that_of_rows_that_follow_each_other():
@@ -160,20 +152,16 @@ def logs_with(encoder: float) -> list[Recording]:
     return real_logs(Truth(), PAYLOADS, np.random.default_rng(5), encoder=encoder)
 
 
-def found(axes, logs, observing=None) -> Identification:
-    return identify(axes, mounted(*logs, BRICK), options=PLAIN, gains=LOOSE, observing=observing or ObserveOptions())
-
-
 def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_the_noise(axes):
     logs = logs_with(2e-3)
-    biased = found(axes, logs)
+    biased = identified(axes, logs)
     (said,) = [each for each in biased.diagnoses if each.name == "encoder noise"]
     assert said.severity is Severity.WRONG
     assert "--cutoff-hz" in said.advice
     assert said.cause in biased.reasons[0]
     assert biased.reasons[1:] == (None, None)  # the payload's weight determines them
     assert np.all(np.abs(biased.gain - GAIN)[1:] < 4.0 * biased.std[1:])  # more would be called wrong
-    slower = found(axes, logs, SLOW)
+    slower = identified(axes, logs, observing=SLOW)
     assert not any(each.name == "encoder noise" for each in slower.diagnoses)
     assert np.all(np.abs(slower.gain - GAIN) < 3.0 * slower.std)
     assert not slower.gain.mask.any()
@@ -181,7 +169,7 @@ def test_a_gain_that_encoder_noise_biases_is_refused_until_the_filter_removes_th
 
 def test_the_effect_is_the_difference_from_the_method_without_this_bias_in_deviations_of_both(axes):
     logs = logs_with(2e-3)
-    biased, other = found(axes, logs), identify(axes, mounted(*logs, BRICK), method="iv", gains=LOOSE)
+    biased, other = identified(axes, logs), identify(axes, mounted(*logs, BRICK), method="iv", gains=LOOSE)
     (said,) = [each for each in biased.diagnoses if each.name == "encoder noise"]
     moved = biased.gain / other.gain - 1.0
     spread = np.hypot(biased.std / biased.gain, other.std / other.gain)
@@ -195,7 +183,7 @@ def test_the_effect_is_the_difference_from_the_method_without_this_bias_in_devia
 def test_fine_encoders_need_no_other_estimate(axes, monkeypatch):
     monkeypatch.delattr("ident.diagnosis.gain_checks.instrumental_gains")
     logs = logs_with(1e-6)
-    assert not any(each.name == "encoder noise" for each in found(axes, logs).diagnoses)
+    assert not any(each.name == "encoder noise" for each in identified(axes, logs).diagnoses)
 
 
 @pytest.mark.parametrize("encoder", [1e-4, 1e-3])
@@ -216,20 +204,6 @@ def test_only_what_is_known_of_a_payload_is_a_load(axes):
     every, mass = (noise_in_load(ObservedMotion(motion, replace(BRICK, known=each))) for each in ("all", "mass"))
     assert (np.abs(mass / every - 1.0) > 0.02).any()
     np.testing.assert_array_equal(noise_in_load(ObservedMotion(motion, None)), np.zeros(3))
-
-
-def test_noise_matters_least_where_gravity_makes_most_of_the_load(axes):
-    logs = logs_with(7e-5)
-    sound = found(axes, logs)
-    share = noise_in_load(ObservedMotion(observe(logs[1], axes, ObserveOptions()), BRICK))
-    (upright, *loaded) = share > sound.std / np.abs(sound.gain)
-    assert upright
-    assert not any(loaded)
-
-
-def links_of_three_axes() -> np.ndarray:
-    """Standard parameters (n, 10) of the arm behind the logs, by Pinocchio: m, m c, xx, xy, yy, xz, yz, zz."""
-    return np.array([each.toDynamicParameters()[[4, 5, 7, 6, 8, 9, 1, 2, 3, 0]] for each in three_axes().inertias[1:]])
 
 
 @pytest.mark.parametrize("couplings", [(), ((4, 5),)])
@@ -254,45 +228,35 @@ def test_links_drawn_c_times_too_light_are_found_c_times_heavier_whatever_motors
 
 
 def test_an_arm_that_weighs_what_its_model_says_is_not_doubted(sound, sound_estimate):
-    finding = link_mass_consistency(sound.problem, sound_estimate, links_of_three_axes())
+    finding = link_mass_consistency(sound.problem, sound_estimate, standard_parameters_of(three_axes()))
     assert finding.severity is Severity.GOOD
     # Gains are known within 2 %.
     np.testing.assert_allclose(finding.value, 1.0, atol=0.05)
 
 
-@pytest.mark.parametrize("drawn", [1 / 9.7, 1.9])
+@pytest.mark.parametrize("drawn", [1 / 29.0, 1 / 9.7, 1.9, 29.0])
 def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted(sound, sound_estimate, drawn):
-    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
-    assert finding.severity is Severity.WEAK
+    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * standard_parameters_of(three_axes()))
+    assert finding.severity is Severity.WEAK  # links of other materials: no gain is refused for them
     said = re.match(r"with these gains the arm's masses are (\S+) times those of its model", finding.sentence)
     # Gains are known within 2 %.
-    np.testing.assert_allclose(float(said[1]), 1.0 / drawn, rtol=0.05)
-    np.testing.assert_allclose(finding.value, 1.0 / drawn, rtol=0.05)
-
-
-@pytest.mark.parametrize("drawn", [1 / 29.0, 29.0])
-def test_links_of_other_materials_are_doubted_and_no_gain_is_refused_for_them(sound, sound_estimate, drawn):
-    assert link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes()).severity is Severity.WEAK
+    np.testing.assert_allclose([float(said[1]), finding.value], 1.0 / drawn, rtol=0.05)
 
 
 @pytest.mark.parametrize("drawn", [1 / 37.0, 37.0])
 def test_masses_in_different_units_refuse_every_gain(sound, sound_estimate, drawn):
-    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
+    finding = link_mass_consistency(sound.problem, sound_estimate, drawn * standard_parameters_of(three_axes()))
     assert finding.severity is Severity.WRONG
     mass = sound.problem.motions[1].payload.mass
     with pytest.raises(Contradiction, match=f"^payload mass {mass:g} kg: .* times those of its model .*mass in kg"):
         without_spoilt(sound_estimate, [finding])
 
 
-def test_a_model_whose_masses_are_all_alike_is_no_witness(sound, sound_estimate):
-    links = links_of_three_axes()
+def test_without_a_bare_motion_or_with_masses_that_are_all_alike_there_is_no_witness(sound, sound_estimate):
+    links, loaded = standard_parameters_of(three_axes()), replace(sound.problem, motions=sound.problem.motions[1:])
+    assert link_mass_consistency(loaded, sound_estimate, links) is None
     links[:, 9] = 1.0
     assert link_mass_consistency(sound.problem, sound_estimate, links) is None
-
-
-def test_without_a_bare_motion_there_is_no_witness(sound, sound_estimate):
-    loaded = replace(sound.problem, motions=sound.problem.motions[1:])
-    assert link_mass_consistency(loaded, sound_estimate, links_of_three_axes()) is None
 
 
 def weights(*factors: float, share: float = 0.9) -> list[LinkWeight]:

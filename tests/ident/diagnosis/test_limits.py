@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.estimate_evidence import HeldOutEstimate, stated
-from ident.diagnosis.evidence import Score, log_density_improvement, z_of
+from ident.diagnosis.evidence import log_density_improvement, z_of
 from ident.diagnosis.hypothesis import Logs
 from ident.diagnosis.limits import (
     SIZES,
@@ -81,25 +81,29 @@ def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen,
 def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(logs, seen):
     fits = logs.model.fits
 
-    def worst(found, x: float) -> float:
-        z = []
-        for sign in (1.0, -1.0):
-            squares = [fits.score.squares.copy(), fits.score.squares.copy()]
+    def sure(found) -> list[float]:
+        """Every tested size at which predictions are surely worse either way, without bisection."""
+        given, ends = fits.score.squares, []
+        for sign in (1.0, -1.0):  # sums of squares are quadratic in the size: by their values at both largest ones
+            ends.append(given.copy())
             for j, part in enumerate(fits.parts):
                 if found.columns[j] is not None:
-                    left = part.fit.residual[:, None] - sign * x * part.fit.without(found.columns[j])
-                    squares[1][j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
-            z.append(z_of(log_density_improvement(*(Score(each, fits.score.rows) for each in squares))))
-        return max(z)
+                    left = part.fit.residual[:, None] - sign * found.largest * part.fit.without(found.columns[j])
+                    ends[-1][j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
+        slope, bent = 0.5 * (ends[0] - ends[1]), 0.5 * (ends[0] + ends[1]) - given
+
+        def z(x: float) -> float:
+            changed = replace(fits.score, squares=given + x * slope + x**2 * bent)
+            return z_of(log_density_improvement(fits.score, changed))
+
+        return [found.largest * x for x in SIZES if max(z(x), z(-x)) < -SHOWN]
 
     families = ("zero", "delay", "clock", "current scale", "lengths")
     all_found = [each for each in seen.directions if each.family in families and len(each.joints) < 2][::3]
     sizes = bounds(fits, all_found)
     assert sum(size is not None for size in sizes) > 6
     for found, size in zip(all_found, sizes, strict=True):
-        tested = found.largest * SIZES
-        sure = [x for x in tested if worst(found, x) < -SHOWN]  # no bisection
-        assert size == (min(sure) if sure else None), found.key
+        assert size == min(sure(found), default=None), found.key
 
 
 def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):

@@ -38,15 +38,11 @@ def test_the_quantum_is_the_step_of_an_encoder_and_none_where_noise_is_finer(rng
     assert quantum(np.array([0.0, 1.0, 0.0])) is None
 
 
-def test_a_step_that_a_file_rounds_in_two_ways_is_one(rng):
+def test_a_step_that_a_file_rounds_in_two_ways_is_one_and_values_are_few_by_the_steps_between_them(rng):
     counts = np.cumsum(rng.integers(-3, 4, 3000))
-    either = rng.random(3000) < 0.5
-    angle = np.where(either, counts * 0.001, counts / 1000.0)
+    angle = np.where(rng.random(3000) < 0.5, counts * 0.001, counts / 1000.0)
     assert len(np.unique(angle)) > len(np.unique(counts))  # some differ by the last digit
     np.testing.assert_allclose(quantum(angle), 0.001, rtol=1e-9)  # rounding
-
-
-def test_values_are_few_by_the_steps_between_them_not_by_their_last_digits():
     counts = np.arange(3, 40)  # 37 values, 36 steps
     angle = np.concatenate([counts * 0.001, counts / 1000.0])
     np.testing.assert_allclose(quantum(angle[1:]), 0.001, rtol=1e-9)  # 73 samples, two of all values but one
@@ -91,11 +87,8 @@ def warmth(log: str, start: list[float], rise: list[float], samples: int = 400) 
     return Warmth(log, np.array(start) + np.linspace(0.0, 1.0, samples)[:, None] * np.array(rise))
 
 
-def test_without_temperatures_nothing_is_said():
-    assert temperature([]) == []
-
-
 def test_the_largest_rise_within_a_log_is_named_and_half_of_it_matters():
+    assert temperature([]) == []
     (line,) = temperature([warmth("a", [31.0, 28.0, 33.0], [0.5, 4.2, -1.5])])
     # Medians of a twentieth at either end: 0.95 of a steady rise.
     assert line.sentence.startswith("joint 2 warms by 4.0 K: ")
@@ -103,26 +96,21 @@ def test_the_largest_rise_within_a_log_is_named_and_half_of_it_matters():
     assert line.sentence.endswith("gain may change by 0.2 %, friction by 6 %")  # 4.0 / 2 times 0.1 and 3 %/K
 
 
-@pytest.mark.parametrize(("rise", "grade"), [(6.9, Severity.GOOD), (7.2, Severity.WEAK), (-7.2, Severity.WEAK)])
-def test_a_tenth_of_the_friction_within_a_log_is_weak(rise, grade):
-    (line,) = temperature([warmth("a", [31.0, 28.0], [0.2, rise])])  # 3 %/K times 0.95 times half of the rise
+@pytest.mark.parametrize(
+    ("within", "between", "grade"),
+    [(6.9, 3.2, Severity.GOOD), (7.2, 3.5, Severity.WEAK), (-7.2, -3.5, Severity.WEAK)],
+)
+def test_a_tenth_of_the_friction_is_weak_by_half_the_rise_within_a_log_and_the_whole_between(within, between, grade):
+    (line,) = temperature([warmth("a", [31.0, 28.0], [0.2, within])])  # 3 %/K times 0.95 times half of the rise
     assert line.severity is grade
     assert (line.advice is None) == (grade is Severity.GOOD)
-
-
-@pytest.mark.parametrize(("rise", "grade"), [(3.2, Severity.GOOD), (3.5, Severity.WEAK), (-3.5, Severity.WEAK)])
-def test_between_logs_the_whole_rise_matters(rise, grade):
-    logs = [warmth("a", [31.0, 28.0], [0.0, 0.0]), warmth("b", [31.4, 28.0 + rise], [0.0, 0.0])]
-    line = temperature(logs)[-1]
-    assert f"joint 2 is warmer by {rise:.1f} K than in a: " in line.sentence
-    assert (line.joints, line.logs, line.severity) == ((1,), ("b",), grade)
-
-
-def test_a_third_log_is_held_against_the_first():
-    logs = [warmth(name, [20.0 + k, 30.0], [0.0, 0.0]) for k, name in enumerate("abc")]
-    lines = temperature(logs)
+    logs = [warmth(name, [31.0 + k, 28.0 + k * between], [0.0, 0.0]) for name, k in (("a", 0.0), ("b", 1.0))]
+    third = warmth("c", [33.0, 28.0], [0.0, 0.0])  # is held against the first
+    lines = temperature([*logs, third])
     assert [each.logs[0] for each in lines] == ["a", "b", "c", "b", "c"]
-    assert "joint 1 is warmer by 2.0 K than in a: " in lines[-1].sentence
+    assert f"joint 2 is warmer by {between:.1f} K than in a: " in lines[3].sentence
+    assert (lines[3].joints, lines[3].severity) == ((1,), grade)
+    assert "joint 1 is warmer by 2.0 K than in a: " in lines[4].sentence
 
 
 @pytest.mark.parametrize("value", [305.0, -41.0, np.nan])
@@ -136,16 +124,13 @@ def test_what_is_no_temperature_of_a_drive_is_not_looked_at(value):
     assert "than in b: " in lines[-1].sentence
 
 
-@pytest.mark.parametrize(("value", "taken"), [(151.0, False), (149.0, True), (-39.0, True), (-41.0, False)])
-def test_a_temperature_that_no_drive_has_is_none_without_a_jump_too(value, taken):
-    (line,) = temperature([warmth("a", [31.0, value], [0.1, 0.2])])
-    assert ("is ignored" in line.sentence) is not taken
-
-
-def test_a_column_that_jumps_is_no_temperature():
+def test_a_column_that_jumps_or_that_no_drive_has_is_no_temperature():
     torque = warmth("a", [31.0, 28.0], [0.1, 0.2])
     torque.celsius[::2, 0] += 5.1
     assert "the temperature of joint 1 jumps" in temperature([torque])[0].sentence
+    for value, taken in ((151.0, False), (149.0, True), (-39.0, True), (-41.0, False)):
+        (line,) = temperature([warmth("a", [31.0, value], [0.1, 0.2])])
+        assert ("is ignored" in line.sentence) is not taken
 
 
 def log() -> Recording:
@@ -166,10 +151,6 @@ def test_temperatures_are_read_by_their_columns_in_the_order_of_joints(tmp_path,
     np.testing.assert_array_equal(found, [[21.5 + 2 * k, 30.5 + k] for k in range(9)])
     np.testing.assert_array_equal(read_recording(path).q, log().q)
     assert read_temperatures(path, LogDescription(), 3) is None  # not of every joint
-
-
-@pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_a_log_without_temperatures_has_none(tmp_path, ending):
-    path = tmp_path / f"log.{ending}"
-    write_recording(log(), path)
-    assert read_temperatures(path, LogDescription(), 2) is None
+    for ending in ("csv", "parquet"):
+        write_recording(log(), plain := tmp_path / f"plain.{ending}")
+        assert read_temperatures(plain, LogDescription(), 2) is None

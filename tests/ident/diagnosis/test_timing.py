@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import without
 from diagnoses import named
 from scipy.interpolate import make_interp_spline
 
@@ -19,11 +20,6 @@ from ident.support.errors import RecordingError
 OPTIONS = ObserveOptions()
 
 
-def without(log: Recording, rows, *, even: bool = False) -> Recording:
-    kept = np.setdiff1d(np.arange(len(log.t)), rows)
-    return Recording(log.t[: len(kept)] if even else log.t[kept], log.q[kept], log.v[kept], log.name)
-
-
 def clocked(log: Recording) -> list[Diagnosis]:
     return clock(log, OPTIONS)
 
@@ -34,14 +30,7 @@ def test_a_clean_log_has_nothing_but_good_lines(ur_log):
     assert {each.logs for each in lines} == {("a/log.csv",)}
     assert all(each.advice is None for each in lines)
     assert not any(spoilt(ur_log).any() for spoilt in SPOILING.values())
-
-
-def test_missing_samples_are_counted_where_the_clock_shows_them(ur_log):
-    found = named(clocked(without(ur_log, [300, 301, 302, 700])), "missing samples")
-    assert (
-        found.sentence == "4 samples are missing in 2 gaps, the longest 0.032 s at t = 2.392 s"
-    )  # 125 Hz: row 299 and three more
-    assert found.severity is Severity.WEAK
+    assert set(SPOILING) <= {each.name for each in lines}  # every check that spoils samples says so under its name
 
 
 def test_a_hole_splits_a_log_and_small_gaps_are_bridged(ur_log):
@@ -117,6 +106,7 @@ def test_samples_that_are_missing_are_counted_beside_jitter(ur_log, rng, spread)
     late = np.clip(rng.normal(0.0, spread, len(ur_log.t)), -3.0 * spread, 3.0 * spread)
     found = named(clocked(restamped(ur_log, late, [1, 300, 301, 303, 1700, 2498])), "missing samples")
     assert found.sentence.startswith("6 samples are missing in 5 gaps, the longest 0.02")
+    assert found.severity is Severity.WEAK
 
 
 @pytest.mark.parametrize("stalled", [False, True])
@@ -139,14 +129,28 @@ def test_a_slow_log_is_weak(ur_log):
         assert named(clocked(slow), "rate").severity is grade
 
 
-def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
-    lost = [411, 902, 903, 1700]
-    odd = timestamp_anomalies(without(ur_log, lost, even=True))
-    np.testing.assert_array_equal(odd.long, [410, 900, 1696])  # the row before, in the log that remains
+LOST = [411, 902, 903, 1700]
+
+
+@pytest.mark.parametrize(
+    ("lost", "step", "before"),
+    [
+        (LOST, 0.0, [410, 900, 1696]),  # the row before, in the log that remains
+        (LOST, 8e-4, [410, 900, 1696]),  # sure beside what rounding deviates by, step / sqrt(12), and no more
+        ([*range(500, 520), 523], 0.0, [499, 502]),  # a step of 21, two rows on one of 2
+    ],
+)
+def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log, lost, step, before):
+    log = without(ur_log, lost, even=True)
+    log = replace(log, q=np.round(log.q / step) * step) if step else log
+    odd, spoilt = timestamp_anomalies(log), SPOILING["lost samples"](log)
+    np.testing.assert_array_equal(odd.long, before)
     assert len(odd.still) == 0
-    found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
-    assert found.severity is Severity.WEAK
-    assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
+    np.testing.assert_array_equal(np.flatnonzero(spoilt.all(axis=1)), sorted({*before, *(row + 1 for row in before)}))
+    if lost is LOST and not step:
+        found = named(lost_samples(log), "lost samples")
+        assert found.severity is Severity.WEAK
+        assert "4 samples are lost without a gap in the time stamps, first after row 411, 3.28 s" in found.sentence
 
 
 @pytest.mark.parametrize("honest", [False, True])
@@ -157,17 +161,12 @@ def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, hone
     log = replace(ur_log, t=t, q=taken)
     for sound in (log, without(log, [640, 641, 1300])):  # by honest stamps
         assert len(timestamp_anomalies(sound).long) == len(timestamp_anomalies(sound).still) == 0
-    lost = np.array([411, 902, 903, 1700])
+    lost = np.array(LOST)
     kept = np.setdiff1d(np.arange(len(t)), lost)
     unseen = Recording(t[kept] - 0.008 * np.searchsorted(lost, kept), log.q[kept], log.v[kept])
     odd = timestamp_anomalies(unseen)
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])
     np.testing.assert_array_equal(odd.lost, [1, 2, 1])
-
-
-def test_a_long_loss_hides_no_short_one_beside_it(ur_log):
-    lost = [*range(500, 520), 523]  # a step of 21, two rows on one of 2
-    np.testing.assert_array_equal(timestamp_anomalies(without(ur_log, lost, even=True)).long, [499, 502])
 
 
 def test_a_log_that_loses_too_much_to_be_restored_is_wrong_from_one_step_in_five_hundred(ur_log):
@@ -186,6 +185,8 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows], ur_log.name)
     np.testing.assert_array_equal(timestamp_anomalies(again).still, [599, 600, 1499])
     assert len(timestamp_anomalies(again).long) == 0  # the row after them catches up
+    spoilt = SPOILING["repeated samples"](again).any(axis=1)
+    np.testing.assert_array_equal(np.flatnonzero(spoilt), [599, 600, 601, 1499, 1500])
     found = named(lost_samples(again), "repeated samples")
     assert "repeat 3 times, first after row 600" in found.sentence
 
@@ -199,26 +200,15 @@ def test_the_speed_beside_a_step_is_the_median_of_those_to_either_side(rng, step
         np.testing.assert_array_equal(found, np.median(near, axis=0))
 
 
-def test_an_arm_at_rest_repeats_nothing(ur_log):
-    started = np.clip((ur_log.t - 3.0) / 2.0, 0.0, 1.0) ** 3
-    still = ur_log.q[400] + started[:, None] * (ur_log.q - ur_log.q[400])
+def test_coarse_encoders_and_an_arm_at_rest_lose_and_repeat_nothing(ur_log):
+    q, started = ur_log.q, np.clip((ur_log.t - 3.0) / 2.0, 0.0, 1.0) ** 3
+    still = q[400] + started[:, None] * (q - q[400])
     assert (still[:300] == still[0]).all()
-    assert len(timestamp_anomalies(Recording(ur_log.t, still, ur_log.v)).still) == 0
-
-
-def test_coarse_encoders_lose_and_repeat_nothing(ur_log):
-    q = ur_log.q
     one = np.where(np.arange(6) == 3, np.round(q / 0.004) * 0.004, q)  # about one step a sample
     every = np.round(q / 0.02) * 0.02  # a step in several samples
-    odd = [timestamp_anomalies(replace(ur_log, q=each)) for each in (one, every)]
-    assert [len(each.long) for each in odd] == [0, 0]
-    assert len(odd[1].still) == 0
-
-
-def test_a_lost_sample_is_sure_beside_what_rounding_deviates_by_and_no_more(ur_log):
-    lost = without(ur_log, [411, 902, 903, 1700], even=True)
-    odd = timestamp_anomalies(replace(lost, q=np.round(lost.q / 8e-4) * 8e-4))  # deviation 8e-4 / sqrt(12)
-    np.testing.assert_array_equal(odd.long, [410, 900, 1696])
+    odd = [timestamp_anomalies(replace(ur_log, q=each)) for each in (one, every, still)]
+    assert [len(each.long) for each in odd[:2]] == [0, 0]
+    assert [len(each.still) for each in odd[1:]] == [0, 0]
 
 
 def test_one_joint_that_jumps_alone_is_no_lost_sample(ur_log):

@@ -157,7 +157,7 @@ def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refuse
 
 
 def test_options_that_make_no_sense_are_refused():
-    assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, compliance=False)
+    assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, loss="squares")
     assert AllJointsOptions(friction="load+cbrt+by-direction").friction_terms == ("load", "cbrt", "by-direction")
     for wrong in ("stribeck", "cbrt+stribeck", "cbrt+cbrt", "load+load-motor", "load+auto", ""):
         with pytest.raises(OptionError, match="friction = "):
@@ -166,6 +166,13 @@ def test_options_that_make_no_sense_are_refused():
         with pytest.raises(OptionError, match="prior_std"):
             AllJointsOptions(prior_std=wrong)
     assert AllJointsOptions(prior_std=100.0).prior_std == 100.0
+    for given in ({"gain_joint": 3}, {"gain_value": 3.0}):
+        with pytest.raises(OptionError, match="gain_joint and gain_value must be given together"):
+            AllJointsOptions(**given)
+    with pytest.raises(OptionError, match="gain_value = 0"):
+        AllJointsOptions(gain_joint=2, gain_value=0.0)
+    with pytest.raises(OptionError, match="loss = 'huber': expected one of squares, student"):
+        AllJointsOptions(loss="huber")
 
 
 def test_rows_that_come_from_no_recording_have_no_friction_but_viscous_and_dry(structure, heavy, rng):
@@ -177,12 +184,21 @@ def test_rows_that_come_from_no_recording_have_no_friction_but_viscous_and_dry(s
     assert told.method == "nls"
 
 
-def test_nothing_known_sets_no_scale(structure, heavy, rng):
+@pytest.mark.parametrize("joint", [2, 5])
+def test_bare_motions_and_one_given_gain_give_the_others_and_nothing_known_sets_no_scale(structure, heavy, rng, joint):
     chi = chi_of(rng)
     for believed in (None, replace(heavy, known="none")):
         problem = exact_problem(structure, [(chi, None, None), (chi, heavy, believed)], GAIN, rng)
         with pytest.raises(NotIdentifiable, match="no motion carries a payload of known mass"):
             all_joints_gains(problem, COMMON)
+    bare = exact_problem(structure, [(chi, None, None)] * 2, GAIN, rng, rows=200)
+    for k in (1.0, 2.0):  # the search ends at steps of 1e-11 in the logarithms
+        given = AllJointsOptions(gain_joint=joint, gain_value=k * float(GAIN[joint - 1]))
+        np.testing.assert_allclose(gains(bare, given), k * GAIN, rtol=1e-8)
+    with pytest.raises(NotIdentifiable, match="only ratios of gains are identifiable; mount one"):
+        all_joints_gains(bare, AllJointsOptions())
+    with pytest.raises(OptionError, match="gain_joint = 7: the arm has joints 1 to 6"):
+        all_joints_gains(bare, AllJointsOptions(gain_joint=7, gain_value=1.5))
 
 
 @pytest.mark.parametrize(("rows", "enough"), [(21, False), (22, True)])

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from exact import GAIN, exact_pair, values
 from scipy import stats
 
@@ -12,7 +11,6 @@ from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, 
 from ident.estimation.problem import GainOptions, pair
 from ident.observation.observation import Observation
 from ident.payload.payload import Payload
-from ident.support.errors import OptionError
 
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0, uncertainty="classical")
 
@@ -37,11 +35,8 @@ def test_what_least_squares_sees_is_the_score_of_student_s_distribution():
     slope = -(law.logpdf(u + step) - 2.0 * law.logpdf(u) + law.logpdf(u - step)) / step**2
     # Differences of logarithms of size 10 over 1e-10; 1.4826 has five digits.
     np.testing.assert_allclose(student(e, np.ones(7)), s * score / slope.mean(), rtol=1e-4)
-
-
-def test_residuals_of_rounding_stay_as_they_are():
-    e = np.array([3e-17, -2e-17, 1e-16])
-    np.testing.assert_allclose(student(e, np.full(3, 2.7)), e, rtol=1e-12)  # far below 1e-6 of the currents
+    rounded = np.array([3e-17, -2e-17, 1e-16])  # far below 1e-6 of the currents, they stay as they are
+    np.testing.assert_allclose(student(rounded, np.full(3, 2.7)), rounded, rtol=1e-12)
 
 
 def test_currents_times_k_are_gains_over_k(structure, heavy, rng):
@@ -70,9 +65,8 @@ def test_gross_outliers_hardly_move_gains_and_are_told(structure, heavy, rng):
     np.testing.assert_allclose(told / std, 1.1, atol=0.25)
     share = float(tamed.remarks[-1].split()[0])
     assert 2.0 <= share < 4.0
-    np.testing.assert_array_equal(
-        np.sort(tamed.solution.rows.V), np.sort(with_currents_all(with_currents(motions, spoilt)))
-    )
+    given = np.concatenate([joint.V for each in with_currents(motions, spoilt) for joint in each.joints])
+    np.testing.assert_array_equal(np.sort(tamed.solution.rows.V), np.sort(given))
 
 
 def test_of_normal_noise_the_share_that_counts_less_than_half_is_that_of_the_law(structure, heavy, rng):
@@ -88,11 +82,6 @@ def test_of_normal_noise_the_share_that_counts_less_than_half_is_that_of_the_law
     assert share > 0.0
 
 
-def with_currents_all(motions: tuple[Observation, Observation]) -> np.ndarray:
-    """The currents of all rows."""
-    return np.concatenate([joint.V for each in motions for joint in each.joints])
-
-
 def test_deviations_are_those_of_the_maximum_likelihood_where_student_s_noise_is(structure, heavy):
     rng = np.random.default_rng(11)
     motions = exact_pair(structure, heavy, GAIN, rng, rows=900)
@@ -106,9 +95,3 @@ def test_deviations_are_those_of_the_maximum_likelihood_where_student_s_noise_is
     # Variance f / (f - 2) by squares, (f + 3) / (f + 1) by the likelihood, f = 4; that s is not its own costs 1 %,
     # the square sum of 1800 rows of infinite fourth moment is uncertain by some 5 %.
     np.testing.assert_allclose(ratio, np.sqrt(1.4 / 2.0), rtol=0.1)
-
-
-def test_squares_are_the_default_and_other_names_are_refused():
-    assert AllJointsOptions() == AllJointsOptions(loss="squares")
-    with pytest.raises(OptionError, match="loss = 'huber': expected one of squares, student"):
-        AllJointsOptions(loss="huber")

@@ -5,25 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import real_friction
-from consistency_logs import problem_of
+from consistency_logs import PAYLOADS, problem_of, ready_of
 from known_logs import BRICK
 from pinocchio_arms import random_arm
 from real_friction import GAIN, Truth, real_logs, three_axes
 
 from ident.estimation.all_joints import fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, with_misplaced
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem
-from ident.estimation.setting import setting
+from ident.estimation.problem import Problem
 from ident.estimation.sweep import across
 from ident.estimation.terms import torques_of
-from ident.model.arm import arm_from_pinocchio
+from ident.model.arm import Arm, arm_from_pinocchio
 from ident.model.regressor import regressor
 from ident.model.structure import structure_of
-from ident.observation.observation import ObserveOptions, observe
+from ident.payload.payload import Payload
 from ident.recordings.recording import Recording
 
 N = 3
-PAYLOADS = (None, BRICK)
 ZEROS = np.array([0.02, -0.011, 0.017])  # of joint 1, whose axis is vertical, no log tells
 TILT = (0.013, -0.008)
 
@@ -43,7 +41,7 @@ def tilted_arm() -> pin.Model:
 
 def found(problem: Problem, **known: float) -> tuple[np.ndarray, np.ndarray]:
     """What is found of the zeros and the tilt, and the deviations of that."""
-    ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), **known)
+    ready = with_misplaced(ready_of(problem), **known)
     fitted, unsure = fit(ready, {}, None), np.flatnonzero(np.isfinite(ready.blocks.std))
     return fitted.theta[unsure], np.linalg.norm(fitted.of_theta(unsure).belief, axis=1)
 
@@ -57,14 +55,14 @@ def off(problem: Problem, **options) -> np.ndarray:
 def test_columns_of_zeros_are_what_the_torques_change_by(axes):
     logs, h = logs_of(np.zeros(N)), 1e-4
     problem = problem_of(axes, logs)
-    ready = setting(problem, per_motion=True, prior_std=1.0)
+    ready = ready_of(problem)
     theta = fit(ready, {}, None).theta
     columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, theta)])
     for k in range(N):
         ends = []
         for by in (-h, h):  # an encoder that reads h too much: the joint is at q - h
             moved = [replace(log, q=log.q - by * (np.arange(N) == k)) for log in logs]
-            shifted = setting(problem_of(axes, moved), per_motion=True, prior_std=1.0)
+            shifted = ready_of(problem_of(axes, moved))
             ends.append(shifted.A @ theta + shifted.k)
         for j in range(N):
             own = ready.columns.joint == j
@@ -85,23 +83,19 @@ def test_the_tilt_of_the_base_is_found_about_either_axis(axes, monkeypatch):
     np.testing.assert_allclose(value @ across(axes.arm), [*TILT, 0.0], atol=1e-3)
 
 
+def swinging(arm: Arm, payload: Payload) -> Problem:
+    """A bare and a loaded motion of an arm along sines, without noise or friction."""
+    structure, rng, t = structure_of(arm), np.random.default_rng(3), 0.004 * np.arange(2500)
+    w, phase, chi = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N), rng.uniform(0.5, 2.0, 14 * N)
+    q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
+    W = regressor(arm, q, dq, ddq)
+    load = W[:, :, structure.payload_columns] @ payload.known_part().chi
+    return problem_of(structure, [Recording(t, q, W @ chi + k * load, "log") for k in (0.0, 1.0)], (None, payload))
+
+
 def test_an_arm_on_a_wall_has_two_tilts_about_the_axes_across_gravity(axes):
-
-    def hung() -> Problem:
-        arm = replace(axes.arm, gravity=np.array([-9.81, 0.0, 0.0]))
-        structure, rng = structure_of(arm), np.random.default_rng(3)
-        t, problem = 0.004 * np.arange(2500), Problem(structure, (), GainOptions())
-        w, phase, chi = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N), rng.uniform(0.5, 2.0, 14 * N)
-        q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
-        for carried in (None, BRICK):
-            v = regressor(arm, q, dq, ddq)
-            v = v @ chi + (0.0 if carried is None else v[:, :, structure.payload_columns] @ carried.known_part().chi)
-            seen = observe(Recording(t, q, v, "log"), structure, ObserveOptions())
-            problem = replace(problem, motions=(*problem.motions, ObservedMotion(seen, carried)))
-        return problem
-
-    problem, h = hung(), 1e-5
-    ready = setting(problem, per_motion=True, prior_std=1.0)
+    problem, h = swinging(replace(axes.arm, gravity=np.array([-9.81, 0.0, 0.0])), BRICK), 1e-5
+    ready = ready_of(problem)
     theta = fit(ready, {}, None).theta
     torques = torques_of(ready, theta)[1]
     found = torques.tilted()
@@ -144,22 +138,14 @@ def test_a_belief_about_the_zeros_is_a_share_of_the_interval(axes):
 
 
 def test_zeros_and_a_base_that_are_right_add_nothing(axes):
-    ready = setting(problem_of(axes, logs_of(np.zeros(N))), per_motion=True, prior_std=1.0)
+    ready = ready_of(problem_of(axes, logs_of(np.zeros(N))))
     assert with_misplaced(ready, zero_deg=0.0, tilt_deg=0.0) is ready
 
 
 def test_a_zero_that_is_off_by_a_degree_where_a_joint_turns_is_by_a_millimetre_where_it_slides(payload):
     arm = arm_from_pinocchio(random_arm(np.random.default_rng(10), N, prismatic=0.5))
     assert arm.revolute.tolist() == [1.0, 0.0, 1.0]
-    structure, rng = structure_of(arm), np.random.default_rng(3)
-    t = 0.004 * np.arange(2500)
-    w, phase = rng.uniform(1.5, 4.0, N), rng.uniform(0.0, 6.0, N)
-    q, dq, ddq = (0.4 * w**k * np.sin(np.outer(t, w) + phase + 0.5 * k * np.pi) for k in range(3))
-    W, problem = regressor(arm, q, dq, ddq), Problem(structure, (), GainOptions())
-    bare = W @ rng.uniform(0.5, 2.0, 14 * N)
-    for carried, v in ((None, bare), (payload, bare + W[:, :, structure.payload_columns] @ payload.known_part().chi)):
-        seen = observe(Recording(t, q, v, "log"), structure, ObserveOptions())
-        problem = replace(problem, motions=(*problem.motions, ObservedMotion(seen, carried)))
-    ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), zero_deg=2.3, tilt_deg=0.7)
+    problem = swinging(arm, payload)
+    ready = with_misplaced(ready_of(problem), zero_deg=2.3, tilt_deg=0.7)
     expected = [np.radians(2.3), 2.3e-3, np.radians(2.3), *2 * [np.radians(0.7)]]
     np.testing.assert_allclose(ready.blocks.std[-5:], expected, rtol=1e-12)

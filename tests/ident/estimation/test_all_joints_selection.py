@@ -5,9 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import problem_of
-from known_logs import BRICK
-from real_friction import GAIN, Truth, real_logs
+from consistency_logs import logs_of, problem_of, ready_of
+from real_friction import GAIN, Truth
 
 from ident.estimation import selection
 from ident.estimation.all_joints import Fit, fit
@@ -16,7 +15,7 @@ from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.intervals import left_out, max_of_classical_and_jackknife
 from ident.estimation.problem import Problem
 from ident.estimation.selection import prior_of_drives, selected
-from ident.estimation.setting import Term, setting
+from ident.estimation.setting import Term
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,
@@ -29,13 +28,12 @@ from ident.estimation.terms import (
 from ident.model.structure import Structure
 
 N = 3
-PAYLOADS = (None, BRICK)
 # Joint 1 has a vertical axis: the load hardly tells its gain from friction in proportion to the motor's torque.
 SHOWN = [1, 2]
 
 
 def made(axes: Structure, truth: Truth, seed: int = 5) -> Problem:
-    return problem_of(axes, real_logs(truth, PAYLOADS, np.random.default_rng(seed)))
+    return problem_of(axes, logs_of(truth, seed))
 
 
 def gains(problem: Problem, **options) -> GainEstimate:
@@ -152,7 +150,7 @@ def test_another_form_counts_by_what_a_mixture_may_hold_of_it(better, apart, dif
 
 
 def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_model(axes):
-    ready = setting(made(axes, Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0))), per_motion=True, prior_std=1.0)
+    ready = ready_of(made(axes, Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0))))
     plain = fit(ready, {}, None)
     bent = fit(ready, speed_terms(ready, ["cbrt"]), plain)
     rows, weight = plain.rows, plain.rows.weight  # of the worse one
@@ -170,7 +168,7 @@ def test_improvement_and_difference_of_predictions_are_in_units_of_the_worse_mod
 
 
 def test_a_form_stands_out_only_if_it_predicts_surely_better_than_the_motor_s(axes, monkeypatch):
-    ready = setting(made(axes, Truth(load=LOADED)), per_motion=True, prior_std=1.0)
+    ready = ready_of(made(axes, Truth(load=LOADED)))
     assert f"% of {LOAD_FORMS['load']}," in selected(ready).remarks[0]
     monkeypatch.setattr(selection, "BETTER", 1e3)
     assert f"% of {LOAD_FORMS['load-motor']}," in selected(ready).remarks[0]
@@ -188,7 +186,7 @@ def test_friction_that_differs_between_directions_is_had_by_name(axes):
 
 def test_the_model_without_yielding_joints_has_the_same_friction(axes):
     truth = Truth(compliance=(2e-4, 1.5e-4, 2e-4))
-    chosen = selected(setting(made(axes, truth), per_motion=True, prior_std=1.0))
+    chosen = selected(ready_of(made(axes, truth)))
     names = [name for name, _ in chosen.final.model.names]
     assert set(names) & set(LOAD_FORMS)
     assert [name for name, _ in chosen.stiff.model.names] == names
@@ -208,8 +206,7 @@ def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
 
 @pytest.mark.parametrize("compliance", [(0.0, 0.0, 0.0), (2e-4, 1.5e-4, 2e-4)], ids=["stiff", "yielding"])
 def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
-    logs = real_logs(Truth(compliance=compliance), PAYLOADS, np.random.default_rng(5), encoder=2e-5)
-    estimate = gains(problem_of(axes, logs))
+    estimate = gains(problem_of(axes, logs_of(Truth(compliance=compliance), encoder=2e-5)))
     assert bool(remarked(estimate, WORDS["yields"])) == any(compliance)
     assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
     assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
@@ -229,7 +226,7 @@ def test_a_root_of_the_speed_is_asked_for_by_name(axes):
 
 
 def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(axes):
-    logs = real_logs(Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0)), PAYLOADS, np.random.default_rng(5))
+    logs = logs_of(Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0)))
     factor = np.array([1.0, -1.0, 1e3])
     turned = [replace(log, v=factor * log.v) for log in logs]
     before, after = gains(problem_of(axes, logs)), gains(problem_of(axes, turned))
@@ -241,7 +238,7 @@ def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(ax
 
 def test_the_shares_of_other_models_are_what_other_models_say(axes):
     problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
-    ready = setting(problem, per_motion=True, prior_std=1.0)
+    ready = ready_of(problem)
     chosen = selected(ready)
     stiff = fit(ready, {}, None)
     along = torques_of(ready, stiff.theta)
@@ -260,7 +257,7 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
 
 def test_the_shares_of_other_forms_are_of_their_own_gains(axes):
     problem = made(axes, Truth(load_motor=LOADED))
-    chosen = selected(setting(problem, per_motion=True, prior_std=1.0))
+    chosen = selected(ready_of(problem))
     names = [{name for name, _ in each.other.model.names} & set(LOAD_FORMS) for each in chosen.rivals]
     assert names == [{"load"}, {"load-through"}]
     share = chosen.rivals[0].share
@@ -284,7 +281,7 @@ def test_no_more_of_an_offset_is_no_torque_than_there_is(friction, share, possib
 
 @pytest.mark.parametrize("amplifier", [(0.0, -0.5, 0.4), (0.0, 0.7, -0.6)])
 def test_offsets_of_amplifiers_are_told_from_friction_that_differs_between_directions(axes, amplifier):
-    logs = real_logs(Truth(load_motor=LOADED), PAYLOADS, np.random.default_rng(5))
+    logs = logs_of(Truth(load_motor=LOADED))
     found = gains(problem_of(axes, [replace(log, v=log.v + np.array(amplifier)) for log in logs]))
     assert (np.abs(off(found))[SHOWN] < 1e-2).all(), off(found)  # all of it taken for torque, joint 3 is 3.9 % off
     assert (np.abs(off(found)) < 3.0 * total(found)).all()
@@ -292,7 +289,7 @@ def test_offsets_of_amplifiers_are_told_from_friction_that_differs_between_direc
 
 @pytest.fixture(scope="module")
 def loaded(axes) -> Fit:
-    ready = setting(made(axes, Truth()), per_motion=True, prior_std=1.0)
+    ready = ready_of(made(axes, Truth()))
     return fit(ready, speed_terms(ready, ["cbrt"]), None)
 
 
@@ -313,7 +310,7 @@ def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say():
 
 
 def test_the_noise_of_a_coefficient_is_that_of_currents_and_of_priors(axes, monkeypatch):
-    ready = setting(made(axes, Truth()), per_motion=True, prior_std=1.0)
+    ready = ready_of(made(axes, Truth()))
     plain = fit(ready, {}, None)
     loads = load_terms(ready, plain, torques_of(ready, plain.theta), ["load"])["load"]
     free, known = fit(ready, {"load": Term(loads["load"], 0.05, 0.1)}, plain), []

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from known_logs import BRICK
-from real_friction import GAIN, Truth, real_logs, three_axes, torque, with_payload
+from consistency_logs import logs_of, problem_of, ready_of
+from known_logs import BRICK, torque, with_payload
+from pinocchio_arms import standard_parameters_of
+from real_friction import GAIN, Truth, three_axes
 from scipy import interpolate
 from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem
-from ident.estimation.setting import Setting, Term, setting
+from ident.estimation.setting import Setting, Term
 from ident.estimation.sweep import Sweep, Torques, inertia_matrices, rotor_inertia
 from ident.estimation.terms import LOAD_FORMS, SPEED_TERMS, compliance_columns, load_terms, speed_terms, torques_of
 from ident.observation.full_rate import FullRate
@@ -24,11 +25,8 @@ LIGHT = replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
 
 @pytest.fixture(scope="module")
 def ready(axes) -> Setting:
-    truth = Truth(load_motor=(0.03, 0.05, 0.08))
-    logs = real_logs(truth, [None, BRICK, LIGHT], np.random.default_rng(3))
-    motions = zip((observe(log, axes, ObserveOptions()) for log in logs), (None, BRICK, LIGHT), strict=True)
-    problem = Problem(axes, tuple(ObservedMotion(seen, payload) for seen, payload in motions), GainOptions())
-    return setting(problem, per_motion=True, prior_std=1.0)
+    payloads = (None, BRICK, LIGHT)
+    return ready_of(problem_of(axes, logs_of(Truth(load_motor=(0.03, 0.05, 0.08)), 3, payloads), payloads))
 
 
 @pytest.fixture(scope="module")
@@ -55,11 +53,7 @@ def of_rows(ready: Setting, signals: list[np.ndarray], joint: int) -> np.ndarray
 
 def theta_of(ready: Setting, Ia: np.ndarray) -> np.ndarray:
     """Shared parameters of the arm as Pinocchio has it, rotors of inertia Ia, and of the payload that is half known."""
-    model, chi = three_axes(), np.zeros((N, 14))
-    order = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
-    for j in range(N):
-        chi[j, :10] = model.inertias[j + 1].toDynamicParameters()[order]
-    chi[:, 10] = Ia
+    chi = np.column_stack((standard_parameters_of(three_axes()), Ia, np.zeros((N, 3))))
     free = LIGHT.known_part().chi[ready.shared.free[1]]
     return np.concatenate(((ready.problem.structure.base.regrouping @ chi.ravel())[ready.shared.arm], free))
 
@@ -141,7 +135,7 @@ def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion,
 
 
 def test_decimated_currents_are_the_rows_that_observation_makes(axes):
-    log = real_logs(Truth(), [BRICK], np.random.default_rng(1))[0]
+    (log,) = logs_of(Truth(), 1, [BRICK])
     observed = observe(log, axes, ObserveOptions())
     full = observed.full_rate
     assert full is not None

@@ -4,13 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import problem_of
+from consistency_logs import logs_of, problem_of, ready_of
 from exact import full_rate
-from known_logs import BRICK
-from real_friction import Truth, real_logs
+from real_friction import Truth
 
 from ident.estimation.all_joints import fit
-from ident.estimation.setting import setting
 from ident.estimation.sweep import NOISE_SHARE, inertia_matrices, shown_hz
 from ident.estimation.terms import torques_of
 from ident.numerics.signals import low_passed, smooth_motion
@@ -54,8 +52,8 @@ def test_what_is_nothing_but_encoder_noise_is_known_as_that(white):
 
 def test_a_compliance_is_slowed_by_its_own_noise_and_no_other_is(axes):
     # Encoder noise of the second joint alone, as loud as its compliance below some Hz.
-    problem = problem_of(axes, real_logs(Truth(), (None, BRICK), np.random.default_rng(5)))
-    ready = setting(problem, per_motion=True, prior_std=1.0)
+    problem = problem_of(axes, logs_of(Truth()))
+    ready = ready_of(problem)
     torques = torques_of(ready, fit(ready, {}, None).theta)[0]
     softened, behind = torques.softened(), torques.sweep.behind
     plain = torques.sweep.rows(softened)

@@ -5,14 +5,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, fourier
-from real_friction import GAIN, MIDDLE, RATE, Truth, real_logs, three_axes, torque, with_payload
+from consistency_logs import PAYLOADS, logs_of, problem_of, ready_of
+from known_logs import fourier, torque, with_payload
+from real_friction import GAIN, MIDDLE, RATE, Truth, three_axes
 from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints import Fit, fit
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem
-from ident.estimation.setting import Setting, setting
+from ident.estimation.problem import Problem
+from ident.estimation.setting import Setting
 from ident.estimation.terms import (
     compliance_columns,
     torques_of,
@@ -20,28 +21,17 @@ from ident.estimation.terms import (
     transmitted_columns,
     without_friction,
 )
-from ident.model.structure import Structure
-from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.recording import Recording
 
 N = 3
-PAYLOADS = (None, BRICK)
 SWING = 2.0 * np.pi * np.array([3.1, 4.3, 6.5])
 """Of each link [rad/s]."""
 SOFT = np.array([1e-4, 1e-4, 1e-4])
 """Compliance of each transmission [rad/(N m)]."""
 
 
-def problem_of(axes: Structure, logs: list[Recording], **observing: float) -> Problem:
-    motions = (
-        ObservedMotion(observe(log, axes, ObserveOptions(**observing)), payload)
-        for log, payload in zip(logs, PAYLOADS, strict=True)
-    )
-    return Problem(axes, tuple(motions), GainOptions(max_rel_std=10.0))
-
-
 def fitted_to(problem: Problem) -> tuple[Setting, Fit]:
-    ready = setting(problem, per_motion=True, prior_std=1.0)
+    ready = ready_of(problem)
     return ready, fit(ready, {}, None)
 
 
@@ -81,7 +71,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
 @pytest.mark.parametrize("late", [0.0, 0.016])
 def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
     # The same currents, stamped two samples early, with a delay that says so.
-    logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=0.0)
+    logs = logs_of(Truth(), noise=0.0)
     stamped = [replace(log, v=np.roll(log.v, -round(late * RATE), axis=0)) for log in logs]
     problem = problem_of(axes, stamped, current_delay=late)
     ready, plain = fitted_to(problem)
@@ -104,7 +94,7 @@ def test_torques_that_currents_show_are_those_of_links_and_payload(axes, late):
 
 
 def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(axes):
-    logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=0.0)
+    logs = logs_of(Truth(), noise=0.0)
     turned = np.array([1.0, -1.0, 1.0])
     (ready, plain), (mirrored, _) = (
         fitted_to(problem_of(axes, [replace(log, v=log.v * by) for log in logs])) for by in (np.ones(N), turned)
@@ -121,7 +111,7 @@ def test_torques_that_the_currents_of_a_drive_wired_backwards_show_are_the_same(
 
 def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_directions_as_there_are_columns(axes):
     rng = np.random.default_rng(7)
-    logs = real_logs(Truth(compliance=(2e-4, 1.5e-4, 2e-4)), PAYLOADS, rng, noise=0.0)
+    logs = logs_of(Truth(compliance=(2e-4, 1.5e-4, 2e-4)), noise=0.0)
     noisy = [replace(log, v=log.v + 0.05 * log.v.std(axis=0) * rng.standard_normal(log.v.shape)) for log in logs]
     ready, plain = fitted_to(problem_of(axes, logs))
     problem, columns = problem_of(axes, noisy), ready.columns

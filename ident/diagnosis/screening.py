@@ -193,7 +193,7 @@ class _Columns(NamedTuple):
 
 
 def _normals(
-    own_arm: Arm,
+    arm: Arm,
     at: Sequence[SubsampledStates],
     hypotheses: Sequence[Hypothesis],
     columns: Sequence[Sequence[_Columns]],
@@ -204,66 +204,36 @@ def _normals(
     Returns:
         Index of the equations of each hypothesis, shape (K, logs), and the equations of each joint and log.
     """
-    number, parts = np.empty((len(hypotheses), len(at)), np.intp), [[list[_Normal]() for _ in at] for _ in joints]
+    number, found = np.empty((len(hypotheses), len(at)), np.intp), [list[_Normal]() for _ in joints]
     for k, log in enumerate(at):
-        arms, place = dict[bytes, dict[bytes, Hypothesis]](), dict[tuple[bytes, bytes], int]()
-        keys = list[tuple[bytes, bytes]]()
-        for each in hypotheses:
+        distinct, N = dict[bytes, tuple[int, Hypothesis]](), len(log.v)
+        for which, each in enumerate(hypotheses):
             how = each.logs[k]
-            read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
-            keys.append((each.gravity.tobytes() + each.length_factors.tobytes(), read))
-            arms.setdefault(keys[-1][0], {})[read] = each
-        known = dict[bytes, tuple[Array, Array]]()
-        for of_arm, states in arms.items():
-            every = list(states)
-            for start in range(0, len(every), TOGETHER):
-                some = [states[read].logs[k] for read in every[start : start + TOGETHER]]
-                for read in every[start : start + TOGETHER]:
-                    place[of_arm, read] = len(place)
-                q = np.concatenate([how.q_factor * log.q[:, how.q_order] + how.zero for how in some])
-                dq = np.concatenate([how.q_factor * log.dq[:, how.q_order] / how.clock for how in some])
-                ddq = np.concatenate([how.q_factor * log.ddq[:, how.q_order] / how.clock**2 for how in some])
-                moving = np.array([log.moving[:, how.q_order] for how in some], np.float64)  # (S, N, n)
-                arm, weight = states[every[start]].of_arm(own_arm), moving.reshape(q.shape)
-                tilted = (arm.gravity != own_arm.gravity).any()
-                W = (_by_gravity if tilted else _regressor)(arm, known, q, dq, ddq, weight, joints[0])
-                for j, own in zip(joints, parts, strict=True):
-                    X, Y = (
-                        W[j, which].reshape(len(which), len(some), len(log.v)).swapaxes(0, 1) for which in columns[k][j]
-                    )
-                    own[k].append(_normal(X, Y, log.v, moving[..., j]))
-        number[:, k] = [place[key] for key in keys]
-    return number, [[_Normal(*map(np.concatenate, zip(*some, strict=True))) for some in of_joint] for of_joint in parts]
-
-
-def _regressor(arm: Arm, _: object, q: Array, dq: Array, ddq: Array, moving: Array, first: int) -> Array:
-    """Rows of the regressor from a joint on, zero where a joint does not move, samples last, shape (n, p, N)."""
-    ((_, columns),) = regressor_blocks(arm, q, dq, ddq, weight=moving, size=len(q), first=first)
-    return columns
-
-
-def _by_gravity(
-    arm: Arm,
-    known: dict[bytes, tuple[Array, Array]],
-    q: Array,
-    dq: Array,
-    ddq: Array,
-    moving: Array,
-    first: int,
-) -> Array:
-    """The same for many gravities, by linearity: four regressors per state are sufficient."""
-    key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
-    if key not in known:
-        still, free = np.zeros_like(q), replace(arm, gravity=np.zeros(3))
-        weightless = _regressor(free, None, q, dq, ddq, moving, first)
-        steady = _regressor(free, None, q, still, still, moving, first)
-        along = [
-            _regressor(replace(arm, gravity=axis), None, q, still, still, moving, first) - steady for axis in np.eye(3)
-        ]
-        known.clear()
-        known[key] = (weightless, np.stack(along))
-    weightless, along = known[key]
-    return weightless + np.tensordot(arm.gravity, along, axes=1)
+            parts = each.gravity, each.length_factors, how.q_factor, how.zero, how.q_order, np.float64(how.clock)
+            number[which, k], _ = distinct.setdefault(b"".join(part.tobytes() for part in parts), (len(distinct), each))
+        states = [each for _, each in distinct.values()]
+        own = [each.logs[k] for each in states]
+        moving = np.array([log.moving[:, how.q_order] for how in own], np.float64)  # (S, N, n)
+        blocks = regressor_blocks(
+            arm,
+            np.concatenate([how.q_factor * log.q[:, how.q_order] + how.zero for how in own]),
+            np.concatenate([how.q_factor * log.dq[:, how.q_order] / how.clock for how in own]),
+            np.concatenate([how.q_factor * log.ddq[:, how.q_order] / how.clock**2 for how in own]),
+            weight=moving.reshape(-1, arm.n),
+            size=TOGETHER * N,
+            first=joints[0],
+            gravity=np.repeat([each.gravity for each in states], N, axis=0),
+            length=np.repeat([each.length_factors for each in states], N, axis=0),
+        )
+        equations = [list[_Normal]() for _ in joints]
+        for block, W in blocks:
+            some = slice(block.start // N, block.stop // N)
+            for j, each in zip(joints, equations, strict=True):
+                X, Y = (W[j - joints[0], c].reshape(len(c), len(moving[some]), N).swapaxes(0, 1) for c in columns[k][j])
+                each.append(_normal(X, Y, log.v, moving[some, :, j]))
+        for each, all_of_log in zip(equations, found, strict=True):
+            all_of_log.append(_Normal(*map(np.concatenate, zip(*each, strict=True))))
+    return number, found
 
 
 def _normal(X: Array, own: Array, v: Array, moving: Array) -> _Normal:

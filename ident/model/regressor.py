@@ -50,12 +50,23 @@ class LinkMotion:
     L: Array
 
 
-def link_motions(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[LinkMotion]:
-    """Yield the motion of each link, from the base on; positions, velocities and accelerations are (n, samples)."""
+def link_motions(
+    arm: Arm, q: Array, dq: Array, ddq: Array, gravity: Array | None = None, length: Array | None = None
+) -> Iterator[LinkMotion]:
+    """Yield the motion of each link, from the base on.
+
+    Args:
+        arm: The arm.
+        q: Joint positions, shape (n, samples).
+        dq: Joint velocities, likewise.
+        ddq: Joint accelerations, likewise.
+        gravity: Gravity of each sample in the base frame [m/s^2], shape (3, samples); None for the arm's.
+        length: Factor of each distance between frames, shape (n, samples); None for 1.
+    """
     vectors, L = np.zeros((3, 3, q.shape[1])), np.zeros((3, 3, q.shape[1]))
-    vectors[2] = -arm.gravity[:, None]
+    vectors[2] = -arm.gravity[:, None] if gravity is None else -gravity
     for j in range(arm.n):
-        E, arrow = joint_pose(arm, j, q[j])
+        E, arrow = joint_pose(arm, j, q[j], 1.0 if length is None else length[j])
         moved = vectors.copy()
         _add_product(moved[2], L, arrow)
         vectors = np.einsum("kbs,abs->kas", moved, E)
@@ -78,12 +89,13 @@ def link_motions(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[LinkMoti
         yield LinkMotion(E, arrow, vectors, L)
 
 
-def joint_pose(arm: Arm, j: int, q: Array) -> tuple[Array, Vector]:
+def joint_pose(arm: Arm, j: int, q: Array, length: Array | float = 1.0) -> tuple[Array, Vector]:
     """Return rotation from frame j - 1 to frame j, (3, 3, samples), and origin of frame j in frame j - 1.
 
-    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `q` has the shape (samples,).
+    Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `q` and the factor `length` of the
+    distance between the frames have the shape (samples,).
     """
-    arrow, turn = _along(arm.translation[j], 1.0), np.zeros(len(q))
+    arrow, turn = _along(arm.translation[j], length), np.zeros(len(q))
     if arm.revolute[j]:
         turn = q
     else:
@@ -239,7 +251,16 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
 
 
 def regressor_blocks(
-    arm: Arm, q: Array, dq: Array, ddq: Array, *, weight: Array | None = None, size: int = BLOCK, first: int = 0
+    arm: Arm,
+    q: Array,
+    dq: Array,
+    ddq: Array,
+    *,
+    weight: Array | None = None,
+    size: int = BLOCK,
+    first: int = 0,
+    gravity: Array | None = None,
+    length: Array | None = None,
 ) -> Iterator[tuple[slice, Array]]:
     """Yield the regressor block by block, samples last, for processing without storing it.
 
@@ -251,33 +272,37 @@ def regressor_blocks(
         weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It takes little time here, because
             a row is linear in the unit speed of its joint.
         size: Number of samples of a block.
-        first: First joint whose row is computed, from 0; those before have the columns of their drives alone.
+        first: First joint whose row is computed, from 0.
+        gravity: Gravity of each sample [m/s^2], shape (N, 3); None for the arm's.
+        length: Factor of each distance between frames, shape (N, n); None for 1.
 
     Yields:
-        The slice of samples, and their columns, shape (n, 14 n + 3 c, samples of the block). The array is
+        The slice of samples, and their columns, shape (n - first, 14 n + 3 c, samples of the block). The array is
         overwritten by the next block.
     """
     n, p = arm.n, len(STANDARD)
-    buffer = np.zeros((n, len(labels(n, arm.couplings)), size))
+    buffer = np.zeros((n - first, len(labels(n, arm.couplings)), min(size, len(q))))
     weight = np.ones_like(q) if weight is None else weight
     for start in range(0, len(q), size):
         block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
         dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
         up = np.empty((0, 2, 3, len(share.T)))  # u and p of each joint up to link i, times its weight
-        for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block)):
+        further = [None if each is None else each[block].T for each in (gravity, length)]
+        for i, link in enumerate(link_motions(arm, q[block].T, dq_block, ddq_block, *further)):
             if i < first:
                 continue
             _add_cross(up[:, 1], up[:, 0], link.arrow)
             own = np.zeros((1, *up.shape[1:]))
             own[0, 0 if arm.revolute[i] else 1] = arm.axis[i][:, None] * share[i]
             up = np.concatenate((np.einsum("jkbs,abs->jkas", up, link.E), own))
-            out, (by_inertia, by_mass) = columns[first : i + 1, p * i : p * i + len(INERTIAL)], _link_matrices(link)
+            out, (by_inertia, by_mass) = columns[: i + 1 - first, p * i : p * i + len(INERTIAL)], _link_matrices(link)
             # NumPy loops in memory order: with the summed axis next to the samples, the sum stays in the cache.
             np.einsum("jas,bas->jbs", up[:, 0], by_inertia, out=out[:, :6])
             np.einsum("jas,bas->jbs", up.reshape(len(up), 6, -1), by_mass, out=out[:, 6:])
         for j, k, values in _drive_columns(arm, dq_block, ddq_block):
-            np.multiply(share[j], values, out=columns[j, k])
+            if j >= first:
+                np.multiply(share[j], values, out=columns[j - first, k])
         yield block, columns
 
 

@@ -12,7 +12,6 @@ from ident.diagnosis.hypothesis import Logs, as_logged
 from ident.diagnosis.screening import (
     MARGIN,
     SURELY_WORSE,
-    _by_gravity,
     improvements,
     looked_at,
     screened,
@@ -20,6 +19,7 @@ from ident.diagnosis.screening import (
 )
 from ident.diagnosis.screening import unexplained as in_stages
 from ident.model.regressor import regressor
+from ident.model.structure import structure_of
 from ident.numerics.signals import smooth_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
@@ -132,18 +132,16 @@ def test_readings_together_leave_what_each_leaves_alone(sound):
             np.testing.assert_allclose(whole[k], own[0], rtol=1e-9)
 
 
-def test_gravity_along_other_axes_is_found_from_four_regressors(six):
-    gravity = [9.0 * np.array(axis) for axis in ((0.6, 0.0, -0.8), (0.0, -0.28, 0.96))]
-    hypotheses = [replace(as_logged(six.structure.arm, 2), gravity=each) for each in gravity]
-    together = unexplained(six, hypotheses, looked_at(six))[0]
-    for k, each in enumerate(hypotheses):
-        arm = replace(six.structure.arm, gravity=gravity[k])
-        bare = looked_at(six)[0]
-        own = regressor(arm, bare.q, bare.dq, bare.ddq)
-        again = _by_gravity(arm, {}, bare.q, bare.dq, bare.ddq, bare.moving.astype(float), 0)
-        moving = np.where(bare.moving[..., None], own, 0.0)
-        np.testing.assert_allclose(np.moveaxis(again, 2, 0), moving, atol=1e-12 * np.abs(own).max())
-        np.testing.assert_allclose(together[k], unexplained(six, [each], looked_at(six))[0][0], rtol=1e-6)
+def test_readings_with_other_gravities_and_lengths_leave_what_least_squares_for_each_arm_leaves(six):
+    arm, own = six.structure.arm, as_logged(six.structure.arm, 2)
+    factors = np.where(np.arange(arm.n) == 2, 1.3, 0.9)
+    others = [replace(own, length_factors=factors), replace(own, gravity=np.array([3.1, -2.7, -8.9]))]
+    together = unexplained(six, [own, *others], looked_at(six))[0]
+    for k, each in enumerate(others, 1):
+        other = doubted(structure_of(each.of_arm(arm)), six.recordings)
+        alone = unexplained(other, [as_logged(other.structure.arm, 2)], looked_at(other))[0][0]
+        np.testing.assert_allclose(together[k], alone, rtol=0.02)  # with another basis of the same span
+        assert not np.allclose(together[0], alone, rtol=0.1)
 
 
 def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):

@@ -62,6 +62,18 @@ def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
         )
 
 
+def test_samples_may_have_their_own_gravity_and_lengths_and_rows_begin_at_any_joint(arm, rng):
+    q, dq, ddq = rng.uniform(-2, 2, (3, 5, 6))
+    gravity, length = rng.uniform(-12, 12, (5, 3)), rng.uniform(0.5, 1.5, (5, 6))
+    expected = [
+        regressor(replace(arm, gravity=g, translation=f[:, None] * arm.translation), *states)[0]
+        for g, f, *states in zip(gravity, length, q[:, None], dq[:, None], ddq[:, None], strict=True)
+    ]
+    blocks = regressor_blocks(arm, q, dq, ddq, first=2, size=3, gravity=gravity, length=length)
+    for block, columns in blocks:
+        np.testing.assert_allclose(np.moveaxis(columns, 2, 0), np.array(expected)[block, 2:], rtol=0, atol=1e-12)
+
+
 def test_drives_couplings_and_any_parameters_give_what_the_regressor_gives(arm, rng):
     coupled = replace(arm, couplings=((1, 2), (4, 5)))
     chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body

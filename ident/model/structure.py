@@ -9,6 +9,7 @@ link are regrouped into their neighbours, and Ia into ZZ if possible.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy import linalg
@@ -124,6 +125,7 @@ class Structure:
         return len(STANDARD) * (self.arm.n - 1) + np.arange(len(INERTIAL))
 
 
+@lru_cache(maxsize=8)  # some 20 ms
 def structure_of(arm: Arm) -> Structure:
     """Return base parameters (paper, eq. 11), friction and offsets included, and the columns that act on each joint."""
     rng, names = np.random.default_rng(PROBE_SEED), labels(arm.n, arm.couplings)

@@ -100,43 +100,38 @@ def load_terms(
     """
     if not forms:
         return {}
-    h, unseen = fit.h, ~rotor_identifiable(ready.problem.structure)
+    h, unseen, off = fit.h, ~rotor_identifiable(ready.problem.structure), fit.common("off", 0.0)
     spun = h * rotor_inertia(ready.sweeps[0], fit.theta)
     shares = {form: [OFFSET] if form != LINKS else [] for form in forms}
     for form in forms if unseen.any() else ():
         shares[form] += [ROTOR] if form != MOTOR else []
     parts = list[Array]()
     for sweep, torques in zip(ready.sweeps, along, strict=True):
-        against = np.sign(h) * sweep.sign  # the current of a negative gain has the opposite sign
         rotor = spun * sweep.behind.ddq
         links = h * sweep.at_full_rate(torques.sampled)
         braked = links + braking(sweep.behind.dq, fit, sweep.number) if {*forms} - {LINKS} else links
-        less = {OFFSET: fit.common("off", 0.0), ROTOR: np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor}
-        columns = list[Array]()
+        less = {OFFSET: off, ROTOR: np.where(unseen, 1.0 / ROTOR_SHARE, 0.0) * rotor}
+        given = list[Array]()
         for form in forms:
-            given = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
-            c, scale = fit.common(form, 0.0), fit.common(form, LOAD_MEAN)
-            load = _friction(form, given, c, against)
-            columns += [load, *(scale * (_friction(form, given - less[x], c, against) - load) for x in shares[form])]
-        parts.append(sweep.decimated(np.stack(columns, axis=2)))
-    rows = iter(ready.of_logs(parts).T)
-    return {form: {name: next(rows) for name in (form, *shares[form])} for form in forms}
-
-
-def _friction(form: str, given: Array, c: Array, against: Array) -> Array:
-    """Current of friction in proportion to another current, which for the motor includes this friction, shape (N, n).
-
-    Args:
-        form: One of `LOAD_FORMS`.
-        given: Current without that friction, shape (N, n).
-        c: Friction as a share of the motor's torque, shape (n,).
-        against: Sign of the current that opposes friction, shape (N, n).
-    """
-    if form != MOTOR:
-        return np.abs(given) * against
-    c = np.clip(c, -STRONGEST, STRONGEST)
-    toward = given * against  # W = x + c |W| against: |W| = |x| / (1 - c sign(x) against)
-    return np.where(toward > 0.0, toward / (1.0 - c), -toward / (1.0 + c)) * against
+            x = (links if form == LINKS else braked) - (0.0 if form == MOTOR else rotor)
+            given += [x, *(x - less[share] for share in shares[form])]
+        against = np.sign(h) * sweep.sign  # the current of a negative gain has the opposite sign
+        parts.append(sweep.decimated(np.abs(np.stack(given, axis=2)) * against[:, :, None]))
+    rows, joint, found = iter(ready.of_logs(parts).T), ready.columns.joint, dict[str, dict[str, Array]]()
+    for form in forms:
+        load, *others = (next(rows) for _ in (form, *shares[form]))
+        if form == MOTOR:  # which includes this friction: W = x + c |W| s has |W| s = (|x| s + c x) / (1 - c^2)
+            c = np.clip(fit.common(form, 0.0), -STRONGEST, STRONGEST)[joint]
+            x = h[joint] * ready.of_logs([each.sweep.rows(each.sampled[..., None]) for each in along])[:, 0]
+            lawful = [name in LAWS for name, _ in fit.model.names]
+            x += np.sum(fit.model.F * np.where(lawful, fit.phi, 0.0)[joint], axis=1)
+            load, *others = (
+                (each + c * (x - less)) / (1.0 - c**2)
+                for each, less in zip((load, *others), (0.0, off[joint] * ready.columns.weight), strict=True)
+            )
+        scale = fit.common(form, LOAD_MEAN)[joint]
+        found[form] = {form: load, **{name: scale * (x - load) for name, x in zip(shares[form], others, strict=True)}}
+    return found
 
 
 def braking(dq: Array, fit: Fit, motion: int) -> Array:

@@ -106,7 +106,7 @@ class Dynamics:
     def of(cls, moving: Kinematics, chi: Array) -> "Dynamics":
         """Of an arm of n joints and c couplings."""
         inertial = chi[: len(STANDARD) * moving.arm.n].reshape(moving.arm.n, -1)[:, : len(INERTIAL)]
-        masses = np.array([pseudo_inertia(each) for each in inertial])
+        masses = pseudo_inertia(inertial)
         (S, dS, ddS), V, A = moving.S, moving.V, moving.A
         turned = masses[:, None] @ moving.pose  # (n, 3, 4, N)
         P, h, m = np.einsum("jacs,jbcs->jabs", turned, moving.pose), turned[:, :, 3], masses[:, 3, 3, None, None]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.support.arrays import Array
+from ident.support.arrays import Array, readonly
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 DRIVE = ("Ia", "Fv", "Fc", "off")
@@ -59,16 +59,23 @@ def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[st
 
 
 def pseudo_inertia(chi: Array) -> Array:
-    """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
+    """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (..., 4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
 
     Args:
-        chi: Standard parameters in the order of `INERTIAL`, shape (10,).
+        chi: Standard parameters in the order of `INERTIAL`, shape (..., 10).
     """
-    J = np.zeros((3, 3))
-    J[np.triu_indices(3)] = chi[:6]
-    J = J + np.triu(J, 1).T
-    P = np.empty((4, 4))
-    P[:3, :3] = 0.5 * np.trace(J) * np.eye(3) - J
-    P[:3, 3] = P[3, :3] = chi[6:9]
-    P[3, 3] = chi[9]
-    return P
+    return np.tensordot(chi, PSEUDO_INERTIAS, 1)
+
+
+def _pseudo_inertias() -> Array:
+    P = np.zeros((len(INERTIAL), 4, 4))
+    for own, a, b in zip(P, *np.triu_indices(3), strict=False):
+        own[a, b] = own[b, a] = -1.0
+        own[:3, :3] += 0.5 * (a == b) * np.eye(3)
+    k = np.arange(3)
+    P[6 + k, k, 3] = P[6 + k, 3, k] = P[9, 3, 3] = 1.0
+    return readonly(P)
+
+
+PSEUDO_INERTIAS = _pseudo_inertias()
+"""Pseudo-inertia of each of the standard parameters `INERTIAL`, shape (10, 4, 4)."""

@@ -26,7 +26,7 @@ LEFT = 1e-3
 """Smallest share of a model's link that remains: simulators cannot use a link with zero inertia about an axis."""
 LEAST = 1e-10
 """Smallest relative eigenvalue of a correlation matrix that is used."""
-BASIS = np.array([pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))])
+BASIS = pseudo_inertia(np.eye(len(INERTIAL)))
 """Pseudo-inertias of unit parameters, shape (10, 4, 4)."""
 SHOWN = 1e-9
 """Smallest share of a parameter in a base parameter above rounding."""

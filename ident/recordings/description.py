@@ -6,23 +6,25 @@ values but determines the meaning of gains, so it must be declared.
 
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard, cast
+from typing import Annotated, cast
 
 from ident.support.errors import RecordingError
 from ident.support.files import read_toml
-from ident.support.naming import nearest, one_line, shown
+from ident.support.naming import one_line, shown
+from ident.support.options import Key, is_number, is_table, keys_of, one_of, strict_table
 
 OWN, UR, UR_TARGET, JOINT_STATES, LEROBOT = "own", "ur-rtde", "ur-rtde-target", "joint-states", "lerobot"
-FIXED = {
+FIXED: dict[str, tuple[str | None, str, str, str]] = {
+    OWN: (None, "t=t[s]", "q=q{1..n}[rad]", "v=v{1..n}"),
     UR: ("current", "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=actual_current_{0..5}[A]"),
     UR_TARGET: ("current", "t=timestamp[s]", "q=actual_q_{0..5}[rad]", "v=target_current_{0..5}[A]"),
 }
-"""Layouts with the same columns in every file: quantity of v, and columns as on a command line."""
-LAYOUTS = (OWN, *FIXED, JOINT_STATES, LEROBOT)
-"""Names of the layouts, in the order in which they are tried; `layouts` has the rules of the others."""
+"""Layouts of known columns: quantity of v, and columns as on a command line, n the number of joints."""
+LAYOUTS = (*FIXED, JOINT_STATES, LEROBOT)
+"""Names of the layouts, in the order in which they are tried; the last ones are those of formats that name joints."""
 EPISODE = "episode_index"
 """Column by which datasets of LeRobot select their rows."""
 ISO = "iso"
@@ -83,6 +85,61 @@ MEANINGS: dict[str, Meaning] = {
 """Quantities by their names in a description."""
 
 
+UNKNOWN = "unknown"
+LARGEST = 1e12
+"""Largest plausible number."""
+MOST = 64
+"""Largest number of columns of a range."""
+LAST_LINE = 100_000
+"""Largest number of lines before the first row."""
+_RANGE = re.compile(r"\{(\d{1,4})\.\.(\d{1,4})\}")
+_WORD = re.compile(r"([tqv])=(.*?)(?:\[([^\[\]]*[^\d\[\]][^\[\]]*)\])?", re.DOTALL)
+"""A word of a command line; brackets with a number belong to the name of a column."""
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip())
+
+
+def _is_number(value: object) -> bool:
+    return is_number(value, LARGEST)
+
+
+def _is_not_zero(value: object) -> bool:
+    return _is_number(value) and value != 0
+
+
+def _is_sign(value: object) -> bool:
+    return is_number(value) and value in (1, -1)
+
+
+def _is_line(value: object) -> bool:
+    return isinstance(value, int) and is_number(value) and 1 <= value <= LAST_LINE
+
+
+def _is_separator(value: object) -> bool:
+    return isinstance(value, str) and len(value) == 1 and value not in "\"'\r\n#\0"
+
+
+def _is_selection(value: object) -> bool:
+    return isinstance(value, dict) and all(map(_is_number, cast("dict[str, object]", value).values()))
+
+
+def _is_encoding(value: object) -> bool:
+    try:
+        return isinstance(value, str) and bool(b"a".decode(value)) and _is_text(value)
+    except UnicodeError:  # incomplete multi-byte character
+        return True
+    except (LookupError, ValueError):  # unknown, a bytes-to-bytes codec, or not a name
+        return False
+
+
+NUMBERS = "a number, or an array of numbers, one per joint"
+NOT_ZERO = Key(f"{NUMBERS}, not 0", _is_not_zero, many=True)
+TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
+LINE = Key(f"a line number, 1 to {LAST_LINE}", _is_line)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextLayout:
     """Layout of a text file; None for values to be detected.
@@ -95,11 +152,11 @@ class TextLayout:
         encoding: Encoding, as named in Python.
     """
 
-    separator: str | None = None
-    decimal: str | None = None
-    header: int | None = None
-    rows: int | None = None
-    encoding: str | None = None
+    separator: Annotated[str | None, Key("one character", _is_separator)] = None
+    decimal: Annotated[str | None, one_of((".", ","))] = None
+    header: Annotated[int | None, LINE.or_word("none", 0)] = None
+    rows: Annotated[int | None, LINE] = None
+    encoding: Annotated[str | None, Key("an encoding of Python, such as utf-16-le or cp1252", _is_encoding)] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,12 +173,12 @@ class Channels:
             if declared unknown.
     """
 
-    columns: tuple[str, ...] = ()
-    unit: tuple[str, ...] = ()
-    counts_per_turn: tuple[float, ...] = ()
-    sign: tuple[float, ...] = ()
-    zero: tuple[float, ...] = ()
-    constant: tuple[float, ...] | None = None
+    columns: Annotated[tuple[str, ...], TEXTS] = ()
+    unit: Annotated[tuple[str, ...], TEXTS] = ()
+    counts_per_turn: Annotated[tuple[float, ...], NOT_ZERO] = ()
+    sign: Annotated[tuple[float, ...], Key("1 or -1, or an array of them", _is_sign, many=True)] = ()
+    zero: Annotated[tuple[float, ...], Key(NUMBERS, _is_number, many=True)] = ()
+    constant: Annotated[tuple[float, ...] | None, NOT_ZERO.or_word(UNKNOWN, ())] = None
 
     def over(self, known: "Channels") -> "Channels":
         """Return these completed by those of a layout, unless columns are declared."""
@@ -129,6 +186,12 @@ class Channels:
             return self
         own = {each.name: getattr(self, each.name) for each in fields(self)}
         return replace(known, **{name: value for name, value in own.items() if value != getattr(NOTHING, name)})
+
+    @property
+    def each(self) -> Iterator[tuple[str, str, float, float, float, float]]:
+        """Column, unit, counts, sign, zero and constant of each joint, if there is one of each."""
+        values = (self.columns, self.unit, self.counts_per_turn, self.sign, self.zero, self.constant or ())
+        return zip(*values, strict=True)
 
 
 NOTHING = Channels()
@@ -150,11 +213,14 @@ class LogDescription:
         text: Layout of a text file.
     """
 
-    signal: str | None = None
-    layout: str | None = None
-    joints: tuple[str, ...] | None = None
-    topic: str | None = None
-    only: tuple[tuple[str, float], ...] = ()
+    signal: Annotated[str | None, one_of(MEANINGS)] = None
+    layout: Annotated[str | None, one_of(LAYOUTS)] = None
+    joints: Annotated[tuple[str, ...] | None, TEXTS] = None
+    topic: Annotated[str | None, Key("a text", _is_text)] = None
+    only: Annotated[
+        tuple[tuple[str, float], ...],
+        Key("a table of columns and the number that selects rows, such as { episode_index = 3 }", _is_selection),
+    ] = ()
     t: Channels = NOTHING
     q: Channels = NOTHING
     v: Channels = NOTHING
@@ -172,107 +238,13 @@ class LogDescription:
         return frozenset(self.t.columns if self.t.unit == (ISO,) else ())
 
 
-UNKNOWN = "unknown"
-LARGEST = 1e12
-"""Largest plausible number."""
-UNITS = {"t": TIME, "q": POSITION, "v": CURRENT | SHARE | TORQUE}
-MOST = 64
-"""Largest number of columns of a range."""
-LAST_LINE = 100_000
-"""Largest number of lines before the first row."""
-_RANGE = re.compile(r"\{(\d{1,4})\.\.(\d{1,4})\}")
-_UNIT = re.compile(r"(.*)\[([^\[\]]*)\]", re.DOTALL)
-
-
-class Key(NamedTuple):
-    """A key of a table: what is expected, which values are allowed, whether an array may have one for each joint."""
-
-    expected: str
-    allowed: Callable[[object], bool]
-    many: bool = False
-    known: Collection[str] = ()
-    words: Mapping[str, object] = {}
-
-
-def _is_text(value: object) -> bool:
-    return isinstance(value, str) and bool(value.strip())
-
-
-def _is_number(value: object) -> TypeGuard[float]:
-    return not isinstance(value, bool) and isinstance(value, int | float) and abs(value) <= LARGEST
-
-
-def _is_not_zero(value: object) -> bool:
-    return _is_number(value) and value != 0.0
-
-
-def _is_sign(value: object) -> bool:
-    return _is_number(value) and abs(value) == 1.0
-
-
-def _is_table(value: object) -> bool:
-    return isinstance(value, dict)
-
-
-def _is_selection(value: object) -> bool:
-    return isinstance(value, dict) and all(map(_is_number, cast("dict[str, object]", value).values()))
-
-
-def _is_separator(value: object) -> bool:
-    return isinstance(value, str) and len(value) == 1 and value not in "\"'\r\n#\0"
-
-
-def _is_line(value: object) -> bool:
-    return _is_number(value) and isinstance(value, int) and 1 <= value <= LAST_LINE
-
-
-def _is_encoding(value: object) -> bool:
-    try:
-        return isinstance(value, str) and bool(b"a".decode(value)) and _is_text(value)
-    except UnicodeError:  # incomplete multi-byte character
-        return True
-    except (LookupError, ValueError):  # unknown, a bytes-to-bytes codec, or not a name
-        return False
-
-
-TEXTS = Key("a text, or an array of texts, one per joint", _is_text, many=True)
-NUMBER = "a number, or an array of numbers, one per joint"
-SIGN = Key("1 or -1, or an array of them", _is_sign, many=True)
-LINE = f"a line number, 1 to {LAST_LINE}"
-TOP = {
-    "signal": Key(f"one of {', '.join(MEANINGS)}", _is_text, known=MEANINGS),
-    "layout": Key(f"one of {', '.join(LAYOUTS)}", _is_text, known=LAYOUTS),
-    "joints": TEXTS,
-    "topic": Key("a text", _is_text),
-    "only": Key(
-        "a table of columns and the number that selects rows, such as { episode_index = 3 }",
-        _is_selection,
-    ),
-}
-CHANNELS = {
+PARTS = {
     "t": {"column": TEXTS, "unit": TEXTS},
-    "q": {
-        "columns": TEXTS,
-        "unit": TEXTS,
-        "counts_per_turn": Key(f"{NUMBER}, not 0", _is_not_zero, many=True),
-        "sign": SIGN,
-        "zero": Key(NUMBER, _is_number, many=True),
-    },
-    "v": {
-        "columns": TEXTS,
-        "unit": TEXTS,
-        "sign": SIGN,
-        "constant": Key(f"{NUMBER}, not 0, or {UNKNOWN!r}", _is_not_zero, many=True, words={UNKNOWN: ()}),
-    },
+    "q": keys_of(Channels, without=("constant",)),
+    "v": keys_of(Channels, without=("counts_per_turn", "zero")),
+    "file": keys_of(TextLayout),
 }
-FILE = {
-    "separator": Key("one character", _is_separator),
-    "decimal": Key("'.' or ','", _is_text, known=(".", ",")),
-    "header": Key(f"{LINE}, or 'none'", _is_line, words={"none": 0}),
-    "rows": Key(LINE, _is_line),
-    "encoding": Key("an encoding that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..", _is_encoding),
-}
-TOP |= {name: Key(f"a table with {', '.join(keys)}", _is_table) for name, keys in (CHANNELS | {"file": FILE}).items()}
+"""Keys of the tables of a description."""
 
 
 def read_description(path: str | Path) -> LogDescription:
@@ -281,56 +253,29 @@ def read_description(path: str | Path) -> LogDescription:
     Raises:
         RecordingError: If the file cannot be read or is not valid.
     """
-    path = Path(path)
-    place, table = one_line(path), read_toml(path, error=RecordingError)
-    found = _values(place, table, TOP)
-    for kind, keys in CHANNELS.items():
-        values = _values(f"{place}: [{kind}]", found.get(kind, {}), keys)
-        names = values.pop("column", None) or values.pop("columns", ())
-        columns = tuple(name for word in names for name in spread(word, f"{place}: [{kind}]"))
-        found[kind] = Channels(columns=columns, **values)
-    text = _values(f"{place}: [file]", found.pop("file", {}), FILE)
-    separator, header, rows = map(text.get, ("separator", "header", "rows"))
-    if text.get("decimal") and text["decimal"] == separator:
-        raise _wrong(f"{place}: [file]", "decimal", separator, "a character other than the separator")
-    if header and rows and rows <= header:
-        raise _wrong(f"{place}: [file]", "rows", rows, f"a line after that of the header, {header}")
-    only = tuple((name, float(value)) for name, value in found.pop("only", {}).items())
-    return LogDescription(text=TextLayout(**text), only=only, **found)
-
-
-def _values(place: str, table: Mapping[str, Any], keys: Mapping[str, Key]) -> dict[str, Any]:
-    """Return the values of a table, those that may be many as tuples."""
-    found: dict[str, Any] = {}
-    for name, value in table.items():
-        if name not in keys:
-            raise RecordingError(f"{place}: unknown key {shown(name)}{nearest(name, keys)}; known: {', '.join(keys)}")
-        key = keys[name]
-        if isinstance(value, str) and value in key.words:
-            found[name] = key.words[value]
-            continue
-        each = cast("list[Any]", value) if key.many and isinstance(value, list) else [value]
-        if not each or not all(map(key.allowed, each)) or (key.known and value not in key.known):
-            near = nearest(value, key.known) if isinstance(value, str) else ""
-            raise _wrong(place, name, value, f"{key.expected}{near}")
-        found[name] = tuple(x if isinstance(x, str) else float(x) for x in each) if key.many else value
-    return found
-
-
-def _wrong(place: str, key: str, value: object, expected: str) -> RecordingError:
-    return RecordingError(f"{place}: {key} = {shown(value)}; expected {expected}")
+    place, table = one_line(path), read_toml(Path(path), error=RecordingError)
+    parts = {part: Key(f"a table of {', '.join(keys)}", is_table) for part, keys in PARTS.items()}
+    found = strict_table(table, keys_of(LogDescription, without=("t", "q", "v", "text")) | parts, RecordingError, place)
+    for part, keys in PARTS.items():
+        within = f"{place}: [{part}]"
+        values = strict_table(found.pop(part, {}), keys, RecordingError, within)
+        if part == "file":
+            header, rows, decimal = (values.get(key) for key in ("header", "rows", "decimal"))
+            if decimal and decimal == values.get("separator"):
+                raise RecordingError(f"{within}: decimal = {decimal!r}: expected a character other than the separator")
+            if header and rows and rows <= header:
+                raise RecordingError(f"{within}: rows = {rows}: expected a line after that of the header, {header}")
+            found["text"] = TextLayout(**values)
+        else:
+            names = values.pop("column", ()) or values.pop("columns", ())
+            columns = tuple(name for word in names for name in spread(word, within))
+            found[part] = Channels(columns=columns, **values)
+    found["only"] = tuple((name, float(value)) for name, value in found.get("only", {}).items())
+    return LogDescription(**found)
 
 
 def spread(word: str, place: str) -> list[str]:
-    """Return the names of a range `name{a..b}`.
-
-    Args:
-        word: A name with or without a range.
-        place: Name for messages.
-
-    Raises:
-        RecordingError: If the range is empty or too long.
-    """
+    """Return the names of a range `name{a..b}`, or the name; raises `RecordingError` if it is empty or too long."""
     found = _RANGE.search(word)
     if found is None:
         return [word]
@@ -345,27 +290,21 @@ def described(words: Sequence[str]) -> LogDescription:
 
     Args:
         words: Each `t=`, `q=` or `v=` with names, separated by commas, and optionally a unit in brackets; brackets
-            without a unit belong to the name of a column.
+            with a number belong to the name of a column.
 
     Raises:
         RecordingError: If a word is not valid.
     """
-    found = dict.fromkeys("tqv", NOTHING)
+    parts = dict.fromkeys("tqv", NOTHING)
     for word in words:
-        kind, equals, given = word.partition("=")
-        if kind not in UNITS or not equals or not given:
+        found = _WORD.fullmatch(word)
+        if found is None or not (found[2] or found[3]):
             raise RecordingError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
-        if found[kind] != NOTHING:
+        kind, given, unit = found.groups()
+        if parts[kind] != NOTHING:
             raise RecordingError(f"--columns: {kind}= is given twice")
-        unit: tuple[str, ...] = ()
-        ending = _UNIT.fullmatch(given)
-        if ending is not None and not ending[2].isdigit():
-            given, unit = ending[1], (ending[2],)
-            if unit[0] not in UNITS[kind]:
-                known = f"{nearest(unit[0], UNITS[kind])}; known: {', '.join(UNITS[kind])}"
-                raise RecordingError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
         names = [name for each in given.split(",") for name in spread(each.strip(), "--columns")] if given else []
         if not all(names):
             raise RecordingError(f"--columns: {kind}={shown(given)} lacks a name")
-        found[kind] = Channels(columns=tuple(names), unit=unit)
-    return LogDescription(t=found["t"], q=found["q"], v=found["v"])
+        parts[kind] = Channels(columns=tuple(names), unit=(unit,) if unit else ())
+    return LogDescription(t=parts["t"], q=parts["q"], v=parts["v"])

@@ -1,22 +1,21 @@
-"""Options of the identification: frozen dataclasses with validation, created from a table or from words.
+"""Strict tables, as parsed from TOML or JSON, and options: frozen dataclasses, created from a table or from words.
 
 Ranges are annotations, `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`, of options, model errors and sensors;
 scenario files and their schema use the same ones.
 """
 
-import sys
 import types
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields, is_dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from sys import float_info
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Interval, Unit
 
 from ident.support.errors import OptionError
-from ident.support.naming import nearest
+from ident.support.naming import nearest, shown
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -27,6 +26,94 @@ NAMES = "names"
 MEASURED = "measured"
 """Key of a field's metadata: what `auto` estimates from the logs; the number may be negative."""
 DESCRIBED: dict[type, str] = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
+"""What a field of a type takes, in words."""
+
+
+class Key(NamedTuple):
+    """A key of a strict table, by itself or as the annotation of a field.
+
+    Attributes:
+        expected: What it takes, in words.
+        allowed: Whether it takes a value.
+        many: Whether an array of such values is taken too; the result is a tuple.
+        words: Texts that stand for a value.
+    """
+
+    expected: str
+    allowed: Callable[[object], bool]
+    many: bool = False
+    words: Mapping[str, object] = {}
+
+    def or_word(self, word: str, value: object) -> "Key":
+        """Return a key that also takes a text for a value."""
+        return self._replace(expected=f"{self.expected}, or {word!r}", words={word: value})
+
+
+def one_of(names: Collection[str]) -> Key:
+    """Return a key that takes one of some names."""
+    return Key(f"one of {', '.join(map(repr, names))}", partial(_is_one, tuple(names)))
+
+
+def _is_one(names: tuple[str, ...], value: object) -> bool:
+    return value in names
+
+
+def is_number(value: object, largest: float = float_info.max) -> TypeGuard[float]:
+    """Return whether a value is a finite number of limited size, not true or false."""
+    return not isinstance(value, bool) and isinstance(value, int | float) and abs(value) <= largest
+
+
+def is_table(value: object) -> bool:
+    """Return whether a value is a table."""
+    return isinstance(value, Mapping)
+
+
+def keys_of(kind: type, *, without: Collection[str] = ()) -> dict[str, Key]:
+    """Return the keys of a dataclass: those that annotate its fields, or what a field of their type takes."""
+    keys = dict[str, Key]()
+    for name, kinds in _kinds(kind).items():
+        own = [each for each in get_args(_annotated(kind)[name]) if isinstance(each, Key)]
+        expected = " or ".join(DESCRIBED[each] for each in kinds if each in DESCRIBED)
+        keys[name] = own[0] if own else Key(expected, partial(_takes, kinds))
+    return {name: key for name, key in keys.items() if name not in without}
+
+
+def _takes(kinds: tuple[type, ...], value: object) -> bool:
+    if isinstance(value, bool):
+        return bool in kinds
+    return (float in kinds and is_number(value)) or isinstance(
+        value, tuple(each for each in kinds if each is not float)
+    )
+
+
+def strict_table(
+    table: Mapping[str, object], keys: Mapping[str, Key], error: Callable[[str], Exception], place: str = ""
+) -> dict[str, Any]:
+    """Return the values of a table; numbers of keys that take many are of type float.
+
+    Args:
+        table: A table as parsed from TOML or JSON.
+        keys: All keys that it may have.
+        error: Class of the error that is raised.
+        place: Name of the table for messages.
+
+    Raises:
+        Exception: As `error`, if a key is unknown or its value not allowed.
+    """
+    within, found = f"{place}: " if place else "", dict[str, Any]()
+    for name, value in table.items():
+        if name not in keys:
+            known = f"{nearest(name, keys)}; known: {', '.join(keys) or 'none'}"
+            raise error(f"{within}unknown key {shown(name)}{known}")
+        key = keys[name]
+        if isinstance(value, str) and value in key.words:
+            found[name] = key.words[value]
+            continue
+        each = cast("list[object]", value) if key.many and isinstance(value, list) else [value]
+        if not each or not all(map(key.allowed, each)):
+            raise error(f"{within}{name} = {shown(value)}: expected {key.expected}")
+        found[name] = tuple(float(x) if isinstance(x, int) else x for x in each) if key.many else value
+    return found
 
 
 def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
@@ -49,18 +136,11 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
     Raises:
         OptionError: If a key is unknown, or a value has the wrong type or is out of range.
     """
-    hints, values = option_types(kind), dict[str, object]()
-    for name, value in table.items():
-        if name not in hints:
-            raise OptionError(f"unknown option {name!r}{nearest(name, hints)}; known: {', '.join(hints) or 'none'}")
-        kinds = _kinds(hints[name])
-        values[name] = value
-        if isinstance(value, int) and not isinstance(value, bool) and float in kinds and int not in kinds:
-            values[name] = float(value) if abs(value) <= sys.float_info.max else float("inf")
-        elif (isinstance(value, bool) and bool not in kinds) or not isinstance(value, kinds):
-            expected = " or ".join(DESCRIBED[each] for each in kinds if each in DESCRIBED)
-            raise OptionError(f"{name} = {value!r}: expected {expected}")
-    return kind(**values)
+    found = strict_table(table, keys_of(kind), OptionError)
+    for name, kinds in _kinds(kind).items():
+        if float in kinds and int not in kinds and isinstance(found.get(name), int):
+            found[name] = float(found[name])
+    return kind(**found)
 
 
 def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
@@ -69,7 +149,7 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     Raises:
         OptionError: If a word has another form or a key is duplicate.
     """
-    hints, table = option_types(kind), dict[str, object]()
+    by_name, table = _kinds(kind), dict[str, object]()
     for word in words:
         name, equals, text = (part.strip() for part in word.partition("="))
         name = name.replace("-", "_")
@@ -78,7 +158,7 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
         if name in table:
             raise OptionError(f"option {name} is given twice")
         table[name] = text  # unless it matches another type
-        kinds = _kinds(hints.get(name, str))
+        kinds = by_name.get(name, ())
         if bool in kinds and text.lower() in ("true", "false"):
             table[name] = text.lower() == "true"
         for number in (float, int):
@@ -87,16 +167,12 @@ def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
     return table
 
 
-def option_types(kind: type) -> dict[str, object]:
-    """Return the types of an options class by field name."""
-    if not is_dataclass(kind):
-        raise TypeError(f"{kind.__name__} is no dataclass")
-    hints = get_type_hints(kind)
-    return {field.name: hints[field.name] for field in fields(kind)}
-
-
-def _kinds(hint: object) -> tuple[type, ...]:
-    return cast("tuple[type, ...]", get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,))
+def _kinds(kind: type) -> dict[str, tuple[type, ...]]:
+    """Return the types of an options class by field name, several of a union."""
+    found = dict[str, tuple[type, ...]]()
+    for name, hint in get_type_hints(kind).items():
+        found[name] = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    return found
 
 
 def refuse_outside(values: "DataclassInstance", error: Callable[..., Exception], place: str = "") -> None:

@@ -227,9 +227,10 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
 
 def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
     """Return recordings for checks and repairs; the interpretation of a foreign log is reported immediately."""
-    import ident.recordings.files as files
+    from ident.recordings.checks import check_clock
+    from ident.recordings.files import read_log
 
-    return recordings_of([files.read_unrepaired(path, said) for path in paths])
+    return recordings_of([read_log(path, said, check=check_clock) for path in paths])
 
 
 def recordings_of(logs: "Sequence[Log]") -> "list[Recording]":

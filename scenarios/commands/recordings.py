@@ -128,7 +128,7 @@ def check_command(options: argparse.Namespace) -> Status:
     from ident.identification import check
     from ident.observation.observation import ObserveOptions
     from ident.payload.payload import read_payload
-    from ident.recordings.files import read_temperatures, read_unchecked
+    from ident.recordings.files import read_log, read_temperatures
     from ident.recordings.recording import Motion
     from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
@@ -145,7 +145,7 @@ def check_command(options: argparse.Namespace) -> Status:
         arm = robot.structure.arm
         said = inputs.log_description(options, arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = inputs.recordings_of([read_unchecked(path, said) for path in paths])
+        recordings = inputs.recordings_of([read_log(path, said, check=None) for path in paths])
         temperatures = [read_temperatures(path, said, arm.n) for path in paths]
         checked = check(
             recordings,

@@ -24,7 +24,7 @@ from ident.recordings.recording import Recording, row_marks
 from ident.support.errors import GainsError
 from ident.support.files import LARGEST, read_bytes, read_toml
 from ident.support.naming import one_line, shown
-from ident.support.options import option_types
+from ident.support.options import keys_of
 from scenarios.rendering.result import to_json
 from scenarios.results.record import Origin
 from scenarios.support.errors import ScenarioError
@@ -241,7 +241,7 @@ def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
             gains.append({**entry, "identifiable": False, "reason": joint.reason})
 
     def stated(options: object) -> dict[str, JsonValue]:
-        values = {name: getattr(options, name) for name in option_types(type(options))}
+        values = {name: getattr(options, name) for name in keys_of(type(options))}
         return {name: value for name, value in values.items() if value is not None}
 
     return GainsFile.model_validate(

@@ -20,8 +20,7 @@ from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, payload_to_table, read_payload, write_payload
-from ident.recordings.description import LogDescription
-from ident.recordings.files import read_unchecked
+from ident.recordings.files import read_log
 from ident.recordings.recording import Motion
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
@@ -240,7 +239,7 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
         ScenarioError: If the record is not valid; if robot, recording or payload cannot be read.
     """
     try:
-        return given_problem(folder / RECORD, record, lambda path: read_unchecked(path, LogDescription()).recording)
+        return given_problem(folder / RECORD, record, lambda path: read_log(path, check=None).recording)
     except IdentificationError as error:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
 

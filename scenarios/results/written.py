@@ -86,14 +86,7 @@ class Converted(ResultModel):
 
 
 def _channels(of: Channels) -> list[ConvertedChannel]:
-    """Return the channel of each joint; a list of one entry holds for all of them, an empty one is the default."""
-    count = len(of.columns)
-    unit, sign, zero = (
-        list(given) * (count if len(given) == 1 else 1) if given else [usual] * count
-        for given, usual in ((of.unit, ""), (of.sign, 1.0), (of.zero, 0.0))
-    )
-    rows = zip(of.columns, unit, sign, zero, strict=True)
-    return [ConvertedChannel(column=name, unit=str(u), sign=float(s), zero=float(z)) for name, u, s, z in rows]
+    return [ConvertedChannel(column=name, unit=unit, sign=sign, zero=zero) for name, unit, _, sign, zero, _ in of.each]
 
 
 class ListedScenario(ResultModel):

@@ -1,15 +1,22 @@
-"""Formats of log files, one file each: a table's names of columns, of which a reader loads those that are asked for."""
+"""Formats of log files, one file each: the columns of a table by name, and a function that reads some of them."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence, Set
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import TypeAlias
+
+import numpy as np
 
 from ident.recordings.description import LogDescription
 from ident.support.arrays import Array
 from ident.support.errors import RecordingError
-from ident.support.naming import nearest, one_line, shown
+from ident.support.naming import one_line
 
 MOST_COLUMNS = 10_000
 """Largest number of columns of a file."""
@@ -19,8 +26,15 @@ OURS = re.compile(r"t|[qv][1-9][0-9]{0,3}")
 """Standard names."""
 KNOWN = re.compile(OURS.pattern + r"|timestamp|(?:actual|target)_(?:q|current)_[0-5]")
 """Names by which the header of a text is recognised: the standard ones, and those of Universal Robots."""
+DAMAGED = (
+    OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError, RuntimeError,
+    MemoryError, OverflowError, struct.error, zlib.error, zipfile.BadZipFile,
+)  # fmt: skip
+"""What libraries raise for damaged files and other formats."""
 Columns: TypeAlias = Mapping[str, Array]
 """Values by column name, each of shape (N,)."""
+Entries: TypeAlias = Mapping[str, tuple[str, str]]
+"""Column and unit of each joint; the unit is empty if the file does not imply it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +45,20 @@ class Table:
         names: Names of all columns.
         load: Returns some columns; those of the second argument hold dates, and are loaded as seconds since 1970.
             Raises `RecordingError` if one is not numeric.
+        layout: Name of the layout of a format that knows its joints by name, or None.
+        time: Column of the time [s] in this layout.
+        positions: Columns of the positions in this layout.
+        currents: Columns of the currents, by kind: the pattern of their names, in which `{joint}` stands for a joint.
+        joints: Joints in the order of the file; None if that order has no meaning.
     """
 
     names: Sequence[str]
     load: Callable[[Sequence[str], Set[str]], Columns]
+    layout: str | None = None
+    time: str = ""
+    positions: Entries = field(default_factory=dict[str, tuple[str, str]])
+    currents: Mapping[str, Entries] = field(default_factory=dict[str, Entries])
+    joints: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,21 +76,75 @@ class LogFormat:
     marks: str = ""
 
 
-def listed(names: Sequence[str], most: int = 8) -> str:
+@contextmanager
+def readable(place: str, what: str, *more: type[Exception]) -> Generator[None]:
+    """Convert errors of a library for damaged files, those of `DAMAGED` and more, to errors of the file."""
+    try:
+        yield
+    except RecordingError:
+        raise
+    except (*DAMAGED, *more) as error:
+        reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
+        raise RecordingError(f"{place}: not {what} ({reason})") from error
+
+
+def table_of(
+    place: str,
+    widths: Mapping[str, int | None],
+    read: Callable[[Sequence[str], Set[str]], Mapping[str, np.ndarray]],
+) -> Table:
+    """Return a table of fields of numbers or dates, each of shape (N,) or (N, width).
+
+    Args:
+        place: Name of the file for messages.
+        widths: Number of columns of each field, None for one of shape (N,).
+        read: Returns some fields; those of the second argument must hold dates, the others numbers.
+    """
+    places = dict[str, tuple[str, int | None]]()
+    for name, width in widths.items():
+        own = [None] if width is None else range(min(width, MOST_COLUMNS))
+        places |= {name if k is None else entry(name, k): (name, k) for k in own}
+
+    def load(names: Sequence[str], dated: Set[str]) -> Columns:
+        found = read(list(dict.fromkeys(places[name][0] for name in names)), {places[name][0] for name in dated})
+        if len({len(x) for x in found.values()}) > 1:
+            lengths = [f"{name}: {len(found[places[name][0]])}" for name in names]
+            raise RecordingError(f"{place}: columns of different lengths: {listed(lengths)}")
+        columns = dict[str, Array]()
+        for name in names:
+            field, k = places[name]
+            x = found[field] if k is None else found[field][:, k]
+            if name in dated:
+                ns = x.astype("M8[ns]").astype(np.int64)
+                columns[name] = np.where(np.isnat(x), np.nan, ns // 10**9 + 1e-9 * (ns % 10**9))
+            else:
+                columns[name] = np.ascontiguousarray(x, np.float64)
+        return columns
+
+    return Table(list(places), load)
+
+
+def check_kind(place: str, name: str, kind: object, *, dates: bool, numbers: bool, dated: bool) -> None:
+    """Refuse a field that does not hold what is declared, dates or numbers."""
+    if not (dates if dated else numbers):
+        iso = '; t is in seconds; set unit = "iso" for dates' if dates else ""
+        expected = "dates; for numbers, state the unit, s, ms, us or ns" if dated else f"numbers{iso}"
+        raise RecordingError(f"{place}: column {one_line(name)} is {one_line(kind)[:80]}, expected {expected}")
+
+
+def check_size(place: str, values: int) -> None:
+    """Refuse to read more than `MOST_VALUES` values."""
+    if values > MOST_VALUES:
+        raise RecordingError(f"{place}: {values} numbers; up to {MOST_VALUES} are read, take a part of it")
+
+
+def listed(names: Iterable[str], most: int = 8) -> str:
     """Return names for a message, shortened if many or long."""
-    text = ", ".join(one_line(name) for name in names[:most])
-    return f"{text[:200]}, .." if len(names) > most or len(text) > 200 else text
+    shown = [one_line(name) for name in islice(names, most + 1)]
+    text = ", ".join(shown[:most])
+    return f"{text[:200]}, .." if len(shown) > most or len(text) > 200 else text
 
 
 def entry(name: str, number: int) -> str:
-    """Return the name of an entry, from 0, of a column of arrays; entries of `q` and `v` are counted from 1."""
-    return f"{name}{number + 1}" if name in ("q", "v") else f"{name}[{number}]"
-
-
-def check_joint(place: str, joint: str, there: Sequence[str]) -> None:
-    """Refuse the name of a joint that a log does not have."""
-    if joint not in there:
-        raise RecordingError(
-            f"{place}: no joint {shown(joint)}{nearest(joint, there)}; there are {listed(there)}; give the log's joint "
-            "names, base to flange (--joints)"
-        )
+    """Return the name of an entry, from 0, of a column of arrays; those of `q`, `v` and a nameless array from 1."""
+    return f"{name}{number + 1}" if name in ("q", "v", "") else f"{name}[{number}]"

@@ -9,7 +9,6 @@ import csv
 import gzip
 import io
 import re
-import zlib
 from array import array
 from collections.abc import Sequence, Set
 from datetime import UTC, datetime
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.recordings.description import LogDescription
-from ident.recordings.formats import KNOWN, Columns, LogFormat, Table
+from ident.recordings.formats import KNOWN, Columns, LogFormat, Table, readable
 from ident.support.errors import RecordingError
 from ident.support.files import read_bytes
 from ident.support.naming import one_line, shown
@@ -170,10 +169,8 @@ def _lines(path: Path, encoding: str | None) -> list[str]:
     place = one_line(path)
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):
-        try:
+        with readable(place, "a readable gzip file"):
             content = gzip.GzipFile(fileobj=io.BytesIO(content)).read(LARGEST + 1)
-        except (OSError, EOFError, zlib.error) as error:
-            raise RecordingError(f"{place}: not a readable gzip file ({one_line(error)})") from error
         if len(content) > LARGEST:
             raise RecordingError(f"{place}: more than {LARGEST / 1e6:g} MB unpacked; take a part of it")
     marked = next((name for mark, name in MARKS.items() if content.startswith(mark)), None)

@@ -1,8 +1,6 @@
 """Foreign logs: the same recording from whatever columns, units, signs and zeros, if they are declared or known."""
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -12,7 +10,7 @@ from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, channels, c
 
 from ident.recordings.description import MEANINGS, Channels, LogDescription, spread
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats import MOST_COLUMNS, listed
+from ident.recordings.formats import MOST_COLUMNS, Table, listed
 from ident.recordings.layouts import TAKEN, resolved
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
@@ -87,7 +85,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
 
 
 UNDECLARED = {
-    r"no column is declared for currents: v=NAME\.\. of --columns, or \[v\]": replace(DESCRIPTION, v=Channels()),
+    r"no column is declared for currents: v=NAME\.\..* of --columns, or \[v\]": replace(DESCRIPTION, v=Channels()),
     "no column is declared for positions": replace(DESCRIPTION, q=Channels()),
     "no column is declared for time": replace(DESCRIPTION, t=Channels()),
     "quantity in x, y, z .* --signal .*: current, torque-from-current, ": replace(DESCRIPTION, signal=None),
@@ -95,7 +93,7 @@ UNDECLARED = {
     r"the unit of positions is not declared: q=NAME\.\.\[unit\]": channels("q", unit=()),
     "the unit of currents is not declared": channels("v", unit=()),
     "unit 'N m' of v, current, is unknown; known: A, mA": channels("v", unit=("N m",)),
-    "unit 'grad' of q is unknown; known: rad, deg, rev": channels("q", unit=("grad",)),
+    "unit 'grad' of q is unknown; .*known: rad, deg, rev": channels("q", unit=("grad",)),
     "time is one column, not 2": channels("t", columns=("time", "mode")),
     r"3 columns of positions \(a, b, c\), 2 of currents \(x, y\)": channels("v", columns=("x", "y")),
     "column 'b' is declared twice": channels("v", columns=("x", "y", "b")),
@@ -103,7 +101,7 @@ UNDECLARED = {
     "sign of q has 2 entries for 3 joints": channels("q", sign=(1.0, -1.0)),
     r"column 'q_\{joint\}': the joints' names are unknown": channels("q", columns=("q_{joint}",)),
     "gravity-compensated: it lacks the weight of the payload": replace(DESCRIPTION, signal="gravity-compensated"),
-    r"no column t, q1\.\. or v1\.\.; found x, mode, b, .*--columns": LogDescription(),
+    "found x, mode, b, .*--columns": LogDescription(),
 }
 
 
@@ -117,35 +115,35 @@ def test_what_is_not_declared_is_asked_for_in_one_line(tmp_path):
 
 
 OWN = {
-    "t,q1": "columns v1, v2, .. are missing; found t, q1",
-    "t,q1,q2,v1": "joint 2 has only one of the columns q2 and v2",
-    "t,q1,q3,v1,v3": "columns q2 and v2 are missing; joints are numbered 1 to n",
-    "t,q1,q1,v1": "column q1 appears twice",
-    "T,q1,v1": "column 'T': names are lower case; rename it t",
-    "t,q0,v0,q1,v1": "column q0: joints are numbered from 1",
-    "time_ms,q1,v1": re.escape("column t is missing; is it 'time_ms'? --columns 't=time_ms[ms]'; found q1, v1"),
-    "Timestamp [us],q1,v1": re.escape("is it 'Timestamp [us]'? --columns 't=Timestamp [us][us]'; found q1, v1"),
-    "t_robot,q1,v1": re.escape("is it 't_robot'? --columns 't=t_robot[unit]'; found q1, v1"),
-    "temperature,q1,v1": re.escape("declare it: --columns t=NAME[unit]; found q1, v1"),
-    ",".join(f"q{j},v{j}" for j in range(1, 66)) + ",t": "65 joints; recordings of up to 64 are read",
+    "t,q1": "found t, q1; declare the columns",
+    "t,q1,q2,v1": "no column 'v2'; .*found t, q1, q2, v1",
+    "t,q1,q3,v1,v3": "no column 'q2'",
+    "t,q1,q1,v1": "column 'q1' appears twice",
+    "T,q1,v1": "found T, q1, v1; declare the columns",
+    "t,q0,v0,q1,v1": "q0, v0: joints are numbered from 1",
+    "time_ms,q1,v1": "found time_ms, q1, v1; declare the columns",
+    ",".join(f"q{j},v{j}" for j in range(1, 66)) + ",t": "1 to 64 numbers",
     ",".join(["t", "q1", "v1", *map(str, range(MOST_COLUMNS))]): "10003 columns; files of up to 10000 are read",
 }
+
+
+def meant(names: list[str], given: LogDescription | None = None) -> LogDescription:
+    return resolved("log", Table(names, lambda *_: {}), given or LogDescription())[0]
 
 
 def test_standard_columns_are_complete_and_spelt_so():
     for header, message in OWN.items():
         with pytest.raises(RecordingError, match=message):
-            resolved(Path("log"), header.split(","), LogDescription())
+            meant(header.split(","))
     names = ["t", "q1", "v1", "Q1", "V", "q01", "q1_ref", "i1", "qd1", "v12345", "time"]
-    assert resolved(Path("log"), names, LogDescription())[0].names == ("t", "q1", "v1")
-    description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
-    with pytest.raises(RecordingError, match=r"no column 'time_ms'.*already has columns t, q1, v1, \.\.; convert only"):
-        resolved(Path("log"), ["t", "q1", "v1"], description)
-    most = resolved(Path("log"), ["t", *(f"{kind}{j}" for kind in "qv" for j in range(1, 65))], LogDescription())
-    assert len(most[0].v.columns) == 64
-    declared = LogDescription(v=Channels(columns=("i2", "i1")))  # not v1, v2, which are currents
-    with pytest.raises(RecordingError, match="the quantity in i2, i1 is not declared"):
-        resolved(Path("log"), ["t", "q1", "q2", "i1", "i2"], declared)
+    assert meant(names).names == ("t", "q1", "v1")
+    with pytest.raises(RecordingError, match=r"no column 'time_ms'; .*found t, q1, v1"):
+        meant(["t", "q1", "v1"], LogDescription(t=Channels(columns=("time_ms",), unit=("ms",))))
+    assert len(meant(["t", *(f"{kind}{j}" for kind in "qv" for j in range(1, 65))]).v.columns) == 64
+    with pytest.raises(
+        RecordingError, match="the quantity in i2, i1 is not declared"
+    ):  # not v1, v2, which are currents
+        meant(["t", "q1", "q2", "i1", "i2"], LogDescription(v=Channels(columns=("i2", "i1"))))
 
 
 def test_rows_are_chosen_by_their_value(tmp_path):

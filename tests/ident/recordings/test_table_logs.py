@@ -72,7 +72,7 @@ def test_rows_of_unequal_length_or_none_are_named(tmp_path):
         read_recording(path, ENTRIES)
     fixed = pa.list_(pa.float64(), 3)
     pq.write_table(pa.schema([("time", pa.float64()), ("pos", fixed), ("cur", fixed)]).empty_table(), path)
-    with pytest.raises(RecordingError, match=r"log\.parquet: column pos has no row$"):
+    with pytest.raises(RecordingError, match="0 samples are too few"):
         read_recording(path, ENTRIES)
 
 
@@ -86,16 +86,16 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; set unit = "iso"'):
         read_recording(path, DESCRIPTION)
     pq.write_table(pa.table(columns), path)
-    with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):
+    with pytest.raises(RecordingError, match=r"column time is double, expected dates; .* s, ms, us or ns"):
         read_recording(path, channels("t", unit=("iso",)))
 
 
 def test_a_parquet_file_of_too_many_numbers_is_not_read(tmp_path, monkeypatch):
     pq.write_table(pa.table({"t": T, "q1": Q[:, 0], "v1": V[:, 0]}), tmp_path / "log.parquet")
-    monkeypatch.setattr("ident.recordings.formats.arrays.MOST_VALUES", 270)
+    monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 270)
     read_recording(tmp_path / "log.parquet")
-    monkeypatch.setattr("ident.recordings.formats.arrays.MOST_VALUES", 269)
-    with pytest.raises(RecordingError, match="90 rows of 3 columns; up to 269 numbers are read, take a part"):
+    monkeypatch.setattr("ident.recordings.formats.MOST_VALUES", 269)
+    with pytest.raises(RecordingError, match="270 numbers; up to 269 are read, take a part"):
         read_recording(tmp_path / "log.parquet")
 
 
@@ -124,8 +124,8 @@ def test_arrays_of_standard_names_and_named_fields_are_read(tmp_path):
     dated = read_recording(path, LogDescription(t=Channels(columns=("stamp",), unit=("iso",))))
     np.testing.assert_allclose(dated.t, SECONDS, rtol=0.0, atol=5e-7)  # float64 in 2031
     for column, unit, message in (
-        ("word", "s", "'word' is <U3, expected numbers"),
-        ("t", "iso", "'t' is float64, expected datetime64"),
+        ("word", "s", "column word is <U3, expected numbers"),
+        ("t", "iso", "column t is float64, expected dates"),
         ("tool", "s", "no column 'tool'"),  # a matrix in each row is no column
     ):
         with pytest.raises(RecordingError, match=message):

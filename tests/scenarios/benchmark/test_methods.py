@@ -87,7 +87,7 @@ def test_our_own_methods_answer_by_the_schemas(folder):
 
 UNKNOWN = [
     ("ls-2012", "unknown method 'ls-2012'; did you mean 'ls-2011'?"),
-    ("ls-2011,friction=load", "unknown option 'friction'; known: none"),
+    ("ls-2011,friction=load", "unknown key 'friction'; known: none"),
     ("nls,max_rel_std=-1", "max_rel_std = -1: expected more than 0"),
     ("nls,reversal_speed", "option 'reversal_speed': expected KEY=VALUE"),
     ("nowhere_at_all:f", "No module named 'nowhere_at_all'"),

@@ -107,7 +107,7 @@ def test_a_faulty_parquet_file_is_one_line(identify, tmp_path):
         (whole[:-20], "not a readable Parquet file"),
         (
             b"PAR1" + whole[: len(whole) // 2] + (10**9).to_bytes(4, "little") + b"PAR1",
-            "1000 MB of metadata; write fewer columns",
+            "not a readable Parquet file",
         ),
         (whole[:4] + bytes(200) + whole[204:], "not a readable Parquet file"),
     ):

@@ -159,7 +159,7 @@ def test_what_cannot_be_meant_is_one_line(cell, tmp_path, monkeypatch, capsys):
 DESCRIPTIONS = {
     "empty": ("", "the file is empty"),
     "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
-    "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent'; expected .*'current'"),
+    "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent': expected .*'current'"),
     "a strange layout": ("layout = 'ur'", r"layout = 'ur'"),
     "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),
     "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; known: columns, unit, sign, constant"),
@@ -176,10 +176,10 @@ DESCRIPTIONS = {
     "only": ("only = 3", r"only = 3"),
     "file": ("[file]\nseperator = ';'", r"\[file\]: unknown key 'seperator'; did you mean 'separator'"),
     "separator": ("[file]\nseparator = ';;'", r"separator = ';;'"),
-    "decimal": ("[file]\ndecimal = ';'", r"decimal = ';'; expected '\.' or ','"),
+    "decimal": ("[file]\ndecimal = ';'", r"decimal = ';': expected one of '\.', ','"),
     "decimal as separator": ("[file]\ndecimal = ','\nseparator = ','", r"expected a character other than"),
     "header": ("[file]\nheader = 0", r"header = 0"),
-    "rows": ("[file]\nheader = 4\nrows = 4", r"rows = 4; expected a line after that of the header, 4"),
+    "rows": ("[file]\nheader = 4\nrows = 4", r"rows = 4: expected a line after that of the header, 4"),
     "encoding": ("[file]\nencoding = 'utf8000'", r"encoding = 'utf8000'"),
 }  # fmt: skip
 

@@ -57,7 +57,7 @@ SCENARIOS = {
     "[plant.payload]\nmass = 0\ncom = [0, 0, 0]": "payload.(mass: .*greater|inertia is missing)",
     "[plant.errors]\nstribek = 0.1": "unknown key plant.errors.stribek; did you mean 'stribeck'?",
     "[plant.errors]\njoint_compliance = [1e-5]": "joint_compliance: 1 values .* expected 6",
-    "[identification.options]\nblocks = 7": "identification.options: unknown option 'blocks'",
+    "[identification.options]\nblocks = 7": "identification.options: unknown key 'blocks'",
     '[identification.gains]\nuncertainty = "x"': "expected one of classical, jackknife",
 }
 

@@ -108,7 +108,7 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(tmp_path):
     other = with_method(stated, None, ["gain-joint=3"]).table.identification
     assert other.options == {"gain_joint": 3, "gain_value": 0.7, "friction": "viscous-coulomb"}
     assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
-    with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
+    with pytest.raises(OptionError, match="unknown key 'gain_joints'"):
         with_method(stated, None, ["gain-joints=3"])
 
 

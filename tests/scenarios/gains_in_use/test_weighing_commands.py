@@ -83,7 +83,7 @@ def test_what_weighs_nothing_is_refused(weighed_cell, tmp_path, capsys):
         (["payload-of", str(part), *weighed(weighed_cell)[2:]], r"part\.parquet: .* a copy or part of it \(heavy"),
         ([*words, *two], "2 payloads are given"),
         ([*words[:5], *words[7:]], "no motion is bare"),
-        ([*words, "--observe", "cutof_hz=3"], "unknown option 'cutof_hz'"),
+        ([*words, "--observe", "cutof_hz=3"], "unknown key 'cutof_hz'"),
         # The gains file would tell, did it know the recordings.
         (with_other(weighed(weighed_cell, "unloaded", "light"), "--gains", others), "probably swapped"),
         (weighed(weighed_cell, "heavy"), "the gains were identified from this recording"),

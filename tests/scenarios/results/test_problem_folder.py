@@ -115,7 +115,7 @@ WRONG = [
     ({"robot": {"model": "../robot.xml"}}, "robot.model: string should match pattern"),
     ({"robot": {"model": "robot.xml", "gain": [1.0]}}, "robot.gain: extra inputs are not permitted"),
     ({"motions": [{"payload": "payload-1.toml"}]}, "motions.0.recording: field required"),
-    ({"observe": {"cutof_hz": 3.0}}, "observe: unknown option 'cutof_hz'"),
+    ({"observe": {"cutof_hz": 3.0}}, "observe: unknown key 'cutof_hz'"),
 ]
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -34,16 +35,7 @@ def estimated(
     return estimator.estimate(pair(unloaded, loaded, payload, options), estimator.options())
 
 
-def drive_gains(
-    unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions = TRUSTING
-) -> GainEstimate:
-    return estimated("ls-2011", unloaded, loaded, payload, options)
-
-
-def sequential_gains(
-    unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions = TRUSTING
-) -> GainEstimate:
-    return estimated("sequential-2011", unloaded, loaded, payload, options)
+drive_gains, sequential_gains = partial(estimated, "ls-2011"), partial(estimated, "sequential-2011")
 
 
 def lopsided(payload: Payload) -> Payload:
@@ -61,12 +53,10 @@ def exact_pair(
     rows: int = 300,
 ) -> tuple[Observation, Observation]:
     """Observations of random states for a random arm of the structure's kinematics, bare and with the payload."""
-    n = structure.arm.n
-    chi = rng.uniform(0.5, 2.0, 14 * n)
-    return (
-        exact_observation(structure, chi, np.zeros(10), gain, rng, noise=noise, rows=rows),
-        exact_observation(structure, chi, payload.known_part().chi, gain, rng, noise=noise, rows=rows),
-    )
+    chi = rng.uniform(0.5, 2.0, 14 * structure.arm.n)
+    motions = [(chi, None, None), (chi, payload, payload)]
+    bare, loaded = exact_problem(structure, motions, gain, rng, noise=noise, rows=rows).motions
+    return bare.observation, loaded.observation
 
 
 def exact_observation(
@@ -87,16 +77,10 @@ def exact_observation(
         W_L = W_st[:, j, structure.payload_columns]
         V = (W_st[:, j] @ chi + W_L @ chi_payload) / gain[j]
         V = V + noise * np.sqrt(np.mean(V**2)) * rng.standard_normal(rows)
+        W, count = W_st[:, j, structure.base.columns[columns]], np.arange(rows)
         joints.append(
             JointObservation(
-                V=V,
-                W=W_st[:, j, structure.base.columns[columns]],
-                columns=columns,
-                W_L=W_L,
-                weight=np.ones(rows),
-                t=np.arange(rows),
-                position=np.arange(rows),
-                row_period=0.05,
+                V=V, W=W, columns=columns, W_L=W_L, weight=np.ones(rows), t=count, position=count, row_period=0.05
             )
         )
     return Observation(structure, tuple(joints), ())
@@ -113,26 +97,12 @@ def exact_problem(
     options: GainOptions = TRUSTING,
 ) -> Problem:
     """A problem of motions on random states, each of standard parameters, the payload that is there, and its belief."""
-    nothing = np.zeros(10)
-    return Problem(
-        structure,
-        tuple(
-            ObservedMotion(
-                exact_observation(
-                    structure,
-                    chi,
-                    nothing if true is None else true.known_part().chi,
-                    gain,
-                    rng,
-                    noise=noise,
-                    rows=rows,
-                ),
-                believed,
-            )
-            for chi, true, believed in motions
-        ),
-        options,
-    )
+    observed = list[ObservedMotion]()
+    for chi, true, believed in motions:
+        load = np.zeros(10) if true is None else true.known_part().chi
+        seen = exact_observation(structure, chi, load, gain, rng, noise=noise, rows=rows)
+        observed.append(ObservedMotion(seen, believed))
+    return Problem(structure, tuple(observed), options)
 
 
 def full_rate(q: np.ndarray, noise: np.ndarray, *, period: float, cutoff_hz: float = 15.0) -> FullRate:

@@ -300,10 +300,11 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
         np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claimed(now), rtol=1e-9)
 
 
-def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_gains(axes):
+def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_gains(axes, monkeypatch):
     logs = logs_of(Truth(compliance=(1.2e-3, 0.9e-3, 1.1e-3)), seed=2)
-    problem = problem_of(axes, logs)
-    (lack,) = shown_beside(stated(problem, all_joints(problem)), [elastic(axes, logs)])
+    problem, seen, spring = problem_of(axes, logs), doubted(axes, logs), elastic(axes, logs)
+    base = stated(problem, all_joints(problem))
+    (lack,) = shown_beside(base, [spring])
     moved = sorted(abs(each.percent) for each in diagnosis_of(lack, ("a", "b")).effects if each.spoils)
     for factor, severity in ((0.9, Severity.WRONG), (1.1, Severity.WEAK)):
         options = replace(problem.options, max_rel_std=factor * moved[-1] / 100.0)
@@ -311,43 +312,30 @@ def test_what_the_model_lacks_refuses_a_gain_that_it_moves_beyond_the_limit_of_g
         assert diagnosis_of(limited, ("a", "b")).severity is severity
     assert len(moved) > 1
     assert moved[-1] > 1.3 * moved[0]
-
-
-def test_what_is_unexplained_beside_a_term_that_the_model_lacks_refuses_no_gain(axes, monkeypatch):
-    logs = logs_of(Truth(compliance=(1.2e-3, 0.9e-3, 1.1e-3)), seed=2)
-    problem, seen = problem_of(axes, logs), doubted(axes, logs)
-    strict = replace(problem, options=replace(problem.options, max_rel_std=1e-3))
-    base = replace(stated(problem, all_joints(problem)), problem=strict)
+    # What is unexplained beside a term that the model lacks refuses none.
+    strict = replace(base, problem=replace(problem, options=replace(problem.options, max_rel_std=1e-3)))
     monkeypatch.setattr(estimate_evidence, "_leaves", lambda *_: True)
-    found = list(lacks_of(base, [elastic(axes, logs)], seen.names, seen.model, stiff=None))
-    assert [(each.name, each.severity) for each in found] == [
-        (terms.ELASTICITY, Severity.WRONG),
-        ("unexplained", Severity.WEAK),
-    ]
+    found = [(each.name, each.severity) for each in lacks_of(strict, [spring], seen.names, seen.model, stiff=None)]
+    assert found == [(terms.ELASTICITY, Severity.WRONG), ("unexplained", Severity.WEAK)]
 
 
 @pytest.mark.parametrize(
-    ("compliance", "off"), [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125))], ids=["explain it all", "a tie"]
+    ("compliance", "off"),
+    [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125)), (4e-3, (0.0, -0.0065, 0.0125))],
+    ids=["explain it all", "a tie", "softer than their first order describes"],
 )
 def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
     logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
     (centre, *_) = payload_errors(problem, estimate)
-    assert [each.best.alternative for each in shown_beside(stated(problem, stiff), [centre])] == [
-        centre
-    ]  # alone it is believed
-    assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre, elastic(axes, logs)]))
+    (alone,) = shown_beside(stated(problem, stiff), [centre])
+    assert alone.best.alternative is centre  # alone it is believed
+    choices = [centre] if compliance > 2e-3 else [centre, elastic(axes, logs)]
+    assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), choices))
     assert not list(imitated(stated(problem, stiff), None, (), [centre]))  # nothing was chosen that could imitate it
-
-
-def test_softer_joints_than_their_first_order_describes_are_no_fault_where_the_estimate_yields_enough(axes):
-    logs = logs_of(Truth(compliance=(4e-3, 2.8e-3, 3.6e-3)), seed=2)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.0065, 0.0125))))))
-    estimate, stiff = yielding(problem)
-    (centre, *_) = payload_errors(problem, estimate)
-    assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre]))
-    assert list(imitated(stated(problem, stiff), stiff.solution, (), [centre]))  # an estimate that does not yield
+    if compliance > 2e-3:  # an estimate that does not yield
+        assert list(imitated(stated(problem, stiff), stiff.solution, (), [centre]))
 
 
 def test_a_payload_that_moves_in_its_mount_is_told_from_one_that_is_elsewhere(axes, logs):

@@ -86,19 +86,6 @@ def test_whole_turns_are_turned_back_and_nothing_else(ur_log, arm):
     assert turned_back(Recording(ur_log.t, far.q * [1, 0.1, 0.1, 1, 1, 1], ur_log.v), slide)[1] is None
 
 
-def test_a_log_with_gaps_becomes_the_parts_that_are_long_enough(ur_log):
-    log = without(ur_log, [*range(600, 640), *range(700, 730), 1500])
-    parts, said = split_at_gaps(log)
-    first, last = ur_log.t < ur_log.t[600], (ur_log.t >= ur_log.t[730]) & (ur_log.t != ur_log.t[1500])
-    for part, rows, name in zip(parts, (first, last), ("part 1", "part 2"), strict=True):
-        np.testing.assert_array_equal(part.t, ur_log.t[rows])
-        np.testing.assert_array_equal(part.q, ur_log.q[rows])
-        np.testing.assert_array_equal(part.v, ur_log.v[rows])
-        assert part.name == f"a/log.csv, {name}"
-    assert (said.severity, said.logs, said.value) == (Severity.WEAK, ("a/log.csv",), 71.0)
-    assert said.sentence.endswith("used as 2 logs")
-
-
 def test_a_log_of_which_no_part_is_long_enough_stays(ur_log):
     short = Recording(ur_log.t[:500], ur_log.q[:500], ur_log.v[:500])
     log = without(short, range(240, 270))
@@ -153,7 +140,8 @@ def test_everything_at_once_is_repaired(ur_log, arm):
     bad = Recording(np.concatenate(([0.0], np.cumsum(t))), log.q[kept], log.v[kept], "x")
     parts, done = repaired(bad, arm, OPTIONS)
     assert [each.name for each in done] == ["wrapped", "lost samples", "whole turns", "missing samples"]
-    assert (done[1].severity, done[1].value) == (Severity.WEAK, 3.0)
+    assert (done[1].severity, done[1].value, done[3].value) == (Severity.WEAK, 3.0, 63.0)  # of the gap as well
+    assert [each.name for each in parts] == ["x, part 1", "x, part 2"]
     assert done[1].sentence.startswith(
         "3 samples are lost without a gap in the time stamps, first after row 300, 2.392 s"
     )

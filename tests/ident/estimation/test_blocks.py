@@ -13,6 +13,15 @@ from ident.estimation.rows import Columns, SharedParameters
 from ident.estimation.setting import Model, Term, setting
 
 
+def free_sigma(columns: Columns, F: np.ndarray, A: np.ndarray, joint: int) -> float:
+    """What the free least squares of a joint alone leave."""
+    own = columns.joint == joint
+    W = np.hstack((F, A, *columns.W_L))[own]
+    unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
+    x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
+    return float(np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank))
+
+
 def test_rows_are_the_columns_times_their_coordinates(small, unsure):
     given = case(small, unsure, 0.02)
     model, ready = given.model, given.ready
@@ -45,12 +54,8 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
         gram = np.tensordot(blocks.weight**2, blocks.total[:, :-2, :-2], 1) + blocks.prior.T @ blocks.prior
         np.testing.assert_allclose(gram, np.eye(len(gram)), atol=1e-7)  # priors are rows as well
         for j in range(N):  # of the currents that are there now
-            own = columns.joint == j
-            W = np.hstack((one.columns.friction(per_motion=True)[1], once.A, *columns.W_L))[own]
-            unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
-            x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
-            left = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
-            np.testing.assert_allclose(one.sigma[j], left, rtol=1e-8)
+            F = one.columns.friction(per_motion=True)[1]
+            np.testing.assert_allclose(one.sigma[j], free_sigma(columns, F, once.A, j), rtol=1e-8)
     for one in (each, anew):
         model, other = Model.of(one, {}), Model.of(once, {})
         np.testing.assert_allclose(model.sigma, other.sigma, rtol=1e-10)
@@ -62,22 +67,13 @@ def test_shared_columns_can_be_appended_one_by_one_and_currents_replaced(small, 
             np.testing.assert_allclose(S, y.eliminated[2], rtol=0, atol=1e-8 * np.abs(S).max())
 
 
-def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave(small, unsure):
-    given = case(small, unsure, 0.02)
-    columns, model = given.ready.columns, given.model
+def test_the_weight_of_a_joint_is_what_its_own_free_least_squares_leave_but_no_rounding(small, unsure):
+    given, exact = case(small, unsure, 0.02), case(small, unsure, 0.0).ready
     for j in range(N):
-        own = columns.joint == j
-        W = np.hstack((model.F, given.ready.A, *columns.W_L))[own]
-        unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
-        x, _, rank, _ = np.linalg.lstsq(unit, columns.V[own], rcond=1e-8)
-        expected = np.linalg.norm(columns.V[own] - unit @ x) / np.sqrt(own.sum() - rank)
-        np.testing.assert_allclose(model.sigma[j], expected, rtol=1e-9)
-
-
-def test_a_residual_of_rounding_is_no_weight(small, unsure):
-    columns = case(small, unsure, 0.0).ready.columns
-    expected = [1e-6 * np.sqrt(np.mean(columns.V[columns.joint == j] ** 2)) for j in range(N)]
-    np.testing.assert_allclose(case(small, unsure, 0.0).ready.sigma, expected, rtol=1e-12)
+        left = free_sigma(given.ready.columns, given.model.F, given.ready.A, j)
+        np.testing.assert_allclose(given.model.sigma[j], left, rtol=1e-9)
+        least = 1e-6 * np.sqrt(np.mean(exact.columns.V[exact.columns.joint == j] ** 2))
+        np.testing.assert_allclose(exact.sigma[j], least, rtol=1e-12)
 
 
 def test_each_mounting_has_its_own_share_of_what_is_known_and_what_was_found(small, unsure, rng):

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, estimated, exact_observation, exact_pair, lopsided, values
+from exact import EXACT, GAIN, estimated, exact_observation, exact_pair, lopsided, values
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -84,20 +84,14 @@ def stds(estimate: GainEstimate) -> np.ndarray:
     return np.array([joint.residual_std if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
 
 
-def test_its_options_are_a_frozen_dataclass_with_defaults(method):
+def test_its_options_are_a_frozen_dataclass_and_other_options_and_names_are_refused(method, noisy, heavy):
     options = ESTIMATORS[method].options()
     assert is_dataclass(options)
     if fields(options):
         with pytest.raises(FrozenInstanceError):
             setattr(options, fields(options)[0].name, None)
-
-
-def test_options_of_another_class_are_refused(method, noisy, heavy):
     with pytest.raises(OptionError, match="options are str; this estimator accepts"):
         ESTIMATORS[method].estimate(pair(*noisy, heavy, LOOSE), "nothing")
-
-
-def test_an_unknown_name_is_an_error_that_lists_what_exists(method):
     with pytest.raises(OptionError, match=f"unknown method 'x{method}'; did you mean '{method}'.; known: .*{method}"):
         estimator("x" + method)
 
@@ -281,7 +275,3 @@ def test_sigma_counts_the_unknowns_of_every_joint(method, found):
     assert unknowns > (63 if method == "nls" else 70)  # 58 parameters of the arm and 6 gains; joint by joint, more
     np.testing.assert_allclose(estimate.sigma, np.linalg.norm(rows.residual) / np.sqrt(len(rows.V) - unknowns))
     np.testing.assert_allclose(estimate.rel_error_norm, np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
-
-
-def test_the_trusting_options_do_not_refuse(method, noisy, heavy):
-    assert estimated(method, *noisy, heavy, TRUSTING).identifiable.all()

@@ -36,11 +36,15 @@ def test_a_change_is_held_against_the_deviations_of_both_sets():
 
 
 def test_a_scale_common_to_all_joints_is_told_apart_from_a_pattern():
-    A, B = gains([0, 1, 3], [2.0, -3.0, 5.0], [0.01] * 3), gains([0, 1, 3], [2.2, -3.3, 5.5], [0.02] * 3)
-    found = compared(A, B)
+    A = gains([0, 1, 3], [2.0, -3.0, 5.0], [0.01, 0.03, 0.02])
+    found = compared(A, gains([0, 1, 3], [2.2, -3.3, 5.5], [0.02, 0.01, 0.02]))
     np.testing.assert_allclose(found.scale.rel_change, 0.1, rtol=1e-12)
     assert found.scale.moved
     np.testing.assert_allclose([np.log1p(each.rel_change) for each in found.apart], 0.0, atol=1e-12)
+    variance = np.array([0.01, 0.03, 0.02]) ** 2 + np.array([0.02, 0.01, 0.02]) ** 2
+    # The scale is the weighted mean, whose variance is its covariance with each change.
+    left = variance - 1.0 / np.sum(1.0 / variance)
+    np.testing.assert_allclose([each.std for each in found.apart], np.sqrt(left), rtol=1e-12)
     assert found.pattern is not None
     assert not found.pattern.moved
     np.testing.assert_allclose(found.pattern.p, 1.0, rtol=1e-9)

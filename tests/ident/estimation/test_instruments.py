@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, full_rate, lopsided
+from exact import EXACT, GAIN, TRUSTING, exact_pair, full_rate
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.estimation.estimators import ESTIMATORS
@@ -62,18 +62,6 @@ def test_a_slow_motion_is_found_with_its_derivatives():
         np.testing.assert_allclose(each, exact, atol=atol)
 
 
-@pytest.mark.parametrize("degree", range(DEGREE + 1))
-def test_a_polynomial_of_the_spline_s_degree_needs_one_piece(degree):
-    t = 0.005 * np.arange(2400)
-    x = (t / 4.0)[:, None] ** degree
-    noise = 1e-3 * np.random.default_rng(3).standard_normal(x.shape)
-    found = smooth(x + noise)
-    independent = 2.0 * 15.0 * t[-1]
-    np.testing.assert_allclose(found.kept, (1 + DEGREE) / independent, rtol=1e-12)
-    # The fit of noise is smaller than the noise by the root of its coefficients over 1200 samples at 100 Hz... 60 Hz.
-    np.testing.assert_allclose(found.q, x, atol=5e-4)
-
-
 def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeypatch):
     # Noise as the positions' filter leaves it, white up to 15 Hz, on a cubic, which any number of pieces fits: what
     # 65 of 450 independent values in 6 joints hold is known to sqrt(2 / (6 * 65)) = 7 %; 4 of them.
@@ -91,15 +79,6 @@ def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeyp
     np.testing.assert_allclose(found.left, np.sqrt(of_all * (1 - 65 / 450)), rtol=0.1)
 
 
-def test_each_joint_has_as_many_pieces_as_its_motion_asks_for():
-    t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
-    noise = 1e-3 * rng.standard_normal((3000, 3))
-    slow, fast, middle = smooth(slow_motion(t, (0.2, 2.1, 0.7))[0] + noise).kept
-    assert 0.02 < slow < middle < fast < 0.5
-    louder = smooth(slow_motion(t, (0.2, 2.1, 0.7))[0] + 30.0 * noise).kept
-    assert (louder < [slow, fast, middle]).all()
-
-
 def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatch):
     t, rng, independent = 0.005 * np.arange(3000), np.random.default_rng(2), 2 * 15.0 * 0.005 * 2999
     q = slow_motion(t, (0.2, 2.1, 0.7))[0] + 1e-3 * rng.standard_normal((3000, 3))
@@ -115,34 +94,13 @@ def test_no_other_number_of_pieces_has_a_smaller_criterion_of_schwarz(monkeypatc
         assert (criterion() >= chosen - 1e-6).all()
 
 
-def test_noise_alone_asks_for_one_piece():
-    # A piece more where chi² of one freedom exceeds log 450 = 6.1, in 1.3 % of joints, or 2, Akaike's, in 16 %: of 30,
-    # three or more do so with a chance of 0.7 and of 88 %.
-    noise = np.random.default_rng(4).standard_normal((3000, 30))
-    below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
-    kept = smooth(np.fft.irfft(np.fft.rfft(noise, axis=0) * below, 3000, axis=0)).kept
-    assert np.sum(kept > 1.01 * (1 + DEGREE) / (2 * 15.0 * 0.005 * 2999)) < 3
-
-
 def test_no_more_than_half_of_the_independent_samples_become_coefficients():
     kept = smooth(slow_motion(0.005 * np.arange(3000), (3.0, 4.0))[0]).kept
     assert (kept <= 0.5).all()
     assert (kept > 0.49).all()
 
 
-def test_velocity_and_acceleration_are_those_of_the_fitted_positions():
-    t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
-    found = smooth(slow_motion(t, (0.4, 1.9))[0] + 1e-3 * rng.standard_normal((3000, 2)))
-    inner = slice(1, -1)
-    # Central differences of 5 ms of motions below some 5 Hz: off by (2 pi 5 0.005)^2 / 6 = 0.4 % at most.
-    np.testing.assert_allclose((found.q[2:] - found.q[:-2]) / 0.01, found.dq[inner], atol=4e-3 * np.abs(found.dq).max())
-    np.testing.assert_allclose(
-        (found.dq[2:] - found.dq[:-2]) / 0.01, found.ddq[inner], atol=1e-2 * np.abs(found.ddq).max()
-    )
-
-
-def test_instruments_solve_their_normal_equations(structure, payload):
-    heavy = lopsided(payload)
+def test_instruments_solve_their_normal_equations(structure, heavy):
     rng = np.random.default_rng(5)
     problem = pair(*exact_pair(structure, heavy, GAIN, rng, noise=0.02, rows=80), heavy, TRUSTING)
     system = gain_system(problem, 3, [heavy.known_part()])
@@ -159,9 +117,8 @@ def test_instruments_solve_their_normal_equations(structure, payload):
     assert fit.inverse == fit.fit.x[-1]
 
 
-def test_errors_of_the_columns_bias_least_squares_and_not_instruments(structure, payload):
+def test_errors_of_the_columns_bias_least_squares_and_not_instruments(structure, heavy):
     # The torque's column is known with an error of its own size: least squares see half of it at most.
-    heavy = lopsided(payload)
     rng = np.random.default_rng(5)
     problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=400), heavy, TRUSTING)
     system = gain_system(problem, 3, [heavy.known_part()])
@@ -177,36 +134,27 @@ def test_errors_of_the_columns_bias_least_squares_and_not_instruments(structure,
     assert instrument.std() < 0.2
 
 
-def test_instruments_that_are_too_few_or_dependent_or_zero_are_refused(structure, payload):
-    heavy = lopsided(payload)
+def test_instruments_that_are_too_few_or_dependent_or_zero_or_of_no_recording_are_refused(structure, heavy):
     problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=40), heavy, TRUSTING)
     system = gain_system(problem, 3, [heavy.known_part()])
     b = system.W.shape[1]
-    for rows, enough in ((b, False), (b + 1, True)):
-        some = np.random.default_rng(1).permutation(len(system.W))[:rows]
-        short = replace(system, W=system.W[some], rows=replace(system.rows, V=system.rows.V[some]))
-        if enough:
-            assert instrumental(short, short.W, 1e-12).fit.x.shape == (b,)
-        else:
-            with pytest.raises(NotIdentifiable, match=f"{b} rows cannot give {b} unknowns"):
-                instrumental(short, short.W, 1e-12)
-    double = system.W.copy()
-    double[:, 2] = 3.0 * double[:, 1]
-    with pytest.raises(NotIdentifiable, match="the reference motion does not excite every parameter"):
-        instrumental(system, double, 1e-9)
-    with pytest.raises(NotIdentifiable, match="the reference motion does not excite every parameter"):
-        instrumental(replace(system, W=double), system.W, 1e-9)
-    empty = system.W.copy()
-    empty[:, 4] = 0.0
-    with pytest.raises(NotIdentifiable, match="column 4 of the observation matrix is zero"):
-        instrumental(system, empty, 1e-9)
-    with pytest.raises(NotIdentifiable, match="column 4 of the observation matrix is zero"):
-        instrumental(replace(system, W=empty), system.W, 1e-9)
 
+    def some(rows: int):
+        kept = np.random.default_rng(1).permutation(len(system.W))[:rows]
+        return replace(system, W=system.W[kept], rows=replace(system.rows, V=system.rows.V[kept]))
 
-def test_a_regressor_without_recording_is_refused(structure, payload):
-    heavy = lopsided(payload)
-    problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=80), heavy, TRUSTING)
+    double, empty = system.W.copy(), system.W.copy()
+    double[:, 2], empty[:, 4] = 3.0 * double[:, 1], 0.0
+    assert instrumental(some(b + 1), some(b + 1).W, 1e-12).fit.x.shape == (b,)
+    for part, Z, said in (
+        (some(b), some(b).W, f"{b} rows cannot give {b} unknowns"),
+        (system, double, "the reference motion does not excite every parameter"),
+        (replace(system, W=double), system.W, "the reference motion does not excite every parameter"),
+        (system, empty, "column 4 of the observation matrix is zero"),
+        (replace(system, W=empty), system.W, "column 4 of the observation matrix is zero"),
+    ):
+        with pytest.raises(NotIdentifiable, match=said):
+            instrumental(part, Z, 1e-9)
     with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording; iv needs it"):
         instrumental_gains(problem, InstrumentOptions())
     bare = replace(problem, motions=(problem.motions[0],) * 2)

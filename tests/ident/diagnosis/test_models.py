@@ -10,7 +10,7 @@ from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.evidence import BLOCKS
-from ident.diagnosis.hypothesis import Hypothesis, as_logged
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.models import (
     STEP,
     Reference,
@@ -26,7 +26,6 @@ from ident.estimation.sweep import Torques, across
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor
-from ident.model.structure import structure_of
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.recordings.recording import Recording
 
@@ -148,81 +147,25 @@ def currents(fit: Reference, log: int, seen: Observation, chi: np.ndarray | None
     return [h * each.W @ (base.regrouping[each.columns] @ chi) for h, each in zip(fit.h, seen.joints, strict=True)]
 
 
-def observed(fit: Reference, log: Recording, hypothesis: Hypothesis, k: int, options: ObserveOptions = OPTIONS):
-    arm = hypothesis.of_arm(arm_of(fit))
-    structure = fit.problem.structure if arm is arm_of(fit) else structure_of(arm)
-    return observe(hypothesis.logs[k].read(log), structure, options)
-
-
-def differences(fit: Reference, logs, k: int, read: Callable[[float], Hypothesis]) -> list[np.ndarray]:
-    """Central differences by the parameter of a reading."""
-    both = [currents(fit, k, observed(fit, logs.recordings[k], read(s * SIZE), k)) for s in (1.0, -1.0)]
-    return [(one - other) / (2.0 * SIZE) for one, other in zip(*both, strict=True)]
-
-
 def assert_near(found: np.ndarray, expected: np.ndarray, share: float) -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=6.0 * share * max(np.sqrt(np.mean(expected**2)), 1e-6))
 
 
-@pytest.mark.parametrize("k", [0, 1])
-def test_rows_of_the_fitted_torque_are_those_of_the_estimators_regressor(fit, sound, k):
-    expected = currents(fit, k, sound.problem.motions[k].observation)
-    for found, want in zip(changed(fit, k, lambda along: along.sampled[..., None]), expected, strict=True):
-        assert_near(found[:, 0], want, RESAMPLED)
-
-
-@pytest.mark.parametrize("k", [0, 1])
-def test_zeros_move_currents_as_logs_with_other_zeros(fit, sound, k):
-    found = changed(fit, k, lambda along: -along.misplaced())
-    for joint in range(3):
-
-        def read(x: float, joint: int = joint) -> Hypothesis:
-            return as_logged(arm_of(fit), 2).changed((k,), zero=x * np.eye(3)[joint])
-
-        for j, want in enumerate(differences(fit, sound, k, read)):
-            assert_near(found[j][:, joint], want, RESAMPLED)
-
-
-def test_a_turned_base_and_longer_links_move_currents_as_the_arms_that_stand_and_are_so(fit, sound):
-    arm, plain = arm_of(fit), as_logged(arm_of(fit), 2)
-    tilted, cases = changed(fit, 1, lambda along: -along.tilted()), []
-    for which, axis in enumerate(across(arm)):
-
-        def turned(x: float, axis: np.ndarray = axis) -> Hypothesis:
-            return replace(plain, gravity=np.cos(x) * arm.gravity + np.sin(x) * np.cross(axis, arm.gravity))
-
-        # A slanting base has more base parameters; with those of the upright one the others are zero.
-        cases.append(([each[:, which] for each in tilted], turned))
-    for factors in np.eye(3)[1:]:
-
-        def lengthened(x: float, factors: np.ndarray = factors) -> Hypothesis:
-            return replace(plain, length_factors=1.0 + x * factors)
-
-        longer = replace(arm, translation=(1.0 + STEP * factors)[:, None] * arm.translation)
-        found = changed(fit, 1, lambda along, longer=longer: with_arm(along, longer))
-        cases.append(([each[:, 0] for each in found], lengthened))
-    for found, read in cases:
-        for j, want in enumerate(_by_arms(fit, sound, read)):
-            assert_near(found[j], want, RESAMPLED)
-
-
-def _by_arms(fit: Reference, sound, read: Callable[[float], Hypothesis]) -> list[np.ndarray]:
-    """Differences between arms, whose base parameters differ, by all standard parameters."""
-    behind = sound.problem.motions[1].observation.recorded
-    torque = []
-    for sign in (1.0, -1.0):
-        arm: Arm = read(sign * SIZE).of_arm(arm_of(fit))
-        W = regressor(arm, behind.q, behind.dq, behind.ddq)  # (N, n, p)
-        torque.append(W @ fit.torques[1].chi)
-    full = (torque[0] - torque[1]) / (2.0 * SIZE)
-    D = behind.decimator
-    found = []
-    for j in range(3):
-        masked = np.where(behind.moving[:, j], full[:, j], 0.0)
-        kept = sound.problem.motions[1].observation.joints[j].position
-        rows = [D.kernel @ masked[i : i + len(D.kernel)] for i in D.factor * kept]
-        found.append(fit.h[j] * np.array(rows))
-    return found
+@pytest.mark.parametrize("joint", [1, 2])
+def test_longer_links_move_currents_as_the_arm_that_has_them(fit, sound, joint):
+    arm, factors, torque = arm_of(fit), np.eye(3)[joint], []
+    longer = replace(arm, translation=(1.0 + STEP * factors)[:, None] * arm.translation)
+    found = changed(fit, 1, lambda along: with_arm(along, longer))
+    motion = sound.problem.motions[1].observation
+    behind, D = motion.recorded, motion.recorded.decimator
+    for size in (SIZE, -SIZE):  # base parameters of the arms differ: by all standard ones
+        read = replace(as_logged(arm, 2), length_factors=1.0 + size * factors).of_arm(arm)
+        torque.append(regressor(read, behind.q, behind.dq, behind.ddq) @ fit.torques[1].chi)
+    slope = (torque[0] - torque[1]) / (2.0 * SIZE)
+    for j, column in enumerate(found):
+        masked, at = np.where(behind.moving[:, j], slope[:, j], 0.0), D.factor * motion.joints[j].position
+        rows = np.array([D.kernel @ masked[i : i + len(D.kernel)] for i in at])
+        assert_near(column[:, 0], fit.h[j] * rows, RESAMPLED)
 
 
 def test_a_slower_clock_moves_currents_as_a_log_of_other_seconds(fit, sound):
@@ -237,7 +180,8 @@ def test_a_slower_clock_moves_currents_as_a_log_of_other_seconds(fit, sound):
             rows_per_second=OPTIONS.rows_per_second / factor,
         )
         read = as_logged(arm_of(fit), 2).changed((0,), clock=factor)
-        both.append(currents(fit, 0, observed(fit, sound.recordings[0], read, 0, same)))
+        seen = observe(read.logs[0].read(sound.recordings[0]), fit.problem.structure, same)
+        both.append(currents(fit, 0, seen))
     for j in range(3):
         # first order one way: its second order is SIZE of it
         assert_near(found[j][:, 0], (both[0][j] - both[1][j]) / (2.0 * SIZE), RESAMPLED + 2.0 * SIZE)

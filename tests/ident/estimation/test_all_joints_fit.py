@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from exact import GAIN, exact_problem, lopsided
+from exact import exact_problem
 from scipy import optimize
 from three_joints import BELIEVED_STD, TRUE, Case, N, case
 
 from ident.estimation.all_joints import fit, search, solution
 from ident.estimation.intervals import jackknife, time_blocks
-from ident.estimation.setting import Model, setting
+from ident.estimation.setting import setting
 from ident.payload.payload import Payload
 
 
@@ -168,17 +168,6 @@ def test_any_start_reaches_the_same_minimum(small, unsure):
         np.testing.assert_allclose(found.h, best.h, rtol=1e-8)
         np.testing.assert_allclose(found.theta, best.theta, rtol=0, atol=1e-8 * np.abs(best.theta).max())
         np.testing.assert_allclose(found.cost, best.cost, rtol=1e-11)
-
-
-def test_random_starts_reach_the_same_minimum_on_six_joints(structure, payload):
-    rng = np.random.default_rng(5)
-    chi, heavy = rng.uniform(0.5, 2.0, 84), lopsided(payload)
-    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng, noise=0.02)
-    model = Model.of(setting(problem, per_motion=True, prior_std=1.0), {})
-    mean, std = -np.log(np.abs(GAIN)), np.ones(6)
-    ends = [search(model, np.exp(rng.normal(0.0, 1.5, 6)) / GAIN, mean, std)[1] for _ in range(4)]
-    for found in ends[1:]:
-        np.testing.assert_allclose(found.h, ends[0].h, rtol=1e-9)
 
 
 def test_a_joint_that_the_prior_alone_holds_is_found_in_a_few_steps(monkeypatch):

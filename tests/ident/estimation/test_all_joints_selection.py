@@ -285,20 +285,16 @@ def loaded(axes) -> Fit:
     return fit(ready, speed_terms(ready, ["cbrt"]), None)
 
 
-def test_a_coefficient_that_is_hardly_known_has_hardly_a_say():
+def test_a_coefficient_that_is_hardly_known_or_takes_all_that_its_motor_gives_has_no_say():
     belief = prior_of_drives(np.array([0.0, 0.07, 0.075]), np.array([0.5, 0.001, 0.001]))
     np.testing.assert_allclose(belief.mean, 0.0725, rtol=1e-2)
     # Both that are known differ by less than a third of their mean, of which drives of one kind are not believed.
     np.testing.assert_allclose(belief.std, 0.3 * belief.mean, rtol=1e-9)
-
-
-def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say():
-    believed = [prior_of_drives(np.array([0.04, 0.07, x]), np.full(N, 0.01)) for x in (0.51, 1.02)]
-    assert believed[0] == believed[1]
-    np.testing.assert_allclose(believed[0].mean, 0.055, rtol=1e-3)
-    most = prior_of_drives(np.array([0.04, 0.07, 0.49]), np.full(N, 0.01))
-    np.testing.assert_allclose(most.mean, 0.2, rtol=1e-3)
-    assert prior_of_drives(np.array([0.6, -0.7, 1.0]), np.full(N, 0.01)) == selection.ANY_DRIVE
+    noise = np.full(N, 0.01)
+    for third, mean in ((0.51, 0.055), (1.02, 0.055), (0.49, 0.2)):
+        found = prior_of_drives(np.array([0.04, 0.07, third]), noise)
+        np.testing.assert_allclose(found.mean, mean, rtol=1e-3)
+    assert prior_of_drives(np.array([0.6, -0.7, 1.0]), noise) == selection.ANY_DRIVE
 
 
 def test_the_noise_of_a_coefficient_is_that_of_currents_and_of_priors(axes, monkeypatch):

@@ -43,12 +43,6 @@ def test_covariance_of_an_estimate_is_that_of_the_inverses_and_of_what_moves_joi
     np.testing.assert_allclose(found.log_covariance[0, 1], mixed / -10.0, rtol=1e-12)
 
 
-def test_a_joint_without_solution_is_left_out_wherever_it_stands():
-    found = estimated_gains(gain_estimate(None, 3.0, None, 0.5, std=0.1, reason="no load"))
-    assert found.joints.tolist() == [1, 3]
-    assert found.value.tolist() == [3.0, 0.5]
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -65,10 +59,6 @@ def test_a_joint_without_solution_is_left_out_wherever_it_stands():
 def test_what_no_gains_can_be_is_refused(changes, words):
     with pytest.raises(GainsError, match=words):
         gains(**changes)
-
-
-def test_gains_taken_as_exact_have_no_deviation():
-    assert gains(covariance=np.zeros((2, 2))).std.tolist() == [0.0, 0.0]
 
 
 def test_gains_belong_to_an_arm_by_number_and_name(arm):

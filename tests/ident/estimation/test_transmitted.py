@@ -166,10 +166,6 @@ def test_gains_of_links_that_swing_near_their_resonance_come_back_along_the_torq
     # Taken for stiff, gains are off by -26, -11 and 8 %; along the torques of stiff joints by -.5, -2.2 and 2.3 %.
     assert (np.abs(1.0 / found.solution.inverse / GAIN - 1.0) < 5e-3).all()
     assert (np.abs(found.gain - GAIN) < 2.0 * found.std).all()
-
-
-def test_a_named_model_of_yielding_joints_goes_along_the_torques_of_currents_as_well(axes):
-    problem = problem_of(axes, swinging_logs())
     told = AllJointsOptions(friction="viscous-coulomb", compliance=True, zero_std=0.0, tilt_std=0.0)
-    inverse = all_joints_gains(problem, told).solution.inverse
+    inverse = all_joints_gains(problem, told).solution.inverse  # of a named model as well
     assert (np.abs(1.0 / inverse / GAIN - 1.0) < 1e-2).all()

@@ -37,12 +37,12 @@ class Linear:
     def every(self) -> np.ndarray:
         return np.ones(len(self.V), dtype=bool)
 
-    def blocks(self, first: int, lengths: tuple[int, ...]) -> Iterator[np.ndarray]:
-        """Rows of the twentieths of each motion by time, the joints together; the position and lengths of motions."""
+    def blocks(self, first: int, lengths: tuple[int, ...], parts: int = 20) -> Iterator[np.ndarray]:
+        """Rows of equal parts of each motion by time, the joints together; the position and lengths of motions."""
         for motion, length in enumerate(lengths):
-            for k in range(20):
-                inside = (self.position - first >= k * length / 20) & (self.position - first < (k + 1) * length / 20)
-                if (own := (self.motion == motion) & inside).any():
+            for k in range(parts):
+                share = (self.position - first) * parts / length
+                if (own := (self.motion == motion) & (share >= k) & (share < k + 1)).any():
                     yield own
 
     @property

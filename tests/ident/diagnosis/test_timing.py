@@ -55,6 +55,15 @@ def test_a_log_as_short_as_is_used_can_be_observed_and_one_shorter_by_a_third_ca
         observe(cut[1], ur, options)
 
 
+def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean_and_a_slow_one_is_weak(ur_log):
+    t = np.cumsum(np.where(np.arange(len(ur_log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
+    found = named(clocked(without(replace(ur_log, t=t), [700])), "rate")
+    assert float(found.value) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
+    for step, grade in ((2, Severity.GOOD), (3, Severity.WEAK)):  # 62.5 and 41.7 Hz
+        slow = Recording(ur_log.t[::step], ur_log.q[::step], ur_log.v[::step])
+        assert named(clocked(slow), "rate").severity is grade
+
+
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):
     t = ur_log.t + np.where(np.arange(len(ur_log.t)) % 7 == 3, 0.0016, 0.0)  # a fifth of 8 ms
     lines = clocked(without(Recording(t, ur_log.q, ur_log.v), [500, 501]))
@@ -64,12 +73,6 @@ def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):
     late = ur_log.t + np.where(np.arange(len(ur_log.t)) % 7 == 3, 0.0048, 0.0)
     found = named(clocked(Recording(np.sort(late), ur_log.q, ur_log.v)), "jitter")
     assert found.severity is Severity.WEAK  # 60 %
-
-
-def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean(ur_log):
-    t = np.cumsum(np.where(np.arange(len(ur_log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
-    found = named(clocked(without(Recording(t, ur_log.q, ur_log.v), [700])), "rate")
-    assert float(found.value) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
 
 
 def restamped(log: Recording, lateness, rows=()) -> Recording:
@@ -121,12 +124,6 @@ def test_samples_that_are_missing_are_counted_beside_stamps_as_late_as_a_gap_is_
     assert (np.diff(log.t).argmax() == 39) == stalled
     found = named(clocked(log), "missing samples")
     assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
-
-
-def test_a_slow_log_is_weak(ur_log):
-    for step, grade in ((2, Severity.GOOD), (3, Severity.WEAK)):  # 62.5 and 41.7 Hz
-        slow = Recording(ur_log.t[::step], ur_log.q[::step], ur_log.v[::step])
-        assert named(clocked(slow), "rate").severity is grade
 
 
 LOST = [411, 902, 903, 1700]

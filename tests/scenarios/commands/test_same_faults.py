@@ -41,7 +41,8 @@ def cell(tmp_path_factory) -> Path:
     main(["run", str(folder / "cell.toml"), "--save", str(folder / "run")])
     run = folder / "run"
     for name, saved in (("bare", "unloaded"), ("again", "unloaded-2"), ("light", "light"), ("heavy", "heavy")):
-        (run / f"{saved}.parquet").rename(folder / f"{name}.parquet")
+        log = read_recording(run / f"{saved}.parquet")  # at 250 Hz it is read otherwise in a fraction of the time
+        write_recording(Recording(log.t[::4], log.q[::4], log.v[::4]), folder / f"{name}.parquet")
     for name in ("light", "heavy"):
         (run / f"payload-{name}.toml").rename(folder / f"payload-{name}.toml")
     words = ["identify", "--model", MODEL, "--unloaded", BARE, "--loaded", "{}/heavy.parquet"]
@@ -76,7 +77,7 @@ def test_every_command_names_the_same_fault_of_the_same_logs(cell, capsys):
 
 def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_between_gaps(cell, tmp_path):
     log = read_recording(cell / "light.parquet")
-    gap = np.setdiff1d(np.arange(len(log.t)), range(9000, 9900))
+    gap = np.setdiff1d(np.arange(len(log.t)), range(2250, 2475))
     q = np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi
     v = log.v * [1, 1.15, 1, 1, 1, 1]
     write_recording(Recording(log.t[gap], q[gap], v[gap]), cell / "faulty.parquet")

@@ -235,12 +235,11 @@ def minimal_urdf(root: ET.Element, path: Path, flange: str | None = None) -> Min
             )
         if link:
             above[link] = _end(joint, "parent")
-    for link in above:
-        at, steps = link, 0
-        while at in above and steps <= len(above):
-            at, steps = above[at], steps + 1
-        if steps > len(above):
-            raise RobotModelError(f"{title(root)}: link {link!r} is its own ancestor through its joints")
+    while ends := [link for link in above if above[link] not in above]:
+        for link in ends:
+            del above[link]
+    if above:
+        raise RobotModelError(f"{title(root)}: link {next(iter(above))!r} is its own ancestor through its joints")
     return MinimalModel("urdf", ET.tostring(arm, encoding="unicode"))
 
 

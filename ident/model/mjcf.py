@@ -39,6 +39,8 @@ COMPILER = {
     "autolimits": ("true", ".*", "true or false"),
 }
 """Options with their default, what is accepted, and how a message says so."""
+MAIN = "main"
+"""Outermost default class."""
 JOINTS = ("joint", "freejoint")
 MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
 """Elements that MuJoCo expands to bodies and Pinocchio ignores."""
@@ -81,8 +83,8 @@ def minimal_mjcf(root: ET.Element, path: Path, flange: str | None = None) -> Min
         if not re.fullmatch(pattern, compiler.setdefault(key, default)):
             raise RobotModelError(f"{title(root)}: compiler {key} = {shown(compiler[key])}; expected {expected}")
     _cut(root, flange)
-    reading = _Reading(compiler, _classes(root))
-    bodies = [reading.body(body, "main") for world in root.findall("worldbody") for body in _bodies(world)]
+    reading = _Reading(compiler, default_classes(root))
+    bodies = [reading.body(body, MAIN) for world in root.findall("worldbody") for body in _bodies(world)]
     around = "world root"
     while ("body", around) in reading.seen:  # an already reduced file has one
         around = f"around {around}"
@@ -133,19 +135,19 @@ def _expand(parent: ET.Element, folder: Path, sizes: dict[Path, int], room: int)
         parent.extend([child] if found is child else found)
 
 
-def _classes(root: ET.Element) -> dict[str, list[ET.Element]]:
-    """Return the elements that state attributes of joints, by default class, outer ones first."""
-    classes: dict[str, list[ET.Element]] = {"main": []}
+def default_classes(root: ET.Element) -> dict[str, list[ET.Element]]:
+    """Return the elements that state attributes of each default class, those of enclosing classes first."""
+    classes: dict[str, list[ET.Element]] = {MAIN: []}
 
     def add(section: ET.Element, name: str) -> None:
-        classes[name] += section.findall("joint")
+        classes[name] += [each for each in section if each.tag != "default"]
         for inner in section.findall("default"):
             own = inner.get("class", "")
             classes[own] = list(classes[name])
             add(inner, own)
 
     for section in root.findall("default"):
-        add(section, "main")
+        add(section, MAIN)
     return classes
 
 
@@ -154,58 +156,58 @@ def _cut(root: ET.Element, flange: str | None) -> None:
     worlds = root.findall("worldbody")
     parent = {child: each for each in root.iter() for child in each}
     places = [each for world in worlds for each in world.iter() if each.tag in ("body", "site")]
-    if flange is not None:
-        refuse_unknown_flange(root, flange, [each.get("name", "") for each in places if each.tag == "body"])
 
-    def leads(element: ET.Element) -> bool:
-        """Whether an element is, or contains, the flange; removes bodies in it that do not."""
-        found = element.tag == "body" and element.get("name") == flange
-        for child in [each for each in element if each.tag in ("body", *MANIFOLD)]:
-            if leads(child):
-                found = True
-            else:
-                element.remove(child)
-        return found
+    def above(element: ET.Element) -> list[ET.Element]:
+        chain = [element]
+        while chain[-1] in parent:
+            chain.append(parent[chain[-1]])
+        return chain
 
-    def is_object(body: ET.Element) -> bool:
-        """Whether a body has a free joint and no other moving part."""
-        free = [j for j in body if j.tag == "freejoint" or (j.tag == "joint" and j.get("type") == "free")]
-        return bool(free) and sum(e.tag in JOINTS for e in body.iter()) == len(free)
-
-    for world in worlds:
-        for child in list(world):
-            outside = is_object(child) if flange is None else not leads(child)
-            if outside and child.tag in ("body", *MANIFOLD):
-                world.remove(child)
+    if flange is None:
+        outside = [each for world in worlds for each in world if _is_object(each)]
+    else:
+        bodies = [each for each in places if each.tag == "body"]
+        refuse_unknown_flange(root, flange, [each.get("name", "") for each in bodies])
+        leading = {each for body in bodies if body.get("name") == flange for each in above(body)}
+        every = [each for world in worlds for each in world.iter() if each.tag in ("body", *MANIFOLD)]
+        outside = [each for each in every if each not in leading]
+    for each in outside:
+        parent[each].remove(each)
     joints = [each for world in worlds for each in world.iter() if each.tag in JOINTS]
     moving = {each.get("name", "") for each in joints}
-    joints_below = {("body", "world"): 0}  # number of moving joints between the world and each body or site
+    below = {("body", "world"): 0}  # number of moving joints between the world and each body or site
     for place in places:
-        above = [place]
-        while above[-1] in parent:
-            above.append(parent[above[-1]])
-        joints_below[place.tag, place.get("name", "")] = sum(parent[joint] in above for joint in joints)
+        chain = above(place)
+        below[place.tag, place.get("name", "")] = sum(parent[joint] in chain for joint in joints)
+    tendons = {
+        each.get("name", ""): {joint.get("joint", "") for joint in each.findall("joint")}
+        for each in root.findall("tendon/fixed")
+    }
 
-    def held(tie: ET.Element) -> bool:
+    def locked(tie: ET.Element) -> bool:
         """Whether an equality constrains only locked joints, or bodies without relative motion."""
         ends = [tie.attrib[key] for key in (f"{tie.tag}1", f"{tie.tag}2") if key in tie.attrib]
         if tie.tag == "joint":
             return moving.isdisjoint(ends)
         if tie.tag == "tendon":
-            fixed = [tendon for tendon in root.findall("tendon/fixed") if tendon.get("name") in ends]
-            used = {joint.get("joint", "") for tendon in fixed for joint in tendon.findall("joint")}
-            return len(fixed) == len(set(ends)) and moving.isdisjoint(used)
+            return all(end in tendons and moving.isdisjoint(tendons[end]) for end in ends)
         kind = "body" if "body1" in tie.attrib else "site"
-        first, second = (joints_below.get((kind, tie.get(f"{kind}{number}", "world"))) for number in (1, 2))
+        first, second = (below.get((kind, tie.get(f"{kind}{number}", "world"))) for number in (1, 2))
         return first is not None and first == second
 
     for tie in [each for section in root.findall("equality") for each in section]:
         active = tie.tag in ("connect", "weld", "joint", "tendon") and tie.get("active", "true") != "false"
-        if active and (flange is None or not held(tie)):
+        if active and (flange is None or not locked(tie)):
             raise RobotModelError(
                 f"{title(tie)}: an equality of kind {tie.tag} ties joints; only arms with a drive on every joint "
                 f"and no closed loop are read; {NAME_IT}"
             )
+
+
+def _is_object(body: ET.Element) -> bool:
+    """Return whether a body has a free joint and no other moving part."""
+    free = [each for each in body if each.tag == "freejoint" or (each.tag == "joint" and each.get("type") == "free")]
+    return body.tag in ("body", *MANIFOLD) and bool(free) and sum(e.tag in JOINTS for e in body.iter()) == len(free)
 
 
 def refuse_unknown_flange(root: ET.Element, flange: str, known: list[str]) -> None:
@@ -233,7 +235,7 @@ class _Reading:
 
     Attributes:
         compiler: Options of `COMPILER`.
-        classes: Elements that state attributes of joints, by default class.
+        classes: Elements that state attributes, by default class.
         seen: Bodies and joints by kind and name.
         ranges: Ends of the joints that have any [rad or m].
     """
@@ -299,7 +301,7 @@ class _Reading:
             known = nearest(of_class, self.classes)
             raise RobotModelError(f"{title(joint)}: unknown default class {shown(of_class)}{known}")
         stated: dict[str, str] = {"type": "hinge"}
-        for element in (*self.classes[of_class], joint):
+        for element in (*(each for each in self.classes[of_class] if each.tag == "joint"), joint):
             check_attributes(element, JOINT)
             stated |= {key: value for key, value in element.attrib.items() if key in JOINT}
         kind = "free" if joint.tag == "freejoint" else stated["type"]

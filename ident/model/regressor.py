@@ -16,7 +16,6 @@ which is linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M. Samples are on the l
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -95,30 +94,14 @@ def joint_pose(arm: Arm, j: int, q: Array, length: Array | float = 1.0) -> tuple
     Entries of the rotation are constant + cosine cos(q) + sine sin(q) (Rodrigues); `q` and the factor `length` of the
     distance between the frames have the shape (samples,).
     """
-    arrow, turn = _along(arm.translation[j], length), np.zeros(len(q))
-    if arm.revolute[j]:
-        turn = q
-    else:
-        arrow = [x + y for x, y in zip(arrow, _along(arm.rotation[j] @ arm.axis[j], q), strict=True)]
-    axis, placed = (np.asarray(each[j], np.float64) for each in (arm.axis, arm.rotation))
-    c, s, E = np.cos(turn), np.sin(turn), np.zeros((3, 3, len(q)))
-    for row, column, constant, cosine, sine in _rotation_terms(axis.tobytes(), placed.tobytes()):
-        for factor, x in ((constant, 1.0), (cosine, c), (sine, s)):
-            if factor:
-                E[row, column] += factor * x
-    return E, arrow
-
-
-@lru_cache(maxsize=256)  # for the joints of an arm
-def _rotation_terms(of_axis: bytes, of_rotation: bytes) -> list[tuple[int, int, float, float, float]]:
-    """Return row, column, constant, cosine and sine part of nonzero entries; with parallel axes, most are zero."""
-    axis, rotation = np.frombuffer(of_axis), np.frombuffer(of_rotation).reshape(3, 3)
-    x, y, z = axis
-    back, kept = rotation.T, np.outer(axis, axis)
+    axis, back, turn, arrow = arm.axis[j], arm.rotation[j].T, q, _along(arm.translation[j], length)
+    if not arm.revolute[j]:
+        turn, arrow = np.zeros(len(q)), [x + y for x, y in zip(arrow, _along(axis @ back, q), strict=True)]
+    kept, (x, y, z) = np.outer(axis, axis), axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    terms = np.stack((kept @ back, (np.eye(3) - kept) @ back, -skew @ back))  # (3 terms, 3, 3)
-    terms[np.abs(terms) < ROUNDING] = 0.0
-    return [(r, c, *terms[:, r, c].tolist()) for r in range(3) for c in range(3) if terms[:, r, c].any()]
+    terms = np.stack((kept, np.eye(3) - kept, -skew)) @ back
+    constant, cosine, sine = np.where(np.abs(terms) < ROUNDING, 0.0, terms)[..., None]  # (3, 3, 1) each
+    return constant + cosine * np.cos(turn) + sine * np.sin(turn), arrow
 
 
 def _along(direction: Array, amount: Array | float) -> Vector:

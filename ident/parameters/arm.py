@@ -14,6 +14,7 @@ that of real motions, except for load-dependent friction.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,8 +23,8 @@ from ident.estimation.estimate import IdentifiedGain, ratio_refusal
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, chosen_model, setting_of
 from ident.estimation.intervals import UNCERTAINTIES
 from ident.estimation.known_gains import KnownGains, Shares, deviations, held, shares
-from ident.estimation.problem import GainOptions, ObservedMotion, Problem
-from ident.estimation.rows import Columns, shared_arm
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.estimation.rows import Columns
 from ident.estimation.selection import AlternativeModel, Selected
 from ident.estimation.setting import GivenGain
 from ident.model.parameters import unit_of
@@ -35,17 +36,17 @@ RUNAWAY = 1e6
 """Largest plausible ratio of two gains of one arm: a wrong unit gives 1e3, prismatic and revolute joints 1e2."""
 PLAIN = AllJointsOptions(friction="viscous-coulomb")
 """Model for methods other than `nls`, whose gains include load-dependent friction."""
-FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad"}
-"""Units by name, for a revolute joint, without the drive unit."""
+FRICTION_UNITS = {
+    **dict.fromkeys(("Fv", "by-direction"), "units s/rad"),
+    "cbrt": "units (s/rad)^(1/3)",
+    **dict.fromkeys(("Fc", "off"), "units"),
+}
+"""Units of a revolute joint's own parameters in drive units; those of shares are 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A number with its standard deviations, from the residuals, from the gains, and from the model's assumptions.
-
-    A parameter of the arm or of a joint's friction is named as in the literature, with the number of the joint; it has
-    several names if only their sum is identifiable.
-    """
+    """A number with its standard deviations: from the residuals, the gains, and the model's assumptions."""
 
     name: str
     unit: str
@@ -69,10 +70,10 @@ def quantities(names: Sequence[str], units: Sequence[str], values: Array, of: Sh
     )
 
 
-def shared_shares(selected: Selected, options: GainOptions, gains: KnownGains | None, k: Indices) -> Shares:
+def shared_shares(selected: Selected, gains: KnownGains | None, k: Indices) -> Shares:
     """Return the covariance of parameters that joints share, by their indices."""
     rivals = [each.share * (each.other.theta[k] - each.final.theta[k]) for each in selected.rivals]
-    return shares(selected.final.of_theta(k), options, gains, rivals)
+    return shares(selected.final.of_theta(k), selected.final.ready.problem.options, gains, rivals)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,27 +129,61 @@ class GainRatios:
         return found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class BareArm:
     """An arm without payload.
 
     Attributes:
-        problem: Its motions.
         gains: Fixed gains; None for an arm in the unit of a reference gain.
         ratios: Ratios of gains; None with fixed gains.
-        inertial: Base parameters, over the reference gain or in SI.
-        inertial_covariance: Covariance of their values, shape (k, k).
-        friction: Friction and offset of each joint [drive units], n tuples.
         selected: The model, and its fit.
     """
 
-    problem: Problem
     gains: KnownGains | None
     ratios: GainRatios | None
-    inertial: tuple[Quantity, ...]
-    inertial_covariance: Array
-    friction: tuple[tuple[Quantity, ...], ...]
     selected: Selected
+
+    @property
+    def problem(self) -> Problem:
+        """Its motions."""
+        return self.selected.final.ready.problem
+
+    @cached_property
+    def _shown(self) -> Indices:
+        """Shared parameters of the arm that the motions excite."""
+        arm = slice(len(self.selected.final.ready.shared.arm))
+        return np.flatnonzero(self.selected.final.of_theta(arm).influence.any(axis=1))
+
+    @cached_property
+    def _shares(self) -> Shares:
+        return shared_shares(self.selected, self.gains, self._shown)
+
+    @property
+    def inertial_covariance(self) -> Array:
+        """Covariance of the values of `inertial`, shape (k, k)."""
+        return self._shares.total
+
+    @cached_property
+    def inertial(self) -> tuple[Quantity, ...]:
+        """Base parameters, over the reference gain or in SI, k of them."""
+        final, structure, over, scale = self.selected.final, self.problem.structure, "", 1.0
+        if self.ratios is not None:
+            over, scale = f" / g{self.ratios.reference + 1}", float(final.h[self.ratios.reference])  # of size 1
+        names = [structure.base.names[k] for k in final.ready.shared.arm[self._shown]]
+        units = [unit_of(name, structure.arm.revolute.tolist()) + over for name in names]
+        return quantities(names, units, scale * final.theta[self._shown], self._shares)
+
+    @cached_property
+    def friction(self) -> tuple[tuple[Quantity, ...], ...]:
+        """Friction and offset of each joint [drive units], n tuples."""
+        final, several, found = self.selected.final, len(self.problem.motions) > 1, list[tuple[Quantity, ...]]()
+        for j, turns in enumerate(self.problem.structure.arm.revolute.tolist()):
+            own, rivals = final.friction(j), [rival_friction(each, j, final) for each in self.selected.rivals]
+            names = [f"{name} in motion {motion + 1}" if several and motion >= 0 else name for name, motion in own]
+            units = [friction_unit(name, turns=turns) for name, _ in own]
+            of = shares(final.of_joint(j), self.problem.options, self.gains, rivals)
+            found.append(quantities(names, units, np.array(list(own.values())), of))
+        return tuple(found)
 
     def in_si(self) -> tuple[Array, Array]:
         """Return base parameters with friction of the first motion, and their covariance from the residuals.
@@ -157,11 +192,10 @@ class BareArm:
         and (b, b).
         """
         assert self.gains is not None, "of an arm with fixed gains"
-        final, structure = self.selected.final, self.problem.structure
-        arm, names = shared_arm(structure.base), structure.base.names
-        base, influence = np.zeros(len(names)), np.zeros((len(names), len(final.rows.V)))
-        influence[arm] = final.of_theta(slice(len(arm))).influence
-        base[arm] = np.where(influence[arm].any(axis=1), final.theta[: len(arm)], 0.0)
+        final, names = self.selected.final, self.problem.structure.base.names
+        arm, base = final.ready.shared.arm[self._shown], np.zeros(len(names))
+        influence = np.zeros((len(names), len(final.rows.V)))
+        base[arm], influence[arm] = final.theta[self._shown], final.of_theta(self._shown).influence
         for j, gain in zip(self.gains.joints.tolist(), self.gains.value.tolist(), strict=True):
             own = zip(final.friction(j).items(), final.of_joint(j).influence, strict=True)
             for ((name, _), value), row in reversed(list(own)):  # values of the first motion are kept
@@ -189,7 +223,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
             "move more joints at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=rel_std <= most, max_rel_std=most)
-    return _arm(problem, selected, None, ratios)
+    return BareArm(gains=None, ratios=ratios, selected=selected)
 
 
 def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
@@ -198,8 +232,13 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
     Raises:
         GainsError: If the gains are not of this arm.
     """
+    return BareArm(gains=gains, ratios=None, selected=with_fixed_gains(problem, options, gains))
+
+
+def with_fixed_gains(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> Selected:
+    """Fit all joints with fixed gains; raises GainsError if these are not of the arm."""
     gains.check_arm(problem.structure.arm)
-    return _arm(problem, chosen_model(setting_of(problem, options, held(gains)), options), gains, None)
+    return chosen_model(setting_of(problem, options, held(gains)), options)
 
 
 def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
@@ -215,40 +254,8 @@ def arm_in_use(problem: Problem, gains: KnownGains) -> BareArm:
     return arm_in_SI(bare, PLAIN, gains)
 
 
-def _arm(problem: Problem, selected: Selected, gains: KnownGains | None, ratios: GainRatios | None) -> BareArm:
-    """Return the parameters of a fit; in the unit of the reference gain if there are ratios."""
-    structure, options, final = problem.structure, problem.options, selected.final
-    revolute, arm = structure.arm.revolute.tolist(), shared_arm(structure.base)
-    scale = 1.0 if ratios is None else float(final.h[ratios.reference])  # of size 1
-    over = "" if ratios is None else f" / g{ratios.reference + 1}"
-    shown = np.flatnonzero(final.of_theta(slice(len(arm))).influence.any(axis=1))
-    names = [structure.base.names[k] for k in arm[shown]]
-    covariance = shared_shares(selected, options, gains, shown)
-    units = [unit_of(name, revolute) + over for name in names]
-    friction = list[tuple[Quantity, ...]]()
-    for j in range(structure.arm.n):
-        own, several = final.friction(j), len(problem.motions) > 1
-        of = shares(final.of_joint(j), options, gains, [rival_friction(each, j, final) for each in selected.rivals])
-        numbered = [f"{name} in motion {motion + 1}" if several and motion >= 0 else name for name, motion in own]
-        units_of = [friction_unit(name, turns=revolute[j]) for name, _ in own]
-        friction.append(quantities(numbered, units_of, np.array(list(own.values())), of))
-    return BareArm(
-        problem=problem,
-        gains=gains,
-        ratios=ratios,
-        inertial=quantities(names, units, scale * final.theta[shown], covariance),
-        inertial_covariance=covariance.total,
-        friction=tuple(friction),
-        selected=selected,
-    )
-
-
 def rival_friction(each: AlternativeModel, joint: int, final: Fit) -> Array:
-    """Return the change of a joint's own parameters in an alternative model, by name and motion.
-
-    Zero for parameters of only one model: the forms of load-dependent friction have different parameters, and rigid and
-    elastic joints are compared without load-dependent friction.
-    """
+    """Return the change of a joint's own parameters in an alternative model; zero for those of only one model."""
     one, other = each.final.friction(joint), each.other.friction(joint)
     return np.array(
         [each.share * (other[key] - one[key]) if key in one and key in other else 0.0 for key in final.friction(joint)]
@@ -257,14 +264,12 @@ def rival_friction(each: AlternativeModel, joint: int, final: Fit) -> Array:
 
 def friction_unit(name: str, *, turns: bool) -> str:
     """Return the unit of a joint's own parameter."""
-    if name.startswith("load") or name.endswith("-share"):
-        return "1"
-    unit = FRICTION_UNITS.get(name, "")
-    return f"units {unit if turns else unit.replace('rad', 'm')}".rstrip()
+    unit = FRICTION_UNITS.get(name, "1")
+    return unit if turns else unit.replace("rad", "m")
 
 
 def _log_covariance(problem: Problem, selected: Selected) -> Array:
-    """Return the covariance of log |g| relative to the given gain, shape (n, n)."""
+    """Return the covariance of log |g| relative to the given gain, (n, n)."""
     return shares(selected.final.log_h, problem.options, None, list(selected.model.T)).total
 
 
@@ -283,17 +288,10 @@ def _relative(C: Array) -> Array:
 def forecast_gains(
     problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, ratios: GainRatios
 ) -> tuple[float | str, ...]:
-    """Return the expected accuracy of every gain if bare motions were repeated with a payload.
+    """Return the expected relative standard deviation of every gain, or why there is none, with a planned payload.
 
-    Args:
-        problem: Motions with a bare flange.
-        options: Model of the arm.
-        payload: The planned payload; all stated parameters affect the currents, `known` ones are used.
-        in_si: The arm with known gains.
-        ratios: Ratios of gains from the motions.
-
-    Returns:
-        The relative standard deviation of each joint's gain, or why there would be none or no forecast.
+    All stated parameters of the payload affect the currents, `known` ones are used; `in_si` is the arm with known
+    gains, `ratios` are those from the bare motions of `problem`, which would be repeated.
 
     Raises:
         NotIdentifiable: If no parameter of the payload is known, or it puts no torque on any joint.
@@ -325,12 +323,9 @@ def as_if_loaded(motion: ObservedMotion, payload: Payload, gain: Array) -> Obser
 
 
 def predicted_torque(system: Columns, base: Array, payload: Payload | None) -> Array:
-    """Return the torque of arm and payload on the rows of a motion, including friction [N m], shape (r,).
+    """Return the torque on the rows of a motion, including friction [N m], shape (r,).
 
-    Args:
-        system: Its rows.
-        base: Base parameters of the arm, shape (b,).
-        payload: Its payload, of which known parameters are used; None for a bare flange.
+    `base` are the base parameters of the arm, shape (b,); the known parameters of the payload are used.
     """
     torque = system.W @ base
     return torque if payload is None else torque + system.carried @ payload.known_part().chi

@@ -19,17 +19,16 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.estimation.estimators.nls import AllJointsOptions, chosen_model, setting_of
-from ident.estimation.known_gains import KnownGains, Shares, deviations, held
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.known_gains import KnownGains, Shares, deviations
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Columns
 from ident.estimation.selection import Selected
-from ident.estimation.setting import Setting
 from ident.model.parameters import INERTIAL, pseudo_inertia
 from ident.model.parameters import UNITS as PARAMETER_UNITS
 from ident.model.structure import Structure
 from ident.numerics.least_squares import least_squares, row_weights
-from ident.parameters.arm import Quantity, quantities, shared_shares
+from ident.parameters.arm import Quantity, quantities, shared_shares, with_fixed_gains
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import Contradiction, NotIdentifiable
@@ -94,7 +93,6 @@ class FoundPayload:
         value: Their values [kg m^2, kg m, kg], shape (k,).
         shares: Their covariance.
         refused: Reasons why the others have no value, by name.
-        ready: The solved problem.
         selected: The model, and its fit.
     """
 
@@ -102,7 +100,6 @@ class FoundPayload:
     value: Array
     shares: Shares
     refused: dict[str, str]
-    ready: Setting
     selected: Selected
 
     @property
@@ -118,16 +115,13 @@ class FoundPayload:
     @cached_property
     def body(self) -> FoundBody:
         """Mass, centre of mass and inertia with first-order standard deviations."""
-        chi, k = np.zeros(len(INERTIAL)), len(self.place)
+        chi, mass = np.zeros(len(INERTIAL)), self.place == INERTIAL.index("M")
         chi[self.place] = self.value
-        there = "M" in self.names
-        sure = there and chi[9] > SURE * deviations(self.shares.total)[self.names.index("M")]
-        steps = 1j * STEP * np.eye(len(chi))
-        values = body_values(chi) if sure else np.full(len(UNITS), chi[9])
-        J = np.zeros((len(UNITS), k))
+        sure = bool((self.value[mass] > SURE * deviations(self.shares.total)[mass]).any())
+        values, J = np.full(len(UNITS), chi[-1]), np.tile(mass.astype(float), (len(UNITS), 1))  # unless it is sure
         if sure:
-            J = np.column_stack([body_values(chi + step).imag / STEP for step in steps])[:, self.place]
-        J[0] = self.place == INERTIAL.index("M")
+            steps = chi + 1j * STEP * np.eye(len(chi))[self.place]
+            values, J = body_values(chi), np.column_stack([body_values(each).imag / STEP for each in steps])
         refused = dict[str, str]()
         for name in UNITS:
             missing = [need for need in NEEDS[name] if need in self.refused]
@@ -156,11 +150,9 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
         GainsError: If the gains are not of this arm.
     """
     problem.check_difference()
-    gains.check_arm(problem.structure.arm)
-    ready = setting_of(problem, options, held(gains))
-    selected = chosen_model(ready, options)
+    selected = with_fixed_gains(problem, options, gains)
     fit, separate = selected.final, separable(problem.structure)
-    at = {int(p): len(ready.shared.arm) + k for k, p in enumerate(ready.shared.free[0])}
+    at = {int(p): len(fit.ready.shared.arm) + k for k, p in enumerate(fit.ready.shared.free[0])}
     shown: Mask = np.any(fit.of_theta().influence, axis=1)
     place = [p for p, k in at.items() if separate[p] and shown[k]]
     if not place:
@@ -172,9 +164,8 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
         value=fit.theta[k],
-        shares=shared_shares(selected, problem.options, gains, k),
+        shares=shared_shares(selected, gains, k),
         refused={name: why[int(separate[p])] for p, name in enumerate(INERTIAL) if p not in place},
-        ready=ready,
         selected=selected,
     )
 

@@ -21,7 +21,6 @@ from ident.estimation.gain_comparison import common_scale, sharing_joints
 from ident.estimation.intervals import UNCERTAINTIES, Rows
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.estimation.setting import Setting
 from ident.numerics.least_squares import factors
 from ident.parameters.arm import PLAIN, BareArm, Quantity, arm_in_use
 from ident.parameters.payload import CENTRE, SURE, FoundBody, FoundPayload, payload_of
@@ -39,6 +38,7 @@ DEPENDENT = 1e-9
 """Relative norm of the independent part of a unit column below which it is dependent."""
 NEW = 1e-6
 """Least independent part of the unit column of the mass."""
+STDS = ("std", "residual_std", "gain_std", "model_std")
 AGREES, DIFFERS, SAYS_NOTHING = "agrees", "differs", "says nothing"
 UNKNOWN = Payload(mass=1.0, known="none")
 """An unknown payload; its mass is not used."""
@@ -46,19 +46,27 @@ UNKNOWN = Payload(mass=1.0, known="none")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighed:
-    """A mass from currents compared with the stated one.
+    """A mass from currents compared with the stated one; without a mass its numbers are None.
 
     Attributes:
-        joint: The joint, from 0; None for all together.
-        mass: Estimated mass [kg], None if not identifiable.
-        rel_error: (found - stated) / stated, which equals the relative error of the gains; None without a mass.
-        rel_std: Standard deviation of `rel_error`, including that of the scale; None without a mass.
-        verdict: `AGREES`, `DIFFERS` or `SAYS_NOTHING`.
+        std: Standard deviation of `mass`, without that of the scale [kg].
+        residual_std: Contribution of the residuals to `std` [kg].
+        gain_std: Contribution of the gains' standard deviations to `std` [kg].
+        model_std: Contribution of the model's assumptions to `std` [kg].
+        joint: The joint, from 0; None for all joints together.
+        mass: Estimated mass [kg].
+        rel_error: Relative error of the mass, (estimate - weighed) / weighed, which equals that of the gains.
+        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
+        verdict: "agrees", "differs" or, if inconclusive, "says nothing".
         reason: Why it is inconclusive.
     """
 
+    std: float | None = None
+    residual_std: float | None = None
+    gain_std: float | None = None
+    model_std: float | None = None
     joint: int | None
-    mass: Quantity | None = None
+    mass: float | None = None
     rel_error: float | None = None
     rel_std: float | None = None
     verdict: str = SAYS_NOTHING
@@ -86,14 +94,9 @@ class Verification:
 
 
 def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verification:
-    """Compare a payload estimated with gains with its weighed mass.
+    """Compare a payload estimated with gains with its weighed mass; its known shape is used for single joints.
 
     The gains are assumed independent of this recording; correlation through a common bare recording is neglected.
-
-    Args:
-        found: The payload estimated with these gains.
-        payload: The weighed payload, whose known shape is used for single joints.
-        gains: The gains.
 
     Raises:
         PayloadError: If the payload's mass is not known.
@@ -114,7 +117,9 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
         if verdict == AGREES and joint is None and std > WEAK:
             verdict = SAYS_NOTHING
             reason = f"its standard deviation is {100.0 * std:.0f} %, above {100.0 * WEAK:g} %"
-        return Weighed(joint=joint, mass=mass, rel_error=error, rel_std=std, verdict=verdict, reason=reason)
+        shares: dict[str, float] = {each: getattr(mass, each) for each in STDS}
+        of = Weighed(joint=joint, mass=mass.value, verdict=verdict, reason=reason)
+        return replace(of, rel_error=error, rel_std=std, **shares)
 
     return Verification(
         payload=payload,
@@ -149,30 +154,25 @@ def as_stated(body: FoundBody) -> Payload | None:
 
 
 def masses_alone(found: FoundPayload, payload: Payload, gains: KnownGains) -> tuple[Quantity | str, ...]:
-    """Return the mass from each joint alone [kg], or why it gives none, one result per joint.
-
-    Args:
-        found: The payload estimated from all joints, with the model.
-        payload: The specified payload, whose known shape is used.
-        gains: The gains.
-    """
-    known, ready, options = payload.known_part(), found.ready, found.ready.problem.options
+    """Return the mass from each joint alone [kg], with the known shape of a specified payload, or why it gives none."""
+    known, final = payload.known_part(), found.selected.final
+    ready, uncertainty = final.ready, UNCERTAINTIES[final.ready.problem.options.uncertainty]
     spread = known.spread[:, 1:] if len(known.names) > 1 else np.zeros((10, 0))  # of the shape; the mass is estimated
     results: list[Quantity | str] = ["its gain is not known"] * ready.n
     rel_std = np.sqrt(np.diag(gains.log_covariance)).tolist()
     for j, gain, deviation in zip(gains.joints.tolist(), gains.value.tolist(), rel_std, strict=True):
-        solved = mass_alone(ready, found.selected.final, j, gain, known)
+        solved = mass_alone(final, j, gain, known)
         if solved is None:
             results[j] = "the torque of the mass on this joint cannot be separated from that of the arm"
             continue
         rivals = [
             each.share * (other.mass - one.mass)
             for each in found.selected.rivals
-            if (one := mass_alone(ready, each.final, j, gain, known)) is not None
-            and (other := mass_alone(ready, each.other, j, gain, known)) is not None
+            if (one := mass_alone(each.final, j, gain, known)) is not None
+            and (other := mass_alone(each.other, j, gain, known)) is not None
         ]
         shape = solved.influence @ (ready.columns.W_L[0][ready.columns.joint == j] @ spread) / gain
-        residual = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None])
+        residual = uncertainty(solved.rows, solved.influence[None])
         mass = Quantity(
             name="mass",
             unit="kg",
@@ -196,15 +196,16 @@ class MassAlone:
     rows: Rows
 
 
-def mass_alone(ready: Setting, fitted: Fit, j: int, gain: float, known: KnownPayload) -> MassAlone | None:
+def mass_alone(fitted: Fit, j: int, gain: float, known: KnownPayload) -> MassAlone | None:
     """Solve the least squares of one joint's rows with the priors of its own parameters; None if the mass is dependent.
 
     The joint's shared columns are the arm's, then the unknown ones of the payload, then compliance; the column of the
     mass, per kilogram with the known shape, replaces those of the known payload parameters.
     """
-    columns, model, arm = fitted.ready.columns, fitted.model, len(ready.shared.arm)
+    ready, columns, model = fitted.ready, fitted.ready.columns, fitted.model
+    arm = len(ready.shared.arm)
     at = columns.joint == j
-    V, shared, W_L = fitted.rows.V[at], fitted.ready.A[at], columns.W_L[0][at]
+    V, shared, W_L = fitted.rows.V[at], ready.A[at], columns.W_L[0][at]
     used = model.own.used[j]
     F, mean, std = model.F[at][:, used], model.mean[j, used], model.std[j, used]
     weight, believed = fitted.rows.weight[at], np.isfinite(std)
@@ -270,11 +271,10 @@ class CommonError:
 
 def common_error(found: Verification) -> CommonError | None:
     """Return a significant common error of the joints; None if they agree with the scale or have no common error."""
-    each = [(w.joint, w.mass) for w in found.joints if w.joint is not None and w.mass is not None]
-    each = [(joint, mass) for joint, mass in each if mass.value > 0.0 and mass.std > 0.0]
+    each = [one for one in found.joints if (one.mass or 0.0) > 0.0 and (one.std or 0.0) > 0.0]
     if found.passed or len(each) < LEAST:
         return None
-    value, std, of_gain = (np.array([getattr(m, name) for _, m in each]) for name in ("value", "std", "gain_std"))
+    value, std, of_gain = np.array([(one.mass, one.std, one.gain_std) for one in each], np.float64).T
     x, wide = np.log(value / found.payload.mass), std / value
     sharing = sharing_joints(x, np.diag(wide**2)).tolist()
     if len(sharing) < LEAST:
@@ -287,14 +287,15 @@ def common_error(found: Verification) -> CommonError | None:
         abs(one.value) > found.limit * np.hypot(one.std, alike) for one in (common, *(others[k] for k in sharing))
     ):
         return None
+    joints = [one.joint for one in each if one.joint is not None]
     away = [(float(x[k]) - other.value, float(np.hypot(wide[k], other.std))) for k, other in enumerate(others)]
     return CommonError(
-        joints=tuple(each[k][0] for k in sharing),
+        joints=tuple(joints[k] for k in sharing),
         rel_error=float(np.expm1(common.value)),
         rel_std=float(np.exp(common.value) * np.hypot(common.std, alike)),
         apart=tuple(
             Departure(joint=joint, rel_error=float(np.expm1(off)), rel_std=float(np.exp(off)) * spread)
-            for (joint, _), (off, spread) in zip(each, away, strict=True)
+            for joint, (off, spread) in zip(joints, away, strict=True)
             if abs(off) > found.limit * spread
         ),
     )

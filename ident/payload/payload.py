@@ -14,11 +14,10 @@ from ident.support.files import read_toml
 from ident.support.naming import nearest, one_line, shown
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-MOMENTS = INERTIA_KEYS[:3]
 LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
-"""Plausible masses [kg], and largest distance of the centre of mass or radius of gyration [m]."""
+"""Plausible masses [kg], and largest distance of the centre of mass [m]."""
 WIDE, WIDER = 0.35, 0.15
-"""Largest radius of gyration of a payload in a file: 0.35 m + 0.15 m sqrt(mass / kg).
+"""Largest radius of gyration of a payload: 0.35 m + 0.15 m sqrt(mass / kg).
 
 A steel rod of 1 m and 7 kg has 0.29 m, where the limit is 0.75 m; with a moment of inertia that is a thousand times
 that of a compact body of this mass, it is 0.85 m.
@@ -55,6 +54,8 @@ class Payload:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        widest = WIDE + WIDER * max(self.mass, 0.0) ** 0.5
+        most = (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", self.mass * FARTHEST**2))
         for name in KEYS[:-1]:
             value = getattr(self, name)
             if value is not None and not np.isfinite(value).all():
@@ -67,14 +68,9 @@ class Payload:
             raise PayloadError(
                 f"payload: com = {list(self.com)} is more than {FARTHEST:g} m from the frame's origin; expected metres"
             )
-        largest = self.mass * FARTHEST**2
-        for name, most in (("mass_std", self.mass), ("com_std", FARTHEST), ("inertia_std", largest)):
-            value = getattr(self, name)
-            if np.min(value) < 0.0:
-                raise PayloadError(f"payload: {name} = {value}: expected a standard deviation of 0 or more")
-            if np.max(value) > most:
-                what = "the mass itself" if name == "mass_std" else f"{most:g}"
-                raise PayloadError(f"payload: {name} = {value} exceeds {what}; check its unit")
+        for name, largest in most:
+            if not 0.0 <= np.min(value := getattr(self, name)) <= np.max(value) <= largest:
+                raise PayloadError(f"payload: {name} = {value}; expected 0 to {largest:g}; check its unit")
         for name in {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ()):
             if getattr(self, name) is None:
                 raise PayloadError(
@@ -82,14 +78,7 @@ class Payload:
                 )
         if self.inertia is None:
             return
-        key, value = max(zip(INERTIA_KEYS, self.inertia, strict=True), key=lambda pair: abs(pair[1]))
-        if abs(value) > largest:
-            raise PayloadError(
-                f"payload: inertia.{key} = {value:g} needs parts of the {self.mass:g} kg more than {FARTHEST:g} m "
-                "from the centre of mass; expected kg m^2 about the centre of mass"
-            )
-        ixx, iyy, izz, ixy, ixz, iyz = self.inertia
-        low, middle, high = np.linalg.eigvalsh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+        low, middle, high = np.linalg.eigvalsh(_matrix(self.inertia))
         slack = 1e-9 * max(abs(low), abs(high), 1e-12)
         if low < -slack:
             raise PayloadError(f"payload: inertia is not positive: its smallest principal moment is {low:.3g} kg m^2")
@@ -97,6 +86,12 @@ class Payload:
             raise PayloadError(
                 "payload: inertia violates the triangle inequality: principal moments "
                 f"{low:.3g} + {middle:.3g} < {high:.3g} kg m^2"
+            )
+        moment, key = max(zip(self.inertia[:3], INERTIA_KEYS, strict=False))
+        if (radius := (moment / self.mass) ** 0.5) > widest:
+            raise PayloadError(
+                f"payload: inertia.{key} = {moment:g} with mass = {self.mass:g} kg means a radius of gyration of "
+                f"{radius:.3g} m; expected {widest:.3g} m at most; state kg m^2 about the centre of mass"
             )
 
     def known_part(self) -> "KnownPayload":
@@ -146,10 +141,14 @@ def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequ
     Returns:
         XX, XY, XZ, YY, YZ, ZZ [kg m^2], MX, MY, MZ [kg m], M [kg], shape (10,).
     """
-    ixx, iyy, izz, ixy, ixz, iyz = inertia
     c = np.asarray(com, dtype=np.float64)
-    J = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) + mass * (c @ c * np.eye(3) - np.outer(c, c))
+    J = _matrix(inertia) + mass * (c @ c * np.eye(3) - np.outer(c, c))
     return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
+
+
+def _matrix(inertia: Sequence[float] | Array) -> Array:
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
 def read_payload(path: str | Path) -> Payload:
@@ -171,12 +170,9 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
     Omitted products of inertia (and their standard deviations) are 0.
 
     Raises:
-        PayloadError: If a key is unknown or a type wrong, as `Payload`, or if inertia is implausibly large for the
-            mass, probably in another unit.
+        PayloadError: If a key is unknown or missing, or a type wrong, or as `Payload`.
     """
-    for key in table:
-        if key not in KEYS:
-            raise PayloadError(f"payload: unknown key {shown(key)}{nearest(key, KEYS)}; expected {', '.join(KEYS)}")
+    _check_keys(table, KEYS, "")
     if "mass" not in table:
         raise PayloadError(
             "payload: mass is missing; without it gains and payload are known up to a common factor only"
@@ -196,35 +192,25 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
             if not isinstance(value, (list, tuple)) or len(value) != 3:
                 raise PayloadError(f"payload: {key} = {shown(value)}; expected three numbers [m]")
             values[key] = tuple(_number(each, key) for each in value)
+        elif isinstance(value, Mapping):
+            _check_keys(value, INERTIA_KEYS, f"{key}.")
+            given = dict.fromkeys(INERTIA_KEYS[3:], 0.0) | dict(value)
+            for name in INERTIA_KEYS[:3]:
+                if name not in given:
+                    raise PayloadError(
+                        f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
+                    )
+            values[key] = tuple(_number(given[name], f"{key}.{name}") for name in INERTIA_KEYS)
         else:
-            values[key] = _inertia(key, value)
-    payload = Payload(**values)
-    if payload.inertia is not None:
-        key, moment = max(zip(MOMENTS, payload.inertia, strict=False), key=lambda pair: pair[1])
-        radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
-        if radius > most:
-            raise PayloadError(
-                f"payload: inertia.{key} = {moment:g} with mass = {payload.mass:g} kg means a radius of gyration of "
-                f"{radius:.3g} m; expected {most:.3g} m at most; state kg m^2 about the centre of mass"
-            )
-    return payload
+            raise PayloadError(f"payload: {key} = {shown(value)}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
+    return Payload(**values)
 
 
-def _inertia(key: str, value: object) -> tuple[float, ...]:
-    if not isinstance(value, Mapping):
-        raise PayloadError(f"payload: {key} = {shown(value)}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
-    for name in value:
-        if name not in INERTIA_KEYS:
-            close = nearest(str(name), INERTIA_KEYS)
-            raise PayloadError(
-                f"payload: unknown key {key}.{one_line(name)}{close}; expected {', '.join(INERTIA_KEYS)}"
-            )
-    for name in MOMENTS:
-        if name not in value:
-            raise PayloadError(
-                f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
-            )
-    return tuple(_number(value.get(name, 0.0), f"{key}.{name}") for name in INERTIA_KEYS)
+def _check_keys(table: Mapping[str, object], known: Sequence[str], place: str) -> None:
+    for key in table:
+        if key not in known:
+            name = shown(key) if not place else f"{place}{one_line(key)}"
+            raise PayloadError(f"payload: unknown key {name}{nearest(str(key), known)}; expected {', '.join(known)}")
 
 
 def _number(value: object, name: str) -> float:

@@ -136,7 +136,7 @@ def identify_command(options: argparse.Namespace) -> Status:
     from ident.support.options import options_from_words
     from ident.unseen import predict_unseen
     from scenarios.experiments.robots import model_links
-    from scenarios.gains_in_use.bare import bare_result
+    from scenarios.gains_in_use.known_gains import bare_result
     from scenarios.results.fit import fit_of
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file

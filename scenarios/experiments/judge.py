@@ -173,7 +173,7 @@ class CostVerdict:
     def passed(self) -> bool:
         """Whether the mass is within tolerance with the identified gains."""
         mass = None if self.found is None else self.found.weighed.together.mass
-        return mass is not None and abs(mass.value / self.true["mass"] - 1.0) <= self.tolerance
+        return mass is not None and abs(mass / self.true["mass"] - 1.0) <= self.tolerance
 
 
 def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:

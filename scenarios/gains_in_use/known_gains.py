@@ -1,4 +1,4 @@
-"""Use of the gains of a file: what recordings they suit, payloads estimated with them, torques for `rx90 torque`."""
+"""Estimates with given gains: payloads, the arm from bare motions, torques; recordings that suit a file of gains."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -11,27 +11,47 @@ from pydantic import Field, JsonValue
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.gain_checks import OTHER_UNIT
+from ident.diagnosis.plausibility import prediction_warnings
+from ident.estimation.cross_validation import predicted
 from ident.estimation.estimators import nls
 from ident.estimation.estimators.nls import AllJointsOptions
-from ident.estimation.known_gains import JointTorque
+from ident.estimation.known_gains import JointTorque, KnownGains
 from ident.estimation.problem import GainOptions
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
+from ident.parameters.arm import PLAIN, BareArm, arm_in_SI, forecast_gains, gain_ratios
+from ident.parameters.links import nearest_links
 from ident.parameters.payload import FoundPayload, payload_of
-from ident.parameters.weighing import PLAIN, UNKNOWN
+from ident.parameters.weighing import UNKNOWN
+from ident.payload.payload import Payload
 from ident.preparation import Policy, Prepared, joined, prepare, raise_for
 from ident.recordings.recording import Motion, Recording, has_marks
-from ident.support.errors import OptionError
+from ident.support.errors import OptionError, RobotModelError
 from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
+from scenarios.experiments.robots import KINEMATICS_ONLY, NamedRobot, is_placeholder, nominal_links
 from scenarios.rendering.content import Paragraph, Part, column, plus_minus, rounded, sentence, table, two_sigma
 from scenarios.rendering.result import ResultModel
+from scenarios.results.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint, Links
+from scenarios.results.diagnoses import diagnosed_values
 from scenarios.results.gains_file import TURNING, GainsFile, recording_digest
 from scenarios.support.errors import ScenarioError
+from sim.errors import PlantError
 
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 Options = TypeVar("Options")
 GIVEN = ("gain_joint", "gain_value")
 """Options that define the common factor of gains; not applicable with given gains."""
+
+
+def _prepared(
+    motions: Sequence[Motion], structure: Structure, observing: ObserveOptions, gains: GainOptions, policy: Policy
+) -> tuple[Prepared, Diagnosed]:
+    """Return recordings as used, with their diagnoses; raise if one has a fault."""
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
+    diagnosed = diagnose(prepared.logs())
+    raise_for(prepared, diagnosed)
+    return prepared, joined(diagnosed, more=prepared.diagnoses)
 
 
 def estimated_payload(
@@ -59,13 +79,87 @@ def estimated_payload(
     """
     known = file.of(structure.arm)
     check_unseen(file, unloaded, loaded)
-    observing, gains = options_of(ObserveOptions, file.options.observe, filters), gain_options(file)
+    observing = options_of(ObserveOptions, file.options.observe, filters)
     motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
-    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
-    diagnosed = diagnose(prepared.logs())
-    raise_for(prepared, diagnosed)
-    found = payload_of(prepared.problem, known, model_options(file, model))
-    return found, joined(diagnosed, more=prepared.diagnoses), prepared
+    prepared, diagnosed = _prepared(motions, structure, observing, gain_options(file), policy)
+    return payload_of(prepared.problem, known, model_options(file, model)), diagnosed, prepared
+
+
+def bare_result(
+    motions: Sequence[Motion],
+    robot: NamedRobot,
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    options: AllJointsOptions,
+    known: KnownGains | None,
+    payload: Payload | None,
+    policy: Policy,
+) -> tuple[BareResult, ObserveOptions]:
+    """Return the results of motions with a bare flange, and the filters with the compensated delay.
+
+    With `known` gains, parameters are also in SI; with a planned `payload` too, the gains that it would give.
+
+    Raises:
+        IdentificationError: If the recordings are not of this arm, differ in the scale of currents, or determine no
+            ratio; if the gains are not of this arm; if no parameter of the payload is known.
+    """
+    prepared, diagnosed = _prepared(motions, robot.structure, observing, gains, policy)
+    found = gain_ratios(prepared.problem, options)
+    ratios, arm, expected = found.ratios, robot.structure.arm, None
+    assert ratios is not None, "ratios were asked for"
+    in_si = None if known is None else arm_in_SI(prepared.problem, options, known)
+    if in_si is not None and payload is not None:
+        forecast = forecast_gains(prepared.problem, options, payload, in_si, ratios)
+        stated = [(None, each) if isinstance(each, str) else (each, None) for each in forecast]
+        joints = [ExpectedJoint(joint=j, rel_std=std, reason=reason) for j, (std, reason) in enumerate(stated, 1)]
+        expected = ExpectedGains(mass=payload.mass, joints=joints)
+    gain = {} if known is None else dict(zip(known.joints.tolist(), known.value.tolist(), strict=True))
+    off = {} if known is None else ratios.against(known)
+    share = {each.joint: each for each in predicted(found.selected.final.rows)}
+    links = consistent_links(in_si, robot)
+    result = BareResult(
+        reference=ratios.reference + 1,
+        joints=[
+            BareJoint(
+                joint=j + 1,
+                name=arm.joint_names[j],
+                ratio=float(ratios.value[j]) if ratios.given[j] else None,
+                rel_std=float(ratios.rel_std[j]) if ratios.given[j] else None,
+                predicted_rel_std=float(ratios.rel_std[j]),
+                reason=ratios.reason(j),
+                gain=gain.get(j),
+                off=off.get(j, (None, None))[0],
+                off_std=off.get(j, (None, None))[1],
+                predicted_rel_error=share[j].share if j in share else None,
+                fitted_rel_error=share[j].fitted if j in share else None,
+                friction=[BareParameter.of(each) for each in found.friction[j]],
+            )
+            for j in range(arm.n)
+        ],
+        base_parameters=[BareParameter.of(each) for each in found.inertial],
+        base_parameters_si=None if in_si is None else [BareParameter.of(each) for each in in_si.inertial],
+        if_loaded=expected,
+        consistent=None if isinstance(links, str) else links,
+        consistent_reason=links if isinstance(links, str) else None,
+        notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
+        **diagnosed_values(diagnosed),
+    )
+    return result, prepared.observing
+
+
+def consistent_links(in_si: BareArm | None, robot: NamedRobot) -> Links | str:
+    """Return the physically consistent links nearest to the model's, or why there are none."""
+    if in_si is None:
+        return NO_GAINS
+    try:
+        nominal = nominal_links(robot.model, robot.flange)
+        if is_placeholder(nominal):
+            return KINEMATICS_ONLY
+        found = nearest_links(robot.structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
+    except (PlantError, RobotModelError) as error:
+        return str(error)
+    return Links.of(found, nominal, robot.structure.arm)
 
 
 def gain_options(file: GainsFile) -> GainOptions:
@@ -140,15 +234,10 @@ class TorqueJoint(ResultModel):
 
 
 class Torques(ResultModel):
-    """What `rx90 torque --json` prints.
+    """What `rx90 torque --json` prints."""
 
-    Attributes:
-        out: The written file.
-        samples: Number of samples, and of rows of the file.
-    """
-
-    out: str
-    samples: int
+    out: str = Field(description="The written file")
+    samples: int = Field(description="Number of samples, and of rows of the file")
     joints: list[int] = Field(description="Joints that have columns")
     missing: list[dict[str, int | str]] = Field(description="Joints without columns, with the reason")
     notes: list[str] = Field(description="Remarks on implausible gains")

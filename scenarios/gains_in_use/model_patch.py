@@ -9,11 +9,13 @@ bodies.
 Comments and line breaks between elements stay; white space within tags does not.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
+from ident.model.mjcf import MAIN, default_classes
 from ident.model.xml_tree import read_document
 from ident.payload.payload import INERTIA_KEYS
 from scenarios.results.bare import Link
@@ -27,22 +29,14 @@ COMMENT = (
 )
 """Comment on links in a patched file."""
 NOT_THERE = "the file has no joint of this name; it may be in an included file"
-MAIN = "main"
+NO_ARMATURE = "URDF has no such attribute; found {:.4g}"
 ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "dcmotor")
 SCALING = ("settotalmass", "boundmass", "boundinertia")
 """Settings of the compiler that, if positive, override values of `inertial`."""
-Defaults = Mapping[tuple[str, str], Mapping[str, str]]
-"""Attributes by default class and element, including those of enclosing classes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
-    """A number, joint side, in SI; a scale of efforts is dimensionless.
-
-    Attributes:
-        value: The number.
-        rel_std: Its relative standard deviation, including that of the gain.
-    """
+class Value(NamedTuple):
+    """A number, joint side, in SI, with its relative standard deviation; a scale of efforts is dimensionless."""
 
     value: float
     rel_std: float
@@ -50,25 +44,12 @@ class Value:
 
 Known = Value | str
 """A number, or the reason why there is none."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointValues:
-    """Positive values of a joint.
-
-    Attributes:
-        name: Name in the model.
-        effort: Ratio of identified to data-sheet gain, without sign.
-        damping: Viscous friction [N m s/rad or N s/m].
-        friction: Coulomb friction [N m or N].
-        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None if it is written with the links.
-    """
-
-    name: str
-    effort: Known
-    damping: Known
-    friction: Known
-    armature: Known | None
+JointValues = Mapping[str, Known]
+"""Positive values of a joint: `effort`, the ratio of identified to data-sheet gain without sign; `damping`, viscous
+friction [N m s/rad or N s/m]; `friction`, Coulomb friction [N m or N]; `armature`, inertia of rotor and gear, joint
+side [kg m^2 or kg]."""
+Place = tuple[str, ET.Element | None, str, str | None]
+"""Which value of a joint an attribute has, its element (None without one), its name, and the original text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +73,29 @@ class Change:
     reason: str = ""
 
 
+class _Joint(NamedTuple):
+    """A joint of a file: its element, its body, and where its values are."""
+
+    element: ET.Element
+    body: ET.Element
+    places: list[Place]
+
+
+class _Format(NamedTuple):
+    """How a kind of file has joints, writes the inertia of a body, as attribute, old and new text, and an armature."""
+
+    joints: Callable[[ET.Element], dict[str, _Joint]]
+    inertial: Callable[[ET.Element, Link], Iterable[tuple[str, str | None, str]]]
+    armature: bool
+
+
 def patched_model(
-    path: Path, joints: Sequence[JointValues], links: Sequence[Link] | None = None
+    path: Path, joints: Mapping[str, JointValues], links: Sequence[Link] | None = None
 ) -> tuple[bytes, tuple[Change, ...]]:
     """Return the content of a copy of a valid model file, and its changed and unchanged attributes.
 
-    `links` are in the frames of the file; None to keep those of the file.
+    `joints` have values by the name of the joint, `links` are in the frames of the file; None to keep those of the
+    file.
 
     Raises:
         ScenarioError: If a link cannot be written.
@@ -105,16 +103,71 @@ def patched_model(
     """
     document = read_document(path, comments=True)
     root = next(each for each in document if each.tag in FORMATS)
-    of_joints, of_links, armature = FORMATS[root.tag]
-    if links is None:
-        changes = [*of_joints(root, joints)]
-    else:  # rotor inertia is written with the links
-        changes = [*of_joints(root, [replace(each, armature=None) for each in joints]), *of_links(root, links)]
-        _insert(root, ET.Comment(COMMENT.format(armature)))  # pyright: ignore[reportArgumentType]  (a kind of element)
+    form, changes = FORMATS[root.tag], list[Change]()
+    there = form.joints(root)
+    for name, values in joints.items():
+        changes += _joint_changes(name, values, there, written=links is not None)
+    if links is not None:
+        changes += _link_changes(root, links, there, form)
+        comment = COMMENT.format("" if form.armature else ", which URDF does not support")
+        _insert(root, ET.Comment(comment))  # pyright: ignore[reportArgumentType]  (a kind of element)
     text = "\n".join(ET.tostring(each, encoding="unicode").rstrip() for each in document) + "\n"
     if b" />" not in path.read_bytes():
         text = text.replace(" />", "/>")
     return text.encode(), tuple(changes)
+
+
+def _joint_changes(name: str, values: JointValues, there: Mapping[str, _Joint], *, written: bool) -> Iterator[Change]:
+    """Set the attributes of a joint; rotor inertia is `written` with the links."""
+    if name not in there:
+        yield Change(name, "joint", None, reason=NOT_THERE)
+        return
+    for which, element, attribute, before in there[name].places:
+        known, scaled = values[which], which == "effort"
+        if which == "armature" and (written or (element is None and isinstance(known, str))):
+            continue
+        numbers = [1.0]
+        if scaled:
+            try:
+                numbers = [float(word) for word in (before or "").split()]
+            except ValueError:
+                numbers = []
+        if isinstance(known, Value) and not any(numbers):
+            known = "a limit of 0 is no limit" if numbers else "the model states no limit"
+        elif isinstance(known, Value) and element is None:
+            known = NO_ARMATURE.format(known.value)
+        if isinstance(known, str) or element is None:
+            yield Change(name, attribute, before, reason=str(known))
+            continue
+        after = " ".join(f"{each * known.value:.6g}" for each in numbers)  # its deviation is at least a millionth
+        element.set(attribute, after)
+        yield Change(name, attribute, before, after, known.rel_std)
+        if element.tag == "dynamics" and element not in there[name].element:
+            _insert(there[name].element, element)
+
+
+def _link_changes(
+    root: ET.Element, links: Sequence[Link], there: Mapping[str, _Joint], form: _Format
+) -> Iterator[Change]:
+    for compiler in root.findall("compiler"):
+        over = [name for name in SCALING if float(compiler.get(name, "0")) > 0.0]
+        over += ["inertiafromgeom"] if compiler.get("inertiafromgeom") == "true" else []
+        if over:
+            raise ScenarioError(
+                f"compiler {over[0]} = {compiler.get(over[0])!r} would override the masses that bodies state; remove "
+                "it first"
+            )
+    for link in links:
+        if link.name not in there:
+            raise ScenarioError(f"joint {link.name}: the file has no joint of this name, so its link cannot be written")
+        joint = there[link.name]
+        for attribute, before, after in form.inertial(_part(joint.body, "inertial"), link):
+            yield Change(link.name, attribute, before, after)
+        if link.motor_found and not form.armature:
+            yield Change(link.name, "armature", None, reason=NO_ARMATURE.format(link.motor_inertia))
+        elif link.motor_found:
+            yield Change(link.name, "armature", joint.element.get("armature"), repr(link.motor_inertia))
+            joint.element.set("armature", repr(link.motor_inertia))
 
 
 def _insert(parent: ET.Element, child: ET.Element) -> ET.Element:
@@ -130,168 +183,84 @@ def _part(parent: ET.Element, tag: str) -> ET.Element:
     return _insert(parent, ET.Element(tag)) if found is None else found
 
 
-def _named(elements: Sequence[ET.Element]) -> dict[str, ET.Element]:
-    return {each.get("name", ""): each for each in elements}
-
-
 def _numbers(values: Sequence[float]) -> str:
     return " ".join(map(repr, values))
 
 
-def _set(
-    element: ET.Element | None, joint: str, name: str, before: str | None, known: Known, *, scale: bool = False
-) -> Change:
-    """Set an attribute of a joint to a number, or multiply its numbers by it, if it is known and they are limits."""
-    numbers = [1.0]
-    if scale:
-        try:
-            numbers = [float(word) for word in (before or "").split()]
-        except ValueError:
-            numbers = []
-        if isinstance(known, Value) and not any(numbers):
-            known = "a limit of 0 is no limit" if numbers else "the model states no limit"
-    if isinstance(known, str) or element is None:
-        return Change(joint, name, before, reason=str(known))
-    after = " ".join(f"{each * known.value:.6g}" for each in numbers)  # its standard deviation is at least a millionth
-    element.set(name, after)
-    return Change(joint, name, before, after, known.rel_std)
-
-
-def _no_armature(joint: str, found: float) -> Change:
-    return Change(joint, "armature", None, reason=f"URDF has no such attribute; found {found:.4g}")
-
-
-def _urdf_joints(root: ET.Element, joints: Sequence[JointValues]) -> Iterator[Change]:
-    elements = _named(root.findall("joint"))
-    for joint in joints:
-        element = elements[joint.name]
-        limit, old = element.find("limit"), element.find("dynamics")
-        dynamics = ET.Element("dynamics") if old is None else old
-        effort = None if limit is None else limit.get("effort")
-        yield _set(limit, joint.name, "effort", effort, joint.effort, scale=True)
-        for name, known in (("damping", joint.damping), ("friction", joint.friction)):
-            yield _set(dynamics, joint.name, name, dynamics.get(name), known)
-        if old is None and dynamics.attrib:
-            _insert(element, dynamics)
-        if isinstance(joint.armature, Value):
-            yield _no_armature(joint.name, joint.armature.value)
-
-
-def _urdf_links(root: ET.Element, links: Sequence[Link]) -> Iterator[Change]:
-    joints, bodies = _named(root.findall("joint")), _named(root.findall("link"))
-    for link in links:
-        name = next(child.get("link", "") for child in joints[link.name].iter("child"))
-        inertial = _part(bodies[name], "inertial")
-        origin, mass, inertia = (_part(inertial, part) for part in ("origin", "mass", "inertia"))
-        xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers(link.inertia.six)
-        old = origin.get("xyz", "0 0 0") + (f"; rpy {turned}" if turned else "")
-        stated = " ".join(inertia.get(key, "0") for key in INERTIA_KEYS)
-        yield Change(link.name, "mass", mass.get("value"), repr(link.mass))
-        yield Change(link.name, "inertial origin", old, xyz)
-        yield Change(link.name, "inertia", stated, moments)
-        mass.set("value", repr(link.mass))
-        origin.attrib |= {"xyz": xyz} | ({"rpy": "0 0 0"} if turned else {})
-        inertia.attrib |= dict(zip(INERTIA_KEYS, moments.split(), strict=True))
-        if link.motor_found:
-            yield _no_armature(link.name, link.motor_inertia)
-
-
-def _mjcf_joints(root: ET.Element, joints: Sequence[JointValues]) -> Iterator[Change]:
-    """As of a URDF; a joint without a name in the file is unchanged."""
-    defaults = _defaults(root)
-    elements = {joint.get("name", ""): (joint, inherited) for _, joint, inherited in _joints_of(root)}
-    drives = [drive for section in root.findall("actuator") for drive in section.iter() if drive.tag in ACTUATORS]
-    for joint in joints:
-        if joint.name not in elements:
-            yield Change(joint.name, "joint", None, reason=NOT_THERE)
-            continue
-        element, inherited = elements[joint.name]
-        limits = [(element, inherited, "actuatorfrcrange")]
-        for drive in drives:
-            if joint.name in (drive.get("joint"), drive.get("jointinparent")):
-                limits += [(drive, MAIN, key) for key in ("forcerange", *(["ctrlrange"] * (drive.tag == "motor")))]
-        stated = [(each, key, _resolved(each, of, key, defaults)) for each, of, key in limits]
-        stated = [each for each in stated if each[2] is not None] or [(None, "forcerange", None)]
-        for drive, key, before in stated:
-            yield _set(drive, joint.name, key, before, joint.effort, scale=True)
-        values = {"damping": joint.damping, "frictionloss": joint.friction, "armature": joint.armature}
-        for name, known in values.items():
-            if known is not None:
-                yield _set(element, joint.name, name, _resolved(element, inherited, name, defaults), known)
-
-
-def _joints_of(parent: ET.Element, inherited: str | None = None) -> Iterator[tuple[ET.Element, ET.Element, str]]:
-    """Return joints of the worldbody, or of one of its bodies, with their bodies and classes."""
-    for child in parent.findall("worldbody") if inherited is None else parent:
-        if child.tag == "joint":
-            yield parent, child, inherited or MAIN
-        else:
-            yield from _joints_of(child, child.get("childclass") or inherited or MAIN)
-
-
-def _kind(element: ET.Element) -> str:
-    """Kind of an element; default classes have one entry for all kinds of actuators."""
-    return "actuator" if element.tag in ACTUATORS else str(element.tag)
-
-
-def _resolved(element: ET.Element, inherited: str, attribute: str, defaults: Defaults) -> str | None:
-    """Return an attribute of an element or of its class."""
-    of_class = defaults.get((element.get("class") or inherited, _kind(element)), {})
-    return element.get(attribute, of_class.get(attribute))
-
-
-def _defaults(root: ET.Element) -> Defaults:
-    found: dict[tuple[str, str], dict[str, str]] = {}
-
-    def add(section: ET.Element, around: str | None) -> None:
-        name = section.get("class", MAIN)
-        for (outer, kind), attributes in list(found.items()):
-            if outer == around:
-                found[name, kind] = dict(attributes)
-        for child in section:
-            if child.tag != "default":
-                found.setdefault((name, _kind(child)), {}).update(child.attrib)
-        for inner in section.findall("default"):
-            add(inner, name)
-
-    for section in root.findall("default"):
-        add(section, None)
+def _urdf_joints(root: ET.Element) -> dict[str, _Joint]:
+    bodies, found = {each.get("name", ""): each for each in root.findall("link")}, dict[str, _Joint]()
+    for joint in root.findall("joint"):
+        limit, dynamics = joint.find("limit"), joint.find("dynamics")
+        dynamics = ET.Element("dynamics") if dynamics is None else dynamics  # inserted with its first attribute
+        places: list[Place] = [("effort", limit, "effort", None if limit is None else limit.get("effort"))]
+        places += [(name, dynamics, name, dynamics.get(name)) for name in ("damping", "friction")]
+        child = next((each.get("link", "") for each in joint.iter("child")), "")
+        found[joint.get("name", "")] = _Joint(
+            joint, bodies.get(child, joint), [*places, ("armature", None, "armature", None)]
+        )
     return found
 
 
-def _mjcf_links(root: ET.Element, links: Sequence[Link]) -> Iterator[Change]:
-    for compiler in root.findall("compiler"):
-        over = [name for name in SCALING if float(compiler.get(name, "0")) > 0.0]
-        over += ["inertiafromgeom"] if compiler.get("inertiafromgeom") == "true" else []
-        if over:
-            raise ScenarioError(
-                f"compiler {over[0]} = {compiler.get(over[0])!r} would override the masses that bodies state; remove "
-                "it first"
-            )
-    bodies = {joint.get("name", ""): (body, joint) for body, joint, _ in _joints_of(root)}
-    for link in links:
-        if link.name not in bodies:
-            raise ScenarioError(f"joint {link.name}: the file has no joint of this name, so its link cannot be written")
-        body, joint = bodies[link.name]
-        inertial = _part(body, "inertial")
-        stated = {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": _numbers(link.inertia.six)}
-        before = dict(inertial.attrib)
-        before["fullinertia"] = " ".join(
-            value if name == "fullinertia" else f"{name} {value}"
-            for name, value in before.items()
-            if name not in ("mass", "pos")
+def _urdf_inertial(inertial: ET.Element, link: Link) -> Iterator[tuple[str, str | None, str]]:
+    origin, mass, inertia = (_part(inertial, part) for part in ("origin", "mass", "inertia"))
+    xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers(link.inertia.six)
+    yield "mass", mass.get("value"), repr(link.mass)
+    yield "inertial origin", origin.get("xyz", "0 0 0") + (f"; rpy {turned}" if turned else ""), xyz
+    yield "inertia", " ".join(inertia.get(key, "0") for key in INERTIA_KEYS), moments
+    mass.set("value", repr(link.mass))
+    origin.attrib |= {"xyz": xyz} | ({"rpy": "0 0 0"} if turned else {})
+    inertia.attrib |= dict(zip(INERTIA_KEYS, moments.split(), strict=True))
+
+
+def _mjcf_joints(root: ET.Element) -> dict[str, _Joint]:
+    """Joints with a name in this file."""
+    classes, found = default_classes(root), dict[str, _Joint]()
+    drives = [drive for section in root.findall("actuator") for drive in section.iter() if drive.tag in ACTUATORS]
+
+    def stated(element: ET.Element, inherited: str, attribute: str) -> str | None:
+        """Return an attribute of an element or of its class, which has one entry for all kinds of actuators."""
+        same = ACTUATORS if element.tag in ACTUATORS else (element.tag,)
+        of_class = [each for each in classes.get(element.get("class") or inherited, ()) if each.tag in same]
+        return next(
+            (each.attrib[attribute] for each in (element, *reversed(of_class)) if attribute in each.attrib), None
         )
-        inertial.attrib.clear()
-        inertial.attrib.update(stated)
-        for name, after in stated.items():
-            yield Change(link.name, f"inertial {name}", before.get(name) or None, after)
-        if link.motor_found:
-            yield Change(link.name, "armature", joint.get("armature"), repr(link.motor_inertia))
-            joint.set("armature", repr(link.motor_inertia))
+
+    def add(parent: ET.Element, inherited: str) -> None:
+        for child in parent:
+            if child.tag != "joint":
+                add(child, child.get("childclass") or inherited)
+                continue
+            name = child.get("name", "")
+            limits = [(child, inherited, "actuatorfrcrange")]
+            for drive in drives:
+                if name in (drive.get("joint"), drive.get("jointinparent")):
+                    limits += [(drive, MAIN, key) for key in ("forcerange", *(["ctrlrange"] * (drive.tag == "motor")))]
+            efforts = [("effort", each, key, stated(each, of, key)) for each, of, key in limits]
+            places: list[Place] = [each for each in efforts if each[3] is not None]
+            places = places or [("effort", None, "forcerange", None)]
+            for which, key in (("damping", "damping"), ("friction", "frictionloss"), ("armature", "armature")):
+                places.append((which, child, key, stated(child, inherited, key)))
+            found[name] = _Joint(child, parent, places)
+
+    for world in root.findall("worldbody"):
+        add(world, MAIN)
+    return found
+
+
+def _mjcf_inertial(inertial: ET.Element, link: Link) -> Iterator[tuple[str, str | None, str]]:
+    before = dict(inertial.attrib)
+    before["fullinertia"] = " ".join(
+        value if name == "fullinertia" else f"{name} {value}"
+        for name, value in before.items()
+        if name not in ("mass", "pos")
+    )
+    inertial.attrib.clear()
+    inertial.attrib |= {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": _numbers(link.inertia.six)}
+    yield from ((f"inertial {name}", before.get(name) or None, after) for name, after in inertial.attrib.items())
 
 
 FORMATS = {
-    "robot": (_urdf_joints, _urdf_links, ", which URDF does not support"),
-    "mujoco": (_mjcf_joints, _mjcf_links, ""),
+    "robot": _Format(_urdf_joints, _urdf_inertial, armature=False),
+    "mujoco": _Format(_mjcf_joints, _mjcf_inertial, armature=True),
 }
-"""Functions that change joints and links, and where motors are in the comment, by the name of the root element."""
+"""Formats by the name of the root element."""

@@ -30,6 +30,7 @@ from ident.unseen import Unseen, UsedModel, predicted, unseen_motion
 from scenarios.experiments.robots import model_base, nominal_links
 from scenarios.gains_in_use.known_gains import check_unseen, gain_options, options_of
 from scenarios.gains_in_use.model_patch import Change, JointValues, Known, Value
+from scenarios.gains_in_use.weighing import UNSEEN
 from scenarios.rendering.content import ColumnOf, Mood, Paragraph, Part, column, sentence, table, two_sigma
 from scenarios.rendering.result import FromOne, ResultModel
 from scenarios.results.bare import FAR, BareParameter, BareResult, Link
@@ -84,8 +85,8 @@ def read_bare(path: Path) -> BareResult:
 
 def joint_values(
     structure: Structure, gains: GainsFile, nominal: GainsFile | None, bare: BareResult | None, *, most: float
-) -> tuple[JointValues, ...]:
-    """Return the identified values of every joint, of those with a relative standard deviation of at most `most`.
+) -> dict[str, JointValues]:
+    """Return the identified values of every joint by its name, of those with a relative deviation of at most `most`.
 
     `nominal` are the data-sheet gains on which the efforts in the model are based.
 
@@ -103,65 +104,57 @@ def joint_values(
     if bare is not None and bare.reference > arm.n:
         raise ScenarioError(f"reference = {bare.reference}: robot {arm.name} has {arm.n} joints")
 
-    def limited(value: float, rel_std: float) -> Known:
-        if rel_std <= most:
-            return Value(value, rel_std)
-        deviation = f"a standard deviation of {two_digits(100.0 * rel_std)} %, more than {100.0 * most:g} %"
-        return f"identified as {value:.3g}, with {deviation}"
+    def product(found: BareParameter | str, gain: Known) -> Known:
+        """Return a parameter in SI from its value in drive units, if it is positive and accurate."""
+        if isinstance(found, str) or isinstance(gain, str):
+            return found if isinstance(found, str) else str(gain)
+        if found.estimate * gain.value <= 0.0:  # an estimate of 0 has no relative standard deviation
+            return f"identified as {found.estimate * gain.value:.3g}, not positive"
+        rel_std = float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5)
+        return limited(Value(found.estimate * gain.value, rel_std))
 
-    def in_si(found: BareParameter, gain: Value) -> Known:
-        value = found.estimate * gain.value
-        if value <= 0.0:  # an estimate of 0 has no relative standard deviation
-            return f"identified as {value:.3g}, not positive"
-        return limited(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5))
+    def limited(found: Value) -> Known:
+        if found.rel_std <= most:
+            return found
+        deviation = f"a standard deviation of {two_digits(100.0 * found.rel_std)} %, more than {100.0 * most:g} %"
+        return f"identified as {found.value:.3g}, with {deviation}"
 
     def effort(j: int, gain: Known) -> Known:
-        if nominal is None:
-            return NO_NOMINAL
-        if isinstance(gain, str):
-            return gain
+        if nominal is None or isinstance(gain, str):
+            return NO_NOMINAL if nominal is None else str(gain)
         old = _gain(nominal.gains[j])
         if isinstance(old, str):
             return f"the data sheet has no gain of joint {j + 1}"
-        return limited(abs(gain.value / old.value), gain.rel_std)
+        return limited(Value(abs(gain.value / old.value), gain.rel_std))
 
-    def friction(j: int, gain: Known, name: str) -> Known:
-        if bare is None:
-            return NO_BARE
-        if isinstance(gain, str):
-            return gain
-        own = {each.parameter: each for each in bare.joints[j].friction}
+    def friction(j: int, name: str) -> BareParameter | str:
+        """Return a parameter of the law v = Fv dq + Fc sign(dq) + off [drive units]."""
+        own = {} if bare is None else {each.parameter: each for each in bare.joints[j].friction}
         curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
         if curved and name == "Fv":
             return f"viscous friction is not linear in speed ({', '.join(curved)})"
-        if name in own:  # of the law v = Fv dq + Fc sign(dq) + off [drive units]
-            return in_si(own[name], gain)
         if any(each.startswith(f"{name} in motion") for each in own):
             return "differs between motions; identify one, or --option friction_per_motion=false"
-        return "not identified"
+        return own.get(name, NO_BARE if bare is None else "not identified")
 
-    def armature(j: int) -> Known:
-        if bare is None:
-            return NO_BARE
+    def armature(j: int) -> BareParameter | str:
         name = f"Ia{j + 1}"
-        if set(structure.base.groups().get(name, {})) != {name}:
+        if bare is not None and set(structure.base.groups().get(name, {})) != {name}:
             return "regrouped with link inertia: only their sum is identifiable"
-        found = next((each for each in bare.base_parameters if each.parameter == name), None)
-        if found is None:
-            return "not identifiable from these motions"
-        unit = _gain(gains.gains[bare.reference - 1])
-        return unit if isinstance(unit, str) else in_si(found, unit)
+        own = {} if bare is None else {each.parameter: each for each in bare.base_parameters}
+        return own.get(name, NO_BARE if bare is None else "not identifiable from these motions")
 
-    return tuple(
-        JointValues(
-            name=name,
-            effort=effort(j, gain),
-            damping=friction(j, gain, "Fv"),
-            friction=friction(j, gain, "Fc"),
-            armature=armature(j),
-        )
-        for j, (name, gain) in enumerate(zip(arm.joint_names, map(_gain, gains.gains), strict=True))
-    )
+    known = list(map(_gain, gains.gains))
+    unit = NO_BARE if bare is None else known[bare.reference - 1]
+    return {
+        name: {
+            "effort": effort(j, known[j]),
+            "damping": product(friction(j, "Fv"), known[j]),
+            "friction": product(friction(j, "Fc"), known[j]),
+            "armature": product(armature(j), unit),
+        }
+        for j, name in enumerate(arm.joint_names)
+    }
 
 
 def _gain(entry: GainEntry) -> Known:
@@ -210,13 +203,14 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
         ScenarioError: If there are no physically consistent links, or they are of other gains or another model, or
             contradict the data.
     """
-    if bare is None:
-        raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
-    if (found := bare.consistent) is None:
-        raise ScenarioError(
-            f"--links: --arm has no physically consistent set: {bare.consistent_reason}; identify bare motions with "
-            "--gains"
-        )
+    found = None if bare is None else bare.consistent
+    if bare is None or found is None:
+        why = "no identification of bare motions is given; add --arm A"
+        if bare is not None:
+            why = (
+                f"--arm has no physically consistent set: {bare.consistent_reason}; identify bare motions with --gains"
+            )
+        raise ScenarioError(f"--links: {why}")
     if (names := tuple(each.name for each in found.links)) != arm.joint_names:
         raise ScenarioError(f"--links: --arm is of joints {', '.join(names)}, not of those of MODEL")
     for each in found.links:
@@ -232,11 +226,10 @@ def link_values(bare: BareResult | None, gains: GainsFile, arm: Arm, nominal: Mo
             "gains and data"
         )
     for joint, entry in zip(bare.joints, gains.gains, strict=True):  # masses are proportional to gains
-        used, own = joint.gain, entry.estimate
-        if used is not None and own is not None and abs(used / own - 1.0) > SAME:
+        if joint.gain is not None and entry.estimate is not None and abs(joint.gain / entry.estimate - 1.0) > SAME:
             raise ScenarioError(
-                f"--links: --arm was identified with a gain of {used:.4g} on joint {joint.joint}, but --gains has "
-                f"{own:.4g}; identify the bare motions with these gains"
+                f"--links: --arm was identified with a gain of {joint.gain:.4g} on joint {joint.joint}, but --gains "
+                f"has {entry.estimate:.4g}; identify the bare motions with these gains"
             )
     places = [(np.array(each.com) + nominal.offset[each.joint - 1]).tolist() for each in found.links]
     return tuple(each.model_copy(update={"com": com}) for each, com in zip(found.links, places, strict=True))
@@ -256,12 +249,7 @@ class Patched(ResultModel):
     against_nominal: bool = Field(
         default=False, description="Whether the copy is compared with one of data-sheet gains, not with the model as is"
     )
-    unseen: FromOne[Unseen] | None = Field(
-        default=None,
-        description=(
-            "Prediction of a motion that was not used in any fit by copy and other model, null if none is given"
-        ),
-    )
+    unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 
     def parts(self) -> list[Part]:
         """Return the verdict on the prediction, changed and unchanged attributes, prediction errors, remarks."""
@@ -276,17 +264,21 @@ class Patched(ResultModel):
         done = "" if self.written else " NOT WRITTEN: it does not pass; --force writes it."
         words = f"{self.out}: {len(changed)} attributes changed, {len(left)} unchanged.{done}"
         parts.append(Paragraph(words, Mood.BAD if done else Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
-        joint: ColumnOf[Change] = column("Joint", lambda each: each.joint, words=True)
-        attribute: ColumnOf[Change] = column("Attribute", lambda each: each.attribute, words=True)
-        if changed:
-            before: ColumnOf[Change] = column("Before", lambda each: _in_short(each.before), words=True)
-            after: ColumnOf[Change] = column("After", lambda each: _in_short(each.after), words=True)
-            sigma: ColumnOf[Change] = column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g"))
-            parts.append(table(changed, joint, attribute, before, after, sigma, title="Changed"))
-        if left:
-            stays: ColumnOf[Change] = column("Stays", lambda each: _in_short(each.before), words=True)
-            why: ColumnOf[Change] = column("Why", lambda each: each.reason, words=True)
-            parts.append(table(left, joint, attribute, stays, why, title="Unchanged"))
+        both: list[ColumnOf[Change]] = [
+            column("Joint", lambda each: each.joint, words=True),
+            column("Attribute", lambda each: each.attribute, words=True),
+        ]
+        numbers: list[ColumnOf[Change]] = [
+            column("Before", lambda each: _in_short(each.before), words=True),
+            column("After", lambda each: _in_short(each.after), words=True),
+            column("2 sigma [%]", lambda each: two_sigma(each.rel_std, ".2g")),
+        ]
+        reasons: list[ColumnOf[Change]] = [
+            column("Stays", lambda each: _in_short(each.before), words=True),
+            column("Why", lambda each: each.reason, words=True),
+        ]
+        tables = (("Changed", changed, numbers), ("Unchanged", left, reasons))
+        parts += [table(rows, *both, *columns, title=title) for title, rows, columns in tables if rows]
         told = [COPY, *([] if unseen is None or unseen.fitted else [DRAWN]), TOLD]
         parts += unseen_parts(unseen, other="rival", told=told + ([] if self.against_nominal else [AS_IT_IS]))
         parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in self.notes)]

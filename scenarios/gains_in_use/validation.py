@@ -12,6 +12,7 @@ from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.estimation.gain_comparison import Moved, Together
 from ident.identification import Identification
 from ident.unseen import Unseen
+from scenarios.gains_in_use.weighing import UNSEEN
 from scenarios.rendering.content import (
     NONE,
     Cell,
@@ -59,28 +60,17 @@ class MovedJoint(Moved):
 
 
 class GainComparison(ResultModel):
-    """What `rx90 verify A.toml B.toml --json` prints.
+    """What `rx90 verify A.toml B.toml --json` prints."""
 
-    Attributes:
-        moved: Whether a change is significant, of a joint or of all together.
-        joints: Joints with a gain in both files.
-        scale: The change common to most joints, or the mean change if no majority has a common one.
-        scale_joints: Numbers of the joints with the common change; empty if these are not a majority.
-        together: Chi-squared test of no change of any joint.
-        pattern: Chi-squared test of one change common to all joints, null for a single joint.
-        limit: Number of standard deviations beyond which a joint's change is significant.
-        shared: Names of recordings from which both files were identified; their errors are then correlated.
-    """
-
-    moved: bool
-    joints: list[FromOne[MovedJoint]]
-    scale: Moved
-    scale_joints: list[int]
-    together: Together
-    pattern: Together | None
+    moved: bool = Field(description="Whether a change is significant, of a joint or of all together")
+    joints: list[FromOne[MovedJoint]] = Field(description="Joints with a gain in both files")
+    scale: Moved = Field(description="Change common to most joints, or the mean if no majority has a common one")
+    scale_joints: list[int] = Field(description="Joints with the common change; empty if these are not a majority")
+    together: Together = Field(description="Chi-squared test of no change of any joint")
+    pattern: Together | None = Field(description="As `together`, of one change common to all; null for a single joint")
     missing: list[dict[str, int | str]] = Field(description="Joints with a gain in one file only")
-    limit: float
-    shared: list[str]
+    limit: float = Field(description="Number of standard deviations beyond which a joint's change is significant")
+    shared: list[str] = Field(description="Recordings from which both files were identified, with correlated errors")
 
     @classmethod
     def of(cls, found: gain_comparison.GainComparison, A: GainsFile, B: GainsFile) -> "GainComparison":
@@ -194,22 +184,13 @@ def _verdict(each: Moved) -> Cell:
 
 
 class PredictedJoint(ResultModel):
-    """Cross-validation of a joint's currents.
+    """Cross-validation of a joint's currents; errors are norms relative to that of the currents."""
 
-    Attributes:
-        joint: Its number, from 1.
-        name: Name of the joint in the robot's model.
-        predicted_rel_error: Norm of the prediction error, each part of the motions predicted from the others, relative
-            to that of the currents.
-        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
-        gain_changes: Relative change of the gain without each part; empty if the joint is refused.
-    """
-
-    joint: int = Field(ge=1)
-    name: str
-    predicted_rel_error: float
-    fitted_rel_error: float
-    gain_changes: list[float]
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint in the robot's model")
+    predicted_rel_error: float = Field(description="Relative error, each part of the motions predicted from the others")
+    fitted_rel_error: float = Field(description="Relative residual of a fit of all parts")
+    gain_changes: list[float] = Field(description="Relative change without each part; empty if the joint is refused")
 
     @property
     def rms_change(self) -> float:
@@ -223,17 +204,11 @@ class PredictedJoint(ResultModel):
 
 
 class CrossValidation(DiagnosedResult):
-    """What `rx90 verify --json` prints without gains.
+    """What `rx90 verify --json` prints without gains."""
 
-    Attributes:
-        method: Name of the estimator.
-        joints: Joints with rows.
-        unseen: Prediction of a motion that was not used in any fit, null if none is given.
-    """
-
-    method: str
-    joints: list[PredictedJoint]
-    unseen: FromOne[Unseen] | None = None
+    method: str = Field(description="Name of the estimator")
+    joints: list[PredictedJoint] = Field(description="Joints with rows")
+    unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 
     @classmethod
     def of(

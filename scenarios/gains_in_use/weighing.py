@@ -1,16 +1,14 @@
 """Payloads estimated with gains of a file, `rx90 payload-of`, and gains tested with a weighed mass, `rx90 verify`."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
-from typing import Any
 
-from pydantic import Field
+from pydantic import AliasChoices, ConfigDict, Field
 
 import ident.parameters.payload as payload
 import ident.parameters.weighing as weighing
 from ident.diagnosis.diagnosis import Diagnosed, two_digits
 from ident.estimation.known_gains import OTHER_UNIT
-from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError
+from ident.parameters.weighing import AGREES, DIFFERS, SAYS_NOTHING, CommonError, Departure, Weighed
 from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
@@ -38,103 +36,61 @@ from scenarios.results.diagnoses import (
 )
 from scenarios.results.gains import quantity_row
 
+UNSEEN = "Prediction of a motion that was not used in any fit, null if none is given"
+
 VERDICTS = {
     AGREES: Cell(AGREES, Mood.GOOD),
     DIFFERS: Cell(DIFFERS, Mood.BAD),
     SAYS_NOTHING: Cell("inconclusive", Mood.DOUBTFUL),
 }
-STDS = ("std", "residual_std", "gain_std", "model_std")
-"""Standard deviation of a quantity, and its contributions."""
 
 
-class Deviations(ResultModel):
-    """The standard deviation of a number and its contributions, in the unit of the number; null if not identifiable.
+class _Estimate(ResultModel):
+    """An estimate of `ident` with the contributions to its standard deviation."""
 
-    Attributes:
-        std: Total standard deviation, in `unit` or kg.
-        residual_std: Contribution of the residuals to `std`, in `unit` or kg.
-        gain_std: Contribution of the gains' standard deviations to `std`, in `unit` or kg.
-        model_std: Contribution of the model's assumptions to `std`, in `unit` or kg.
-    """
-
-    std: float | None
-    residual_std: float | None
-    gain_std: float | None
-    model_std: float | None
-
-
-class _Estimate(Deviations):
+    model_config = ConfigDict(from_attributes=True)
+    std: float = Field(description="Standard deviation, in `unit`")
+    residual_std: float = Field(description="Contribution of the residuals to `std`, in `unit`")
+    gain_std: float = Field(description="Contribution of the gains' standard deviations to `std`, in `unit`")
+    model_std: float = Field(description="Contribution of the model's assumptions to `std`, in `unit`")
     unit: str = Field(description="Unit of the values")
-    estimate: float | None = Field(description="Estimate, in `unit`")
+    estimate: float = Field(description="Estimate, in `unit`", validation_alias=AliasChoices("estimate", "value"))
 
 
 class Quantity(_Estimate):
     """Mass, a coordinate of the centre, or an inertia about the centre."""
 
-    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    quantity: str = Field(
+        description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz",
+        validation_alias=AliasChoices("quantity", "name"),
+    )
 
 
 class PayloadParameter(_Estimate):
     """A standard parameter at the origin of the last frame."""
 
-    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
-
-
-def _deviations(each: payload.Quantity) -> dict[str, Any]:
-    return {"unit": each.unit, "estimate": each.value, **{name: getattr(each, name) for name in STDS}}
-
-
-class Weighed(Deviations):
-    """Estimate of a known mass from all joints (joint null) or from one joint [kg].
-
-    Attributes:
-        joint: Number of the joint, from 1; null for all joints together.
-        mass: Estimated mass, null if not identifiable [kg]; its standard deviation is without that of the scale.
-        rel_error: Relative error of the mass, (estimate - weighed) / weighed, which equals that of the gains.
-        rel_std: Standard deviation of `rel_error`, including that of the scale; relative.
-        verdict: "agrees", "differs" or, if inconclusive, "says nothing".
-        reason: Why the estimate is inconclusive.
-    """
-
-    joint: int | None
-    mass: float | None
-    rel_error: float | None
-    rel_std: float | None
-    verdict: str
-    reason: str | None
-
-    @classmethod
-    def of(cls, each: weighing.Weighed) -> "Weighed":
-        """Return a mass compared with the stated one."""
-        values = {name: each.mass and getattr(each.mass, name) for name in STDS}
-        joint, mass = None if each.joint is None else each.joint + 1, each.mass and each.mass.value
-        return cls.model_validate(asdict(each) | values | {"joint": joint, "mass": mass})
+    parameter: str = Field(
+        description="Name of the parameter: XX to ZZ, MX, MY, MZ or M",
+        validation_alias=AliasChoices("parameter", "name"),
+    )
 
 
 class Verification(DiagnosedResult):
-    """What `rx90 verify --gains G --json` prints.
+    """What `rx90 verify --gains G --json` prints."""
 
-    Attributes:
-        passed: Whether the mass from all joints agrees with the weighed one, that of no joint differs, and a motion
-            that was not used in any fit is predicted better than with other gains, if both are given.
-        together: Mass from all joints.
-        joints: Mass from each joint alone, in order.
-        payload: Identifiable values of the payload: mass, centre and inertia.
-        common: Error of the mass that joints have in common, null if there is none.
-        notes: What the method selected, and remarks.
-        unseen: Prediction of a motion that was not used in any fit, null if none is given.
-    """
-
-    passed: bool
+    passed: bool = Field(
+        description="Whether the mass from all joints agrees with the weighed one, that of no joint differs, and a "
+        "motion that was not used in any fit is predicted better than with other gains, if both are given"
+    )
     mass: float = Field(description="Weighed mass [kg]")
     mass_std: float = Field(description="Standard deviation of the weighed mass [kg]")
     limit: float = Field(description="Number of standard deviations beyond which a mass differs significantly")
-    together: Weighed
-    joints: list[Weighed]
-    payload: list[Quantity]
-    common: FromOne[CommonError] | None
-    notes: list[str]
-    unseen: FromOne[Unseen] | None = None
+    together: FromOne[Weighed] = Field(description="Mass from all joints")
+    joints: list[FromOne[Weighed]] = Field(description="Mass from each joint alone, in order")
+    payload: list[Quantity] = Field(description="Identifiable values of the payload: mass, centre and inertia")
+    common: FromOne[CommonError] | None = Field(description="Error of the mass that joints have in common, or null")
+    notes: list[str] = Field(description="What the method selected, and remarks")
+    unseen: FromOne[Unseen] | None = Field(None, description=UNSEEN)
 
     @classmethod
     def of(cls, found: weighing.Verification, diagnosed: Diagnosed, unseen: Unseen | None = None) -> "Verification":
@@ -144,9 +100,9 @@ class Verification(DiagnosedResult):
             mass=found.payload.mass,
             mass_std=found.payload.mass_std,
             limit=found.limit,
-            together=Weighed.of(found.together),
-            joints=list(map(Weighed.of, found.joints)),
-            payload=[Quantity(quantity=each.name, **_deviations(each)) for each in found.body.quantities],
+            together=found.together,
+            joints=list(found.joints),
+            payload=list(map(Quantity.model_validate, found.body.quantities)),
             common=weighing.common_error(found),
             notes=list(found.remarks),
             unseen=unseen,
@@ -161,7 +117,9 @@ class Verification(DiagnosedResult):
         yield table(
             [self.together, *self.joints],
             column(
-                "Estimated from", lambda each: "all joints" if each.joint is None else f"joint {each.joint}", words=True
+                "Estimated from",
+                lambda each: "all joints" if each.joint is None else f"joint {each.joint + 1}",
+                words=True,
             ),
             column("Mass [kg]", lambda each: number(each.mass, ".3f")),
             column("2 sigma [kg]", lambda each: _twice(each.std)),
@@ -180,7 +138,7 @@ class Verification(DiagnosedResult):
         )
         for each in self.joints:
             if each.reason is not None:
-                yield Paragraph(sentence(f"Joint {each.joint}: {each.reason}"))
+                yield Paragraph(sentence(f"Joint {(each.joint or 0) + 1}: {each.reason}"))
         yield from unseen_parts(self.unseen)
         yield from doubt_paragraphs(self.found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
@@ -209,7 +167,9 @@ class Verification(DiagnosedResult):
             words = f"the mass from {who} is {words}{''.join(apart)}"
         elif off:
             more = "; the most significant one is listed first and may bias the others" if len(off) > 1 else ""
-            words = f"gains are off: {', '.join(f'joint {each.joint} by {_error(each)}' for each in off)}{more}"
+            words = (
+                f"gains are off: {', '.join(f'joint {(each.joint or 0) + 1} by {_error(each)}' for each in off)}{more}"
+            )
         elif together.verdict == DIFFERS:
             alone = "no single joint explains it; check which payload was mounted"
             words = f"{mass}, off by {_error(together)}, and {alone}"
@@ -222,7 +182,7 @@ def _twice(std: float | None) -> str:
     return number(None if std is None else 2.0 * std, ".3f")
 
 
-def _error(of: Weighed | CommonError | weighing.Departure) -> str:
+def _error(of: Weighed | CommonError | Departure) -> str:
     """Return a relative error with its interval, in words."""
     error, std = of.rel_error or 0.0, of.rel_std or 0.0
     return f"{two_digits(100.0 * error, sign='+')} % (2 sigma {two_digits(200.0 * std)} %)"
@@ -240,38 +200,32 @@ COLUMNS = (
 
 
 class FoundPayload(DiagnosedResult):
-    """What `rx90 payload-of --json` prints.
+    """What `rx90 payload-of --json` prints."""
 
-    Attributes:
-        parameters: Identifiable ones of the ten standard parameters.
-        covariance: Total covariance of `parameters`, in order and in products of their units [kg m^2, kg m, kg].
-        body: Mass, centre and inertia about the centre, as far as identifiable.
-        joints: Mass from each joint alone compared with that from all; empty if the latter is not significant.
-        notes: What the method selected, and remarks.
-    """
-
-    parameters: list[PayloadParameter]
-    covariance: list[list[float]]
-    body: list[Quantity]
+    parameters: list[PayloadParameter] = Field(description="Identifiable ones of the ten standard parameters")
+    covariance: list[list[float]] = Field(
+        description="Total covariance of `parameters`, in order and in products of their units [kg m^2, kg m, kg]"
+    )
+    body: list[Quantity] = Field(description="Mass, centre and inertia about the centre, as far as identifiable")
     refused: dict[str, str] = Field(description="Reasons why parameters or quantities have no value, by name")
     possible: bool | None = Field(
         description="Whether the parameters are physically consistent, null if not all are known"
     )
-    joints: list[Weighed]
-    notes: list[str]
+    joints: list[FromOne[Weighed]] = Field(
+        description="Mass from each joint alone compared with that from all; empty if the latter is not significant"
+    )
+    notes: list[str] = Field(description="What the method selected, and remarks")
 
     @classmethod
-    def of(
-        cls, found: payload.FoundPayload, joints: Sequence[weighing.Weighed], diagnosed: Diagnosed
-    ) -> "FoundPayload":
+    def of(cls, found: payload.FoundPayload, joints: Sequence[Weighed], diagnosed: Diagnosed) -> "FoundPayload":
         """Return the result of a payload: parameters, mass, centre and inertia, estimates of single joints."""
         return cls(
-            parameters=[PayloadParameter(parameter=each.name, **_deviations(each)) for each in found.parameters],
+            parameters=list(map(PayloadParameter.model_validate, found.parameters)),
             covariance=found.shares.total.tolist(),
-            body=[Quantity(quantity=each.name, **_deviations(each)) for each in found.body.quantities],
+            body=list(map(Quantity.model_validate, found.body.quantities)),
             refused={**found.refused, **found.body.refused},
             possible=found.body.possible,
-            joints=list(map(Weighed.of, joints)),
+            joints=list(joints),
             notes=list(found.selected.remarks),
             **diagnosed_values(diagnosed),
         )
@@ -285,7 +239,7 @@ class FoundPayload(DiagnosedResult):
                 each.quantity,
                 each.unit,
                 each.estimate,
-                *(2.0 * (std or 0.0) for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
+                *(2.0 * std for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
             )
             for each in self.body
         ]
@@ -306,7 +260,7 @@ class FoundPayload(DiagnosedResult):
 
     def verdict(self, mood: Mood = Mood.PLAIN) -> Paragraph:
         """Return a sentence on mass and centre."""
-        found = {each.quantity: (each.estimate or 0.0, 2.0 * (each.std or 0.0)) for each in self.body}
+        found = {each.quantity: (each.estimate, 2.0 * each.std) for each in self.body}
         if "mass" not in found:
             return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)
         centre = [f"{x} {plus_minus(*(1e3 * value for value in found[x]))}" for x in payload.CENTRE if x in found]
@@ -323,7 +277,7 @@ class FoundPayload(DiagnosedResult):
                 "bare and loaded are not swapped."
             )
         apart = [
-            f"joint {each.joint} alone {each.mass or 0.0:.3f} kg (2 sigma {2.0 * (each.std or 0.0):.3f})"
+            f"joint {(each.joint or 0) + 1} alone {each.mass or 0.0:.3f} kg (2 sigma {2.0 * (each.std or 0.0):.3f})"
             for each in self.joints
             if each.verdict == DIFFERS
         ]

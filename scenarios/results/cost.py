@@ -8,7 +8,7 @@ from pydantic import Field
 
 from ident.diagnosis.diagnosis import two_digits
 from ident.estimation.estimate import IdentifiedGain, JointResult
-from ident.parameters.payload import UNITS, Quantity
+from ident.parameters.payload import UNITS
 from ident.parameters.weighing import GainsOutcome
 from scenarios.rendering.content import (
     ColumnOf,
@@ -132,10 +132,14 @@ class ResultCost(ResultModel):
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
         believed = dict(zip(a_priori.gains.joints.tolist(), a_priori.gains.value.tolist(), strict=True))
 
-        def both(name: str, of: Callable[[GainsOutcome], Quantity | None]) -> dict[str, float | None]:
-            one, two = (None if each is None else of(each) for each in (a_priori, found))
-            numbers = {f"a_priori{name}": one and one.value, f"a_priori{name}_std": one and one.std}
-            return numbers | {f"found{name}": two and two.value, f"found{name}_std": two and two.std}
+        def both(name: str, of: Callable[[GainsOutcome], tuple[float | None, float | None]]) -> dict[str, float | None]:
+            (one, one_std), (two, two_std) = ((None, None) if each is None else of(each) for each in (a_priori, found))
+            numbers = {f"a_priori{name}": one, f"a_priori{name}_std": one_std}
+            return numbers | {f"found{name}": two, f"found{name}_std": two_std}
+
+        def in_body(name: str, outcome: GainsOutcome) -> tuple[float | None, float | None]:
+            quantity = outcome.weighed.body.of(name)
+            return (None, None) if quantity is None else (quantity.value, quantity.std)
 
         def alone(j: int, joint: JointResult) -> CostJoint:
             own, gain = believed.get(j), joint.value if isinstance(joint, IdentifiedGain) else None
@@ -144,14 +148,14 @@ class ResultCost(ResultModel):
                 a_priori_gain=own,
                 gain=gain,
                 rel_difference=None if own is None or gain is None else own / gain - 1.0,
-                **both("_mass", lambda outcome: outcome.weighed.joints[j].mass),
+                **both("_mass", lambda outcome: (outcome.weighed.joints[j].mass, outcome.weighed.joints[j].std)),
                 a_priori_torque_error=None if verdict is None else verdict.torque_a_priori.get(j),
                 found_torque_error=None if verdict is None else verdict.torque_found.get(j),
             )
 
         def together(name: str, unit: str) -> CostQuantity:
             true = None if verdict is None else verdict.true[name]
-            numbers = both("", lambda outcome: outcome.weighed.body.of(name))
+            numbers = both("", lambda outcome: in_body(name, outcome))
             return CostQuantity(quantity=name, unit=unit, true=true, stated=stated.get(name), **numbers)
 
         arm = () if verdict is None else verdict.arm

@@ -97,12 +97,6 @@ def test_a_file_is_read_up_to_its_size_and_depth_with_all_that_it_includes(tmp_p
     monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size - 1)
     with pytest.raises(RobotModelError, match="MB are included"):
         load_arm(scene)
-    monkeypatch.setattr(xml_tree, "MOST_ELEMENTS", 5)
-    path.write_text("<a>" + "<b/>" * 4 + "</a>")
-    assert len(xml_tree.read_xml(path)) == 4
-    path.write_text("<a>" + "<b/>" * 5 + "</a>")
-    with pytest.raises(RobotModelError, match="more than 5 elements"):
-        xml_tree.read_xml(path)
 
 
 def test_an_arm_has_the_names_axes_places_limits_and_gravity_of_its_file(tmp_path, arm):

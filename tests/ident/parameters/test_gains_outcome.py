@@ -36,9 +36,9 @@ def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
     problem = weighed(structure, heavy, rng, noise=0.0)
     right, off = (gains_outcome(problem, heavy, known(value), PLAIN) for value in (GAIN, K * GAIN))
     for factor, outcome in ((1.0, right), (K, off)):
-        np.testing.assert_allclose(outcome.weighed.together.mass.value, factor * heavy.mass, rtol=CLOSE)
+        np.testing.assert_allclose(outcome.weighed.together.mass, factor * heavy.mass, rtol=CLOSE)
         for each in outcome.weighed.joints:
-            np.testing.assert_allclose(each.mass.value, factor * heavy.mass, rtol=CLOSE)
+            np.testing.assert_allclose(each.mass, factor * heavy.mass, rtol=CLOSE)
         centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
         np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
     np.testing.assert_allclose(off.arm.in_si()[0], K * right.arm.in_si()[0], rtol=CLOSE, atol=CLOSE)
@@ -80,7 +80,7 @@ def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weig
     problem, expected = two_weights
     outcome = outcome_of_other_gains(problem, known(K * GAIN), PLAIN)
     assert outcome.weighed.payload == heavy
-    np.testing.assert_allclose(outcome.weighed.together.mass.value, K * heavy.mass, rtol=CLOSE)
+    np.testing.assert_allclose(outcome.weighed.together.mass, K * heavy.mass, rtol=CLOSE)
     base = outcome.arm.in_si()[0]  # friction included
     np.testing.assert_allclose(base, K * expected, atol=CLOSE * np.abs(base).max())
     asked = with_unknown_weight(problem, [problem.motions[1]])

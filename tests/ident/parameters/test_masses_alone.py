@@ -63,7 +63,7 @@ def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(wei
 def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
     found, j = payload_of(weighed_problem, known(), PLAIN), 3
     final = found.selected.final
-    model, columns = final.model, found.ready.columns
+    model, columns = final.model, found.selected.final.ready.columns
     std, mean = np.full(model.std.shape, np.inf), np.tile(np.linspace(0.3, 0.7, model.std.shape[1]), (6, 1))
     std[j, 1], std[j, 2] = 0.02, 0.3
     rows, at = final.rows, columns.joint == j
@@ -71,11 +71,11 @@ def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_
     V = rows.V + 0.02 * rng.normal(size=len(rows.V))
     fitted = replace(final, model=replace(model, mean=mean, std=std))
     vars(fitted)["rows"] = replace(rows, V=V, weight=weight)
-    solved = mass_alone(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
+    solved = mass_alone(fitted, j, float(GAIN[j]), heavy.known_part())
     assert solved is not None
-    shared = len(found.ready.shared.arm)
+    shared = len(found.selected.final.ready.shared.arm)
     kilogram = columns.W_L[0][at] @ heavy.known_part().chi / 7.025 / GAIN[j]
-    W, w = np.column_stack((model.F[at], found.ready.A[at, :shared], kilogram)), weight[at]
+    W, w = np.column_stack((model.F[at], found.selected.final.ready.A[at, :shared], kilogram)), weight[at]
     size = len(W)
     believed = np.zeros((2, W.shape[1]))
     believed[0, 1], believed[1, 2] = 1.0 / 0.02, 1.0 / 0.3
@@ -103,9 +103,9 @@ def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(w
     moved, other = 0.01 * np.arange(1.0, 1.0 + len(final.theta)), replace(final)
     vars(other).update(theta=final.theta + moved, rows=replace(final.rows, V=1.05 * final.rows.V))
     selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
-    monkeypatch.setattr("ident.parameters.payload.chosen_model", lambda ready, options: selected)
+    monkeypatch.setattr("ident.parameters.arm.chosen_model", lambda ready, options: selected)
     found = payload_of(weighed_problem, known(), PLAIN)
-    at = len(plain.ready.shared.arm) + np.arange(10)
+    at = len(plain.selected.final.ready.shared.arm) + np.arange(10)
     np.testing.assert_allclose(
         found.shares.model - plain.shares.model, 0.16 * np.outer(moved[at], moved[at]), rtol=1e-6
     )

@@ -220,7 +220,7 @@ def test_links_that_were_found_with_other_gains_are_refused(cell, capsys):
 def test_a_total_mass_is_refused(tmp_path):
     (tmp_path / "arm.xml").write_text('<mujoco><compiler angle="degree"/><compiler settotalmass="20"/></mujoco>')
     with pytest.raises(ScenarioError, match="settotalmass = '20'"):
-        patched_model(tmp_path / "arm.xml", [], [])
+        patched_model(tmp_path / "arm.xml", {}, [])
 
 
 def test_a_link_of_an_included_file_is_refused(cell):
@@ -229,4 +229,4 @@ def test_a_link_of_an_included_file_is_refused(cell):
     assert links is not None
     (cell / "scene.xml").write_text('<mujoco><include file="arm.xml"/><worldbody/></mujoco>')
     with pytest.raises(ScenarioError, match="joint shoulder_pan_joint: the file has no joint of this name"):
-        patched_model(cell / "scene.xml", [], links.links)
+        patched_model(cell / "scene.xml", {}, links.links)

@@ -266,12 +266,20 @@ class Blocks:
         R = np.concatenate((Z, self.R[..., -2:]), axis=3)
         return replace(self, weight=weight, U=U, R=R, RR=flipped(R) @ R, FR=flipped(self.own.Q) @ R)
 
-    def widened(self, more: Array, std: Array) -> "Blocks":
-        """Append shared columns (r, m) with prior standard deviations (m,)."""
+    def widened(self, more: Array, std: Array, independent: Array | None = None) -> "Blocks":
+        """Append shared columns.
+
+        Args:
+            more: The columns, shape (r, m).
+            std: Their prior standard deviations, shape (m,).
+            independent: Combinations of them that are independent of the earlier columns on each joint alone, zero
+                beyond their number, shape (n, m, m); None if all are.
+        """
         (p, k), m = self.U.shape, more.shape[1]
         raw = flat(self.layout.padded(more))
         free, C = _without(self.own, raw)
-        alone = self.alone.extended(free, np.linalg.norm(raw, axis=1))
+        T = np.eye(m) if independent is None else independent
+        alone = self.alone.extended(free @ T, np.linalg.norm(raw @ T, axis=1))
         wide = replace(
             self,
             A=np.concatenate((self.A, free), axis=2),

@@ -120,9 +120,9 @@ class Setting:
         """Return the same problem with other currents (r,)."""
         return replace(self, columns=replace(self.columns, V=V), blocks=self.blocks.with_currents(V))
 
-    def widened(self, more: Array, std: Array | float = np.inf) -> "Setting":
-        """Append shared columns (r, m) with their prior standard deviations (m,)."""
-        blocks = self.blocks.widened(more, np.full(more.shape[1], std))
+    def widened(self, more: Array, std: Array | float = np.inf, independent: Array | None = None) -> "Setting":
+        """Append shared columns (r, m) with their prior standard deviations (m,); arguments as `Blocks.widened`."""
+        blocks = self.blocks.widened(more, np.full(more.shape[1], std), independent)
         return replace(self, A=np.hstack((self.A, more)), blocks=blocks)
 
     @cached_property

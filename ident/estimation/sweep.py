@@ -13,7 +13,7 @@ much, its joint is at q - d. A tilted base rotates gravity about an axis perpend
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy import linalg, sparse
@@ -21,10 +21,11 @@ from scipy import linalg, sparse
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.estimation.rows import SharedParameters
 from ident.model.arm import Arm
-from ident.model.displacement import Dynamics, States
-from ident.model.parameters import STANDARD
-from ident.model.regressor import drive_torques, inverse_dynamics
-from ident.model.structure import Structure
+from ident.model.displacement import Dynamics, Kinematics, States
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.regressor import drive_torques, inverse_dynamics, regressor
+from ident.model.structure import PROBE_SEED, RANK_TOL, Structure
+from ident.numerics.least_squares import column_space
 from ident.numerics.signals import FILTER_ORDER, low_passed, power_density
 from ident.numerics.splines import CubicSpline, slopes
 from ident.observation.full_rate import FullRate
@@ -222,16 +223,67 @@ class Torques:
 
     def misplaced(self) -> Array:
         """Change per error of each joint's zero, then per tilt of the base [N m/rad; N m/m], shape (S, n, n + 2)."""
-        states = self.sweep.behind.states
-        still = np.zeros_like(states.q)
-        turned = self.links.displaced(States(np.ones_like(states.q), still, still))
-        return np.concatenate((-turned, self.tilted()), axis=2)
+        return misplaced(self.links)
 
     def tilted(self) -> Array:
         """Change per rotation of the base about each of `across` [N m / rad], shape (S, n, 2)."""
-        # gravity rotates the other way; by_ddx has moment and force of the following links per acceleration
-        rotated = np.cross(self.arm.gravity, across(self.arm))
-        return -np.einsum("jas,ka->sjk", self.links.own[:, 1], rotated)
+        return tilted(self.links)
+
+
+def misplaced(links: Dynamics) -> Array:
+    """Change of torques of a motion of N samples as `Torques.misplaced`, shape (N, n, n + 2)."""
+    still = np.zeros((links.own.shape[-1], len(links.own)))
+    return np.concatenate((-links.displaced(States(np.ones_like(still), still, still)), tilted(links)), axis=2)
+
+
+def tilted(links: Dynamics) -> Array:
+    """Change of torques of a motion of N samples as `Torques.tilted`, shape (N, n, 2)."""
+    # gravity rotates the other way; I S has moment and force of the following links per acceleration
+    arm = links.moving.arm
+    return -np.einsum("jas,ka->sjk", links.own[:, 1], np.cross(arm.gravity, across(arm)))
+
+
+@lru_cache(maxsize=8)
+def independent_misplacements(structure: Structure, mountings: tuple[bool, ...], kept: tuple[bool, ...]) -> Array:
+    """Combinations of errors of zeros and tilt that other masses do not imitate on one joint alone.
+
+    An error of the last joint's zero, for instance, has the same effect as a rotated last link with its payload. This
+    depends on the structure of the arm alone, so it is found on random states with random masses, where what is zero is
+    zero to rounding; the columns of a motion are interpolated.
+
+    Args:
+        structure: The arm, n joints.
+        mountings: Whether each distinct mounting is a payload, not the bare flange.
+        kept: The errors concerned, of those of `misplaced`; m are.
+
+    Returns:
+        Shape (n, m, m): columns beyond the number of combinations are zero.
+    """
+    arm, rng = structure.arm, np.random.default_rng(PROBE_SEED)
+    inertial = np.isin(np.arange(structure.base.regrouping.shape[1]) % len(STANDARD), np.arange(len(INERTIAL)))
+    inertial[len(STANDARD) * arm.n :] = False
+    masses = np.where(inertial, rng.normal(size=len(inertial)), 0.0)
+    loads = np.zeros((len(mountings), len(masses)))
+    loads[:, structure.payload_columns] = np.array(mountings)[:, None] * rng.normal(size=(len(mountings), 10))
+    W, moved = list[Array](), list[Array]()
+    for load in loads:
+        states = States(*rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n)))
+        W.append(regressor(arm, states.q, states.dq, states.ddq))
+        moved.append(misplaced(Dynamics.of(Kinematics.of(arm, states), masses + load))[..., np.array(kept)])
+    found = np.zeros((arm.n, sum(kept), sum(kept)))
+    for j, own in enumerate(found):
+        known = [linalg.block_diag(*(each[:, j, structure.payload_columns] for each in W))]
+        known.append(np.vstack([each[:, j, structure.base.columns] for each in W]))
+        Q = column_space(np.hstack(known))
+        D = np.vstack([each[:, j] for each in moved])
+        size = np.linalg.norm(D, axis=0)
+        size[size == 0.0] = 1.0
+        left = D / size
+        for _ in range(2):
+            left = left - Q @ (Q.T @ left)
+        _, s, Vt = np.linalg.svd(left, full_matrices=False)
+        own[:, : np.count_nonzero(s > RANK_TOL)] = (Vt[s > RANK_TOL] / size).T
+    return found
 
 
 def across(arm: Arm) -> Array:

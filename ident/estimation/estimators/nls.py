@@ -18,6 +18,7 @@ from ident.estimation.estimate import GainEstimate, judge_identifiability
 from ident.estimation.problem import Problem
 from ident.estimation.selection import Selected, selected
 from ident.estimation.setting import GivenGain, Setting, Term, setting
+from ident.estimation.sweep import independent_misplacements
 from ident.estimation.terms import (
     LOAD_FORMS,
     SPEED_TERMS,
@@ -202,8 +203,10 @@ def with_misplaced(ready: Setting, *, zero_deg: float, tilt_deg: float) -> Setti
     columns = ready.of_logs([each.sweep.rows(each.misplaced()) for each in torques_of(ready, plain.theta)])
     zero = np.where(ready.problem.structure.arm.revolute, np.radians(zero_deg), MILLIMETRE * zero_deg)
     std = np.concatenate((zero, np.full(columns.shape[1] - ready.n, np.radians(tilt_deg))))
-    near = replace(ready, blocks=plain.model.blocks)  # orthonormal near the result
-    return near.widened(columns[:, std > 0.0], std[std > 0.0]).restarted()
+    near, kept = replace(ready, blocks=plain.model.blocks), std > 0.0  # orthonormal near the result
+    mountings = {id(motion.payload): motion.payload is not None for motion in ready.problem.motions}
+    own = independent_misplacements(ready.problem.structure, tuple(mountings.values()), tuple(kept.tolist()))
+    return near.widened(columns[:, kept], std[kept], own).restarted()
 
 
 def settled(first: Fit, ready: Setting, tame: Callable[[Array, Array], Array]) -> tuple[Fit, float]:

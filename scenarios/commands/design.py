@@ -16,7 +16,7 @@ from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.parametrisations import Searchable, Series
+    from scenarios.design.parametrisations import Series
     from scenarios.design.search import Found, Judge
     from scenarios.experiments.schema import Scenario
     from sim.trajectory import FourierTrajectory
@@ -69,7 +69,7 @@ class Outcome:
 
 def searched(
     design: "Design",
-    series: "Searchable",
+    series: "Series",
     options: argparse.Namespace,
     before: "tuple[FourierTrajectory, int] | None" = None,
 ) -> Outcome:
@@ -102,7 +102,7 @@ def searched(
 
 
 @contextmanager
-def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
+def _judge(design: "Design", series: "Series", options: argparse.Namespace) -> "Generator[Judge]":
     """Return the evaluation of motions, in this process if they are few, otherwise in others."""
     from scenarios.design.search import judge_in
 
@@ -155,7 +155,7 @@ def excite_command(options: argparse.Namespace) -> Status:
     import numpy as np
 
     from scenarios.design.excitation import Design, finite, percents
-    from scenarios.design.parametrisations import Holds, Series, hold_design
+    from scenarios.design.parametrisations import Series, hold_design
     from scenarios.design.search import Searched, best_fitted
     from scenarios.experiments.motions import write_motion
     from scenarios.experiments.scenario import load_scenario, setup_without_motion
@@ -170,12 +170,12 @@ def excite_command(options: argparse.Namespace) -> Status:
     unloaded = np.zeros(design.plant.robot.n, dtype=bool)
     if holds:
         design, unloaded = hold_design(design)
-        series = Holds(limits=design.limits, duration=options.duration)
+        series = Series.holds(design.limits, options.duration)
         if joints := ", ".join(str(j + 1) for j in unloaded.nonzero()[0]):
             torque = f"gravity of the payload puts no torque on joint {joints}"
             complain(f"{torque}: holds and slow sweeps do not identify its gain")
     else:
-        series = Series(limits=design.limits, harmonics=options.harmonics, duration=options.duration)
+        series = Series.harmonic(design.limits, options.harmonics, options.duration)
     own = None if holds else _own_motion(setup.scenario, design, options)
     if options.improve and before is None and own is not None:
         before = own, 0
@@ -342,11 +342,9 @@ def _file_or_mass(text: str) -> Path | float:
 def new_robot_command(options: argparse.Namespace) -> Status:
     """Write robot and scenario with rules of thumb, search for a motion, report assumed values."""
     from scenarios.design.new_robot import new_robot
-    from scenarios.design.robot_folder import FILES, check_no_other_robot, found_motion, write_new_robot
+    from scenarios.design.robot_folder import FILES, found_motion, write_new_robot
 
     held = output.right_to_write(options, options.out, FILES, command="rx90 new-robot")
-    if not options.force:
-        check_no_other_robot(options.out, options.model)
     new = new_robot(
         options.model,
         flange=options.flange,

@@ -31,7 +31,6 @@ def record_command(options: argparse.Namespace) -> Status:
     from ident.diagnosis.diagnose import horizon
     from ident.payload.payload import read_payload, write_payload
     from ident.support.errors import PayloadError
-    from scenarios.commands import COMMANDS
     from scenarios.design.record import Recorded, controller_files, instructions, sampled
     from scenarios.experiments.scenario import load_scenario, scenario_as_stated, setup_of, stated_payloads
     from scenarios.prediction.predictor import enough, expected_preparation
@@ -46,7 +45,7 @@ def record_command(options: argparse.Namespace) -> Status:
     payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
     expected = horizon(expected_preparation(setup, enough(setup)).logs())
     recorded, texts = Recorded.of(setup, motion), controller_files(setup, motion)
-    page = instructions(setup, recorded, payloads, options.scenario, COMMANDS, expected)
+    page = instructions(setup, recorded, payloads, options.scenario, expected)
     with held.writing():
         write_report(page, held.folder / PAGE)
         for name, text in texts.items():

@@ -4,7 +4,7 @@ The cost of a motion is the logarithm of the predicted relative standard deviati
 the largest, plus thirty times the mean squared violation of limits and clearance.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from math import isfinite
@@ -16,14 +16,7 @@ from ident.model.structure import Structure
 from ident.support.arrays import Array, Indices
 from scenarios.experiments.scenario import Setup
 from scenarios.experiments.schema import mountings
-from scenarios.prediction.deviations import (
-    ROWS_PER_SECOND,
-    ArmModel,
-    Carried,
-    MotionRows,
-    Prediction,
-    prediction_of,
-)
+from scenarios.prediction.deviations import ROWS_PER_SECOND, ArmModel, Carried, Deviations, MotionRows, predicted
 from scenarios.support.errors import ScenarioError
 from sim.errors import PlantError, TrajectoryError
 from sim.plant import Plant
@@ -31,7 +24,7 @@ from sim.shapes import CLEARANCE, Clearance, Solid
 from sim.trajectory import FourierTrajectory
 
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
-"""Share of each joint's limits that a designed motion may use, except that of the torque, `Limits.torque_share`."""
+"""Share of each joint's limits that a designed motion may use."""
 HALF_TURN = np.pi
 """Range to either side for a joint without limits [rad]; assumed because of cables."""
 EXCESS = 0.03
@@ -67,7 +60,6 @@ class Limits:
         velocity: [rad/s].
         acceleration: [rad/s^2].
         torque: Joint torque at the current limit [N m].
-        torque_share: Share of it that a designed motion may use.
     """
 
     lower: Array
@@ -75,7 +67,6 @@ class Limits:
     velocity: Array
     acceleration: Array
     torque: Array
-    torque_share: float = SHARES["torque"]
 
     @classmethod
     def of(cls, plant: Plant) -> "Limits":
@@ -109,11 +100,6 @@ class Limits:
         """Half of the ranges."""
         return 0.5 * (self.upper - self.lower)
 
-    @property
-    def shares(self) -> dict[str, float]:
-        """Usable shares of the limits."""
-        return SHARES | {"torque": self.torque_share}
-
     def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
         """Return the excess over the usable shares of the limits, relative to the limits, at least zero.
 
@@ -131,7 +117,7 @@ class Limits:
             np.abs(ddq) / self.acceleration,
             np.abs(torques).max(axis=0) / self.torque,
         )
-        return np.maximum(np.stack(used) - np.array([*self.shares.values()])[:, None, None], 0.0)
+        return np.maximum(np.stack(used) - np.array([*SHARES.values()])[:, None, None], 0.0)
 
     def largest_scale(self, trajectory: FourierTrajectory) -> Array:
         """Return the largest factor on each joint's motion within range, speed and acceleration, shape (n,)."""
@@ -156,7 +142,8 @@ class Design:
         limits: Limits of the motion.
         joints: Joints whose gains are to be identified, from 0.
         carried: The payload and its known parameters.
-        prediction: Model that predicts the standard deviations.
+        method: Name of the estimator.
+        slow: Joint speeds at which a row has half its weight [rad/s], shape (n,); None for rows of equal weight.
         solids: Shapes of the payload, None for a cylinder with its inertia.
         searched_hz: Sampling rate during the search [Hz].
     """
@@ -166,7 +153,8 @@ class Design:
     limits: Limits
     joints: Indices
     carried: Carried
-    prediction: Prediction
+    method: str
+    slow: Array | None = None
     solids: tuple[Solid, ...] | None = None
     searched_hz: float = SEARCHED_HZ
 
@@ -199,16 +187,12 @@ class Design:
             limits=Limits.of(plant),
             joints=wanted,
             carried=Carried.of(plant.payload, setup.payloads[names[0]]),
-            prediction=prediction_of(scenario.table.identification.method),
+            method=scenario.table.identification.method,
         )
 
     @cached_property
     def arm(self) -> ArmModel:
-        """The bare arm.
-
-        Raises:
-            TrajectoryError: If identification model and MuJoCo model differ.
-        """
+        """The bare arm."""
         return ArmModel.of(self.plant, self.structure)
 
     @cached_property
@@ -220,39 +204,39 @@ class Design:
         """Return the motion, sampled."""
         return self.arm.rows(trajectory(np.arange(0.0, trajectory.duration, 1.0 / rate_hz)), rate_hz)
 
+    def predicted(self, rows: MotionRows) -> Callable[[Carried], Deviations]:
+        """Return a function that predicts the relative standard deviations of all gains for a payload."""
+        return predicted(rows if self.slow is None else rows.weighted(self.slow), self.structure, self.method)
+
     def deviations(self, trajectory: FourierTrajectory, rate_hz: float = ROWS_PER_SECOND) -> Array:
         """Return the predicted relative standard deviations of all gains, shape (n,)."""
-        return self.prediction(self.rows(trajectory, rate_hz), self.structure)(self.carried).total
+        return self.predicted(self.rows(trajectory, rate_hz))(self.carried).total
 
     def worst(self, trajectory: FourierTrajectory) -> float:
         """Return the largest predicted relative standard deviation of the gains to identify."""
         return float(self.deviations(trajectory)[self.joints].max())
 
-    def excess(self, rows: MotionRows) -> tuple[Array, Array]:
-        """Return the relative violations of limits, shape (4, N, n), and of the clearance, shape (N,); zero if met."""
+    def excess(self, rows: MotionRows) -> Array:
+        """Return the relative violations of the limits of each joint and, last, of the clearance, (4 n + 1, N)."""
+        over = self.limits.excess(rows.motion, rows.torques(self.carried.chi))
         near = np.maximum((CLEARANCE - self.clearance(rows.motion[0])) / CLEARANCE, 0.0)
-        return self.limits.excess(rows.motion, rows.torques(self.carried.chi)), near
-
-    def largest_excess(self, rows: MotionRows) -> float:
-        """Return the largest relative violation of limits and clearance."""
-        return max(float(each.max()) for each in self.excess(rows))
+        return np.concatenate((over.swapaxes(1, 2).reshape(-1, len(near)), near[None]))
 
     def broken(self, rows: MotionRows) -> str:
         """Return the largest violation, in words."""
-        over, near = self.excess(rows)
-        if near.max() > over.max():
+        over = self.excess(rows).max(axis=1)
+        kind, joint = divmod(int(over.argmax()), self.plant.robot.n)
+        if kind == len(SHARES):
             distance = float(self.clearance(rows.motion[0]).min())
             return f"{near_words(distance)} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
-        kind, _, joint = np.unravel_index(int(over.argmax()), over.shape)
-        what, share = list(self.limits.shares.items())[int(kind)]
-        used, name = 100.0 * (float(over.max()) + share), self.structure.arm.joint_names[int(joint)]
+        what, share = list(SHARES.items())[kind]
+        used, name = 100.0 * (over.max() + share), self.structure.arm.joint_names[joint]
         return f"takes {used:.0f} % of the {what} of joint {name}, where {100.0 * share:g} % may be used"
 
     def cost(self, trajectory: FourierTrajectory) -> float:
         """Return the objective plus a penalty on violations."""
         rows = self.rows(trajectory, self.searched_hz)
-        errors = self.prediction(rows, self.structure)(self.carried).total
-        over = np.concatenate([each.ravel() for each in self.excess(rows)])
+        errors, over = self.predicted(rows)(self.carried).total, self.excess(rows).ravel()
         return objective(errors[self.joints]) + 30.0 * float(over @ over) / self.searched_hz
 
     def resting(self, q: Array) -> MotionRows:
@@ -261,13 +245,12 @@ class Design:
 
     def at_rest(self, q: Array) -> Array:
         """Return the largest violation at rest at each position (k, n), shape (k,); zero where all limits are met."""
-        over, near = self.excess(self.resting(q))
-        return np.maximum(over.max(axis=(0, 2)), near)
+        return self.excess(self.resting(q)).max(axis=0)
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Return whether limits are met on a fine grid; a coarse grid rejects most others at lower cost."""
         rates = (self.searched_hz, FITTED_HZ)
-        return all(self.largest_excess(self.rows(trajectory, hz)) <= EXCESS for hz in rates)
+        return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in rates)
 
     def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
         """Return the motion, scaled by the first of `SIZES` that meets all limits on a fine grid.

@@ -1,22 +1,19 @@
-"""Parametrisations of motions for a search: Fourier series, and holds with slow sweeps.
+"""The parametrisation of motions for a search: weights of shapes, each a Fourier series; amplitudes within limits.
 
-Holds and slow sweeps are a path of `LEGS` straight legs, with a hold at each end and in the middle of each leg. It is
-followed forward and back, so every position is passed in both directions. Corners are smoothed by a Gaussian, so that a
-series of `HARMONICS` cosines represents the motion (`docs/derivations.md`).
+The shapes are single harmonics, or holds with slow sweeps between: a path of `LEGS` straight legs, with a hold at each
+end and in the middle of each leg. It is followed forward and back, so every position is passed in both directions.
+Corners are smoothed by a Gaussian, so that a series of `HARMONICS` cosines represents it (`docs/derivations.md`).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
 
 import numpy as np
 from scipy import special
 
 from ident.model.regressor import regressor
-from ident.model.structure import PROBE_SEED, Structure
+from ident.model.structure import PROBE_SEED
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import SHARES, Design, Limits
-from scenarios.prediction.deviations import Carried, Deviations, MotionRows, Prediction
 from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -41,8 +38,6 @@ low, 10 % more torque against load-dependent friction and 5 % against other fric
 """
 LEAST_LOAD = 1e-6
 """Share of the payload's largest torque at rest below which gravity does not load a joint."""
-STILL = 1e-6
-"""Weight of a row at rest, so that no column is zero."""
 SEARCHED_HZ = 4.0
 """Sampling rate during the search for such slow motions [Hz]."""
 SHORTEST = 36.0
@@ -51,17 +46,52 @@ SHORTEST = 36.0
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """Parametrisation: centres, shares of the largest feasible amplitude, coefficients up to scale.
+    """Parametrisation: centres, shares of the largest feasible amplitude, weights of shapes up to scale.
 
     Attributes:
         limits: Limits that scale the amplitudes.
-        harmonics: Number of harmonics.
+        shapes: Sine and cosine coefficients of K shapes in B blocks, shape (B, K, 2 H).
+        usual: Standard deviation of each weight of a random motion, shape (K,).
         duration: Period [s].
+        times: How often the path is passed in a period.
     """
 
     limits: Limits
-    harmonics: int
+    shapes: Array
+    usual: Array
     duration: float
+    times: int = 1
+
+    @classmethod
+    def harmonic(cls, limits: Limits, harmonics: int, duration: float, times: int = 1) -> "Series":
+        """Return the parametrisation by sines and cosines of single harmonics, of a path passed several times."""
+        shapes = np.eye(2 * harmonics).reshape(2, harmonics, 2 * harmonics)
+        usual = np.arange(1.0, harmonics + 1.0) ** -0.5
+        return cls(limits=limits, shapes=shapes, usual=usual, duration=duration, times=times)
+
+    @classmethod
+    def holds(cls, limits: Limits, duration: float) -> "Series":
+        """Return the parametrisation by the poses at the ends of the legs, to which the weights are proportional.
+
+        Raises:
+            ScenarioError: If sweeps and holds would be too short.
+        """
+        if duration < SHORTEST:
+            raise ScenarioError(
+                f"--duration {duration:g}: {4 * LEGS} slow sweeps and as many holds need {SHORTEST:g} s or more"
+            )
+        there = np.linspace(0.0, LEGS, 2 * LEGS + 1)
+        visits = np.concatenate((there, there[-2::-1]))  # in legs from the first pose
+        begin = (1.0 + HOLD) * np.arange(len(visits)) - 0.5 * HOLD  # duration of each hold relative to a sweep
+        period = begin[-1] + 0.5 * HOLD
+        t = period * np.arange(GRID) / GRID
+        way = np.interp(t, np.column_stack((begin, begin + HOLD)).ravel(), np.repeat(visits, 2))
+        ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # linear between neighbours
+        f = np.arange(1, HARMONICS + 1) / period
+        cosine = 2.0 / GRID * np.fft.rfft(ends)[:, 1 : HARMONICS + 1].real
+        cosine *= np.exp(-2.0 * (np.pi * SMOOTH * HOLD * f) ** 2)
+        shapes = np.concatenate((np.zeros_like(cosine), cosine), axis=1)[None]
+        return cls(limits=limits, shapes=shapes, usual=np.ones(LEGS + 1), duration=duration)
 
     @property
     def n(self) -> int:
@@ -69,91 +99,32 @@ class Series:
         return len(self.limits.lower)
 
     def motion(self, x: Array) -> FourierTrajectory:
-        """Return the motion of a point, shape (2 n + 2 n harmonics,)."""
-        n = self.n
-        sine, cosine = x[2 * n :].reshape(2, n, self.harmonics)
-        raw = at_rest(x[:n], sine, cosine, self.duration)
+        """Return the motion of a point, shape (2 n + B n K,)."""
+        n, (blocks, count, _) = self.n, self.shapes.shape
+        sine, cosine = np.split((x[2 * n :].reshape(blocks, n, count) @ self.shapes).sum(axis=0), 2, axis=1)
+        once, last = at_rest(x[:n], sine, cosine, self.duration), np.eye(1, self.times, self.times - 1)
+        raw = replace(once, sine=np.kron(once.sine, last), cosine=np.kron(once.cosine, last))
         share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
         scale = (share * self.limits.largest_scale(raw))[:, None]
-        return FourierTrajectory(raw.center, scale * raw.sine, scale * raw.cosine, self.duration)
+        return replace(raw, sine=scale * raw.sine, cosine=scale * raw.cosine)
 
     def drawn(self, start: Array, rng: np.random.Generator) -> Array:
         """Return the point of a random motion about a position."""
-        fade = 1.0 / np.sqrt(np.arange(1, self.harmonics + 1))
         shares = rng.uniform(-1.0, 2.0, self.n)
-        return np.concatenate((start, shares, (fade * rng.standard_normal((2, self.n, self.harmonics))).ravel()))
+        weights = self.usual * rng.standard_normal((len(self.shapes), self.n, len(self.usual)))
+        return np.concatenate((start, shares, weights.ravel()))
 
     def point(self, motion: FourierTrajectory) -> Array:
         """Return the point of a motion with at most these harmonics; amplitudes are at least the smallest share."""
         room = self.limits.largest_scale(motion)
         share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
-        coefficients = np.zeros((2, self.n, self.harmonics))
-        coefficients[..., : motion.sine.shape[1]] = motion.sine, motion.cosine
-        size = np.sqrt(np.mean(coefficients**2, axis=(0, 2), keepdims=True))
-        usual = np.sqrt(np.mean(1.0 / np.arange(1, self.harmonics + 1)))
-        return np.concatenate((motion.center, special.logit(share), (usual * coefficients / size).ravel()))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Holds:
-    """Parametrisation of the search: poses at the ends of the legs, from -1 to 1 in the joints' ranges.
-
-    Attributes:
-        limits: The ranges.
-        duration: Period [s].
-    """
-
-    limits: Limits
-    duration: float
-
-    def __post_init__(self) -> None:
-        """Check the duration.
-
-        Raises:
-            ScenarioError: If sweeps and holds would be too short.
-        """
-        if self.duration < SHORTEST:
-            raise ScenarioError(
-                f"--duration {self.duration:g}: {4 * LEGS} slow sweeps and as many holds need {SHORTEST:g} s or more"
-            )
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return len(self.limits.lower)
-
-    def motion(self, x: Array) -> FourierTrajectory:
-        """Return the motion of a point, shape ((LEGS + 1) n,)."""
-        poses = self.limits.center + self.limits.half * x.reshape(LEGS + 1, self.n)
-        series = poses.T @ _cosines()
-        return at_rest(series[:, 0], np.zeros((self.n, HARMONICS)), series[:, 1:], self.duration)
-
-    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
-        """Return the point of a random motion about a position."""
-        about = (start - self.limits.center) / self.limits.half
-        largest = SHARES["range"] * rng.uniform(0.1, 1.0)
-        return np.clip(about + largest * rng.uniform(-1.0, 1.0, (LEGS + 1, self.n)), -1.0, 1.0).ravel()
-
-    def point(self, motion: FourierTrajectory) -> Array:
-        """Return the point of a motion, or of the nearest motion of this kind."""
-        series = np.column_stack((motion.center, motion.cosine[:, :HARMONICS]))
-        poses = np.linalg.lstsq(_cosines()[:, : series.shape[1]].T, series.T)[0]
-        return ((poses - self.limits.center) / self.limits.half).ravel()
-
-
-@lru_cache(maxsize=1)
-def _cosines() -> Array:
-    """Return mean and cosine coefficients per pose at the ends of legs, shape (LEGS + 1, 1 + HARMONICS)."""
-    there = np.linspace(0.0, LEGS, 2 * LEGS + 1)
-    visits = np.concatenate((there, there[-2::-1]))  # in legs from the first pose
-    begin = (1.0 + HOLD) * np.arange(len(visits)) - 0.5 * HOLD  # duration of each hold relative to a sweep
-    period = begin[-1] + 0.5 * HOLD
-    t = period * np.arange(GRID) / GRID
-    way = np.interp(t, np.column_stack((begin, begin + HOLD)).ravel(), np.repeat(visits, 2))
-    ends = np.maximum(1.0 - np.abs(way - np.arange(LEGS + 1)[:, None]), 0.0)  # linear between neighbours
-    f = np.arange(HARMONICS + 1) / period
-    series = np.fft.rfft(ends)[:, : HARMONICS + 1].real / GRID * np.exp(-2.0 * (np.pi * SMOOTH * HOLD * f) ** 2)
-    return np.concatenate((series[:, :1], 2.0 * series[:, 1:]), axis=1)
+        blocks, count, width = self.shapes.shape
+        series = np.zeros((self.n, 2, width // 2))
+        series[..., : motion.sine.shape[1]] = np.stack((motion.sine, motion.cosine), axis=1)
+        weights = series.reshape(self.n, width) @ np.linalg.pinv(self.shapes.reshape(-1, width))
+        weights *= np.sqrt(np.mean(self.usual**2) / np.mean(weights**2, axis=1, keepdims=True))
+        parts = weights.reshape(self.n, blocks, count).swapaxes(0, 1)
+        return np.concatenate((motion.center, special.logit(share), parts.ravel()))
 
 
 def hold_design(design: Design) -> tuple[Design, Mask]:
@@ -175,21 +146,9 @@ def hold_design(design: Design) -> tuple[Design, Mask]:
     if not len(wanted):
         raise ScenarioError("at rest the payload puts no torque on any joint to identify; use --protocol motion")
     fast, slow = (np.where(structure.arm.revolute, *speeds) for speeds in (FAST, SLOW))
-    speed = np.minimum(design.limits.velocity, fast / SHARES["speed"])
-    limits = replace(design.limits, velocity=speed, torque_share=TORQUE_SHARE)
-    prediction = partial(_weighted, design.prediction, slow)
-    return replace(design, limits=limits, joints=wanted, prediction=prediction, searched_hz=SEARCHED_HZ), unloaded
-
-
-def _weighted(
-    prediction: Prediction, slow: Array, rows: MotionRows, structure: Structure
-) -> Callable[[Carried], Deviations]:
-    """Return the prediction with row weights by joint speed, 1/2 at `slow`, shape (n,)."""
-    speed = rows.motion[1] ** 2
-    share = np.maximum(speed / (speed + slow**2), STILL)
-    W, Y, rigid = rows.W * share[:, :, None], rows.Y * share[:, :, None], rows.rigid * share
-    return prediction(replace(rows, W=W, Y=Y, rigid=rigid), structure)
-
-
-Searchable = Series | Holds
-"""Parametrisation: `motion` of a point, `point` of a motion, and a random point `drawn` about a position."""
+    limits = replace(
+        design.limits,
+        velocity=np.minimum(design.limits.velocity, fast / SHARES["speed"]),
+        torque=TORQUE_SHARE / SHARES["torque"] * design.limits.torque,
+    )
+    return replace(design, limits=limits, joints=wanted, slow=slow, searched_hz=SEARCHED_HZ), unloaded

@@ -8,11 +8,11 @@ torques of the drives and the distance to floor and arm.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 from scipy import optimize
+from scipy.spatial.transform import Rotation
 
 from ident.payload.payload import Payload, payload_to_table
 from ident.support.arrays import Array
@@ -32,26 +32,16 @@ BRACKET = 15.0
 MM = 1e-3
 MASS_STD = 0.025
 """Standard deviation of the paper's scale [kg]: +-0.050 kg as two standard deviations."""
-MEDIUM = ((6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (np.inf, 0.8))
-"""Tolerance [mm] of dimensions up to a size [mm]: ISO 2768-1, class m."""
-SEAT_MM = 0.1
-"""Standard deviation of the mounting position across the flange's axis [mm]; assumed for dowel pins."""
-TURN = np.deg2rad(0.1)
-"""Standard deviation of the mounting angle about the flange's axis [rad]; assumed for dowel pins."""
+COM_STD, INERTIA_STD = 2e-4, 3e-3
+"""Standard deviations of a finished payload: of its centre along each axis [m], and of its inertia as a share of the
+largest moment. Assumed: tolerances of ISO 2768-1 m and dowel pins give 0.1 to 0.2 mm and 0.2 to 0.4 %.
+"""
 IMPOSSIBLE = 100.0
 """Base cost of a payload that violates a bound."""
 POPULATION, GENERATIONS = 8, 25
 """Population size per dimension, and number of generations."""
 LOOKED_AT = 10
 """Largest number of the best candidates that are checked on a fine grid until one is feasible."""
-
-
-class Block(NamedTuple):
-    """A box, or a cylinder about z: its extent along x, y, z and its centre in the payload's axes [mm]."""
-
-    cylinder: bool
-    edges: tuple[float, ...]
-    center: tuple[float, float, float]
 
 
 SHAPES: Mapping[str, Mapping[str, tuple[int, int]]] = {
@@ -61,6 +51,13 @@ SHAPES: Mapping[str, Mapping[str, tuple[int, int]]] = {
 }
 """Dimensions with bounds [mm]: a cylinder or a plate on the flange, a square bar on a bracket."""
 STEPS = 100 * len(SHAPES)  # steps of a design for the progress display
+VERDICTS = {
+    (True, True): Cell("as before", Mood.GOOD),
+    (False, True): Cell("identified now", Mood.GOOD),
+    (True, False): Cell("lost", Mood.BAD),
+    (False, False): Cell("refused", Mood.BAD),
+}
+"""Verdict of a gain that was identifiable before and is with the payload."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,48 +77,47 @@ class Weight:
     density: float
 
     @property
-    def blocks(self) -> list[Block]:
-        """Its blocks; the first is on the flange, and the bracket of a bar covers the flange's face."""
+    def blocks(self) -> Array:
+        """Extent along x, y, z and centre of each block in the payload's axes [mm], shape (., 2, 3).
+
+        The first is on the flange; the bracket of a bar covers the flange's face.
+        """
         first, *others, offset = self.dimensions
-        if self.shape == "cylinder":
-            return [Block(True, (first, first, others[0]), (offset, 0.0, others[0] / 2.0))]
-        if self.shape == "plate":
-            return [Block(False, (first, *others), (offset, 0.0, others[-1] / 2.0))]
-        reach = FACE + max(FACE, offset + first / 2.0)
-        bracket = Block(False, (reach, max(2.0 * FACE, first), BRACKET), (reach / 2.0 - FACE, 0.0, BRACKET / 2.0))
-        return [bracket, Block(False, (first, first, others[0]), (offset, 0.0, BRACKET + others[0] / 2.0))]
+        if self.shape == "bar":
+            reach = FACE + max(FACE, offset + first / 2.0)
+            bracket = (reach, max(2.0 * FACE, first), BRACKET), (reach / 2.0 - FACE, 0.0, BRACKET / 2.0)
+            return np.array([bracket, ((first, first, *others), (offset, 0.0, BRACKET + others[0] / 2.0))])
+        across = [first] if self.shape == "cylinder" else []
+        return np.array([((first, *across, *others), (offset, 0.0, others[-1] / 2.0))])
 
     @property
     def uncovered(self) -> float:
         """Width of the flange's face that the payload leaves free [mm]."""
-        on_flange = self.blocks[0]
-        return max(round(on_flange.center[0] + FACE - on_flange.edges[0] / 2.0, 6), 0.0)
+        edges, center = self.blocks[0]
+        return max(round(float(center[0] + FACE - edges[0] / 2.0), 6), 0.0)
 
-    def solids(self, flange: Flange, seat: Sequence[float] = (0.0, 0.0), turn: float = 0.0) -> tuple[Solid, ...]:
-        """Return its blocks in the frame of the last link, mounted with errors of position [mm] and angle [rad]."""
-        angle = turn + 0.5 * np.pi * self.quarter
-        c, s = np.cos(angle), np.sin(angle)
-        rotation = flange.rotation @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    def solids(self, flange: Flange) -> tuple[Solid, ...]:
+        """Return its blocks in the frame of the last link."""
+        rotation = flange.rotation @ Rotation.from_euler("z", 90.0 * self.quarter, degrees=True).as_matrix()
+        cylinder = self.shape == "cylinder"
         return tuple(
             Solid(
-                cylinder=block.cylinder,
-                size=tuple(MM / 2.0 * edge for edge in (block.edges[1:] if block.cylinder else block.edges)),
-                center=flange.origin + MM * rotation @ np.add(block.center, (*seat, 0.0)),
+                cylinder=cylinder,
+                size=tuple((MM / 2.0 * edges[1 if cylinder else 0 :]).tolist()),
+                center=flange.origin + MM * rotation @ center,
                 rotation=rotation,
             )
-            for block in self.blocks
+            for edges, center in self.blocks
         )
 
 
 def mass_properties(solids: Sequence[Solid], density: float) -> Array:
     """Return mass [kg], centre [m] and inertia xx, yy, zz, xy, xz, yz about it [kg m^2] (Huygens-Steiner), (10,)."""
-    masses, squares = np.empty(len(solids)), np.empty((len(solids), 3))  # mean squares of x, y, z about the centre
-    for k, solid in enumerate(solids):
-        if solid.cylinder:
-            radius, half = solid.size
-            masses[k], squares[k] = 2.0 * np.pi * radius**2 * half, (radius**2 / 4.0, radius**2 / 4.0, half**2 / 3.0)
-        else:
-            masses[k], squares[k] = 8.0 * np.prod(solid.size), np.square(solid.size) / 3.0
+    size = [np.array([solid.size[0], *solid.size])[-3:] for solid in solids]  # half extents
+    round_ = np.array([solid.cylinder for solid in solids])
+    masses = np.prod(2.0 * np.array(size), axis=1) * np.where(round_, np.pi / 4.0, 1.0)
+    squares = np.square(size) / 3.0  # mean squares of x, y, z about the centre
+    squares[round_, :2] *= 0.75
     masses *= density
     com = masses @ np.array([solid.center for solid in solids]) / masses.sum()
     second = np.zeros((3, 3))  # moments of mass
@@ -132,38 +128,16 @@ def mass_properties(solids: Sequence[Solid], density: float) -> Array:
     return np.array([masses.sum(), *com, J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]])
 
 
-def dimension_std(size_mm: float) -> float:
-    """Return the standard deviation of a dimension [mm]: uniform within its tolerance."""
-    return next(tolerance for most, tolerance in MEDIUM if size_mm <= most) / np.sqrt(3.0)
-
-
 def payload_of(weight: Weight, flange: Flange) -> Payload:
-    """Return the payload for identification, in the frame of the last link: weighed, other values nominal.
-
-    Standard deviations are those of manufacture, for the weighed mass, and of mounting.
-    """
-    nominal = mass_properties(weight.solids(flange), weight.density)
-
-    def off(solids: Sequence[Solid]) -> Array:
-        """Return the change of centre and inertia, of the weighed mass."""
-        made = mass_properties(solids, weight.density)
-        made[4:] *= nominal[0] / made[0]
-        return (made - nominal)[1:]
-
-    steps = np.diag([dimension_std(size) for size in weight.dimensions])
-    others = [replace(weight, dimensions=tuple((step + weight.dimensions).tolist())) for step in steps]
-    changes = [off(other.solids(flange)) for other in others]
-    changes += [off(weight.solids(flange, seat=seat)) for seat in (SEAT_MM * np.eye(2)).tolist()]
-    changes.append(off(weight.solids(flange, turn=TURN)))
-    mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz = nominal.tolist()
-    x_std, y_std, z_std, *inertia_std = np.linalg.norm(changes, axis=0).tolist()
+    """Return the payload for identification, in the frame of the last link: weighed, other values nominal."""
+    mass, x, y, z, ixx, iyy, izz, ixy, ixz, iyz = mass_properties(weight.solids(flange), weight.density).tolist()
     return Payload(
         mass=mass,
         mass_std=MASS_STD,
         com=(x, y, z),
-        com_std=(x_std, y_std, z_std),
+        com_std=(COM_STD, COM_STD, COM_STD),
         inertia=(ixx, iyy, izz, ixy, ixz, iyz),
-        inertia_std=tuple(inertia_std),
+        inertia_std=(INERTIA_STD * max(ixx, iyy, izz),) * 6,
         known="all",
     )
 
@@ -206,6 +180,12 @@ class DesignedWeight(DesignedPayload):
     density: float = Field(description="Density of the material [kg/m^3]")
     refusal: str | None = Field(description="Why the payload must not be mounted, null if it may be")
 
+    @property
+    def sizes(self) -> str:
+        """Dimensions and angle, in words."""
+        sizes = ", ".join(f"{name} {size:g}" for name, size in self.dimensions_mm.items())
+        return f"{sizes}, turned {self.turned_deg}\u00b0"
+
 
 class PayloadDesign(ResultModel):
     """What `rx90 payload --json` prints."""
@@ -221,14 +201,16 @@ class PayloadDesign(ResultModel):
 
     def parts(self) -> Iterable[Part]:
         """Return conclusion, accuracy by joint before and after, shapes, limits."""
-        own, new = self.before.worst, self.after.worst
+        own, new, made = (
+            percent(std, ".2f") for std in (self.before.worst, self.after.worst, self.after.worst_as_made)
+        )
         if self.own_is_better:
-            words = f"The scenario's own payload already identifies the worst joint better: {percent(own, '.2f')} % "
-            yield Paragraph(f"{words}against {percent(new, '.2f')} %; keep it.", Mood.DOUBTFUL, strong=True)
-        missing = [str(each.joint) for each in self.after.joints if not each.shown]
-        worst, shape = percent(self.after.worst_as_made, ".2f"), self.candidates[0].shape
-        words = f"The {shape} identifies every joint; the worst gain's standard deviation is {worst} %."
-        if missing:
+            words = f"The scenario's own payload already identifies the worst joint better: {own} % against {new} %"
+            yield Paragraph(f"{words}; keep it.", Mood.DOUBTFUL, strong=True)
+        words = (
+            f"The {self.candidates[0].shape} identifies every joint; the worst gain's standard deviation is {made} %."
+        )
+        if missing := [str(each.joint) for each in self.after.joints if not each.shown]:
             words = f"No payload within the limits identifies joint {', '.join(missing)}."
         yield Paragraph(words, Mood.BAD if missing else Mood.GOOD, strong=True)
         yield table(
@@ -239,45 +221,28 @@ class PayloadDesign(ResultModel):
             column("Payload\nafter [N m rms]", lambda row: f"{row[1].payload_torque_rms:.3g}"),
             column("Deviation\nafter [%]", lambda row: percent(row[1].std, ".2f")),
             column("Payload\nas made [%]", lambda row: percent(row[1].payload_std, ".2f")),
-            column("Gain", lambda row: _verdict(*row), words=True),
+            column("Gain", lambda row: VERDICTS[row[0].shown, row[1].shown], words=True),
         )
         yield table(
-            [self.before, *self.candidates],
-            column("Shape", lambda each: _shape(each)[0], words=True),
-            column("Dimensions [mm]", lambda each: _shape(each)[1], words=True),
-            column("Mass [kg]", lambda each: f"{each.payload['mass']:.3f}"),
-            column("Off axis [mm]", lambda each: NONE if each.off_axis_mm is None else f"{each.off_axis_mm:.1f}"),
-            column("Worst joint [%]", lambda each: percent(each.worst_as_made, ".2f")),
+            [("its own", NONE, self.before), *((each.shape, each.sizes, each) for each in self.candidates)],
+            column("Shape", lambda row: row[0], words=True),
+            column("Dimensions [mm]", lambda row: row[1], words=True),
+            column("Mass [kg]", lambda row: f"{row[2].payload['mass']:.3f}"),
+            column("Off axis [mm]", lambda row: NONE if row[2].off_axis_mm is None else f"{row[2].off_axis_mm:.1f}"),
+            column("Worst joint [%]", lambda row: percent(row[2].worst_as_made, ".2f")),
         )
         for each in self.candidates:
             if each.refusal:
                 yield Paragraph(f"The best {each.shape} {each.refusal}; it must not be mounted.", Mood.DOUBTFUL)
-        limit = "" if self.rated_load is None else f"rated load {self.rated_load:g} kg, "
+        rated = "no rated load (WARNING: look it up in the data sheet and state it as rated_load in robot.toml)"
+        if self.rated_load is not None:
+            rated = f"rated load {self.rated_load:g} kg"
         yield Paragraph(
             f"Deviations for a residual of {100.0 * self.residual:g} % of each joint's rms torque; 'payload as made' "
-            f"includes the tolerances of dimensions and scale. Limits: {limit}torque of the drives, distance to floor "
-            f"and arm. Frame: {self.flange or 'axis of the last joint, as the robot has no flange'}."
+            "includes the tolerances of dimensions and scale. Limits: torque of the drives, distance to floor and arm, "
+            f"{rated}. Frame: {self.flange or 'axis of the last joint, as the robot has no flange'}.",
+            Mood.DOUBTFUL if self.rated_load is None else Mood.PLAIN,
         )
-        if self.rated_load is None:
-            yield Paragraph(
-                "WARNING: no rated load is specified, so the payload may be heavier than the arm may carry: look the "
-                "load up in the data sheet and state it as rated_load in robot.toml.",
-                Mood.DOUBTFUL,
-            )
-
-
-def _verdict(before: DesignedJoint, after: DesignedJoint) -> Cell:
-    if after.shown:
-        return Cell("as before" if before.shown else "identified now", Mood.GOOD)
-    return Cell("lost" if before.shown else "refused", Mood.BAD)
-
-
-def _shape(each: DesignedPayload) -> tuple[Cell, str]:
-    """Return name and dimensions of a shape."""
-    if not isinstance(each, DesignedWeight):
-        return Cell("its own"), NONE
-    sizes = ", ".join(f"{name} {size:g}" for name, size in each.dimensions_mm.items())
-    return Cell(each.shape, Mood.BAD if each.refusal else Mood.PLAIN), f"{sizes}, turned {each.turned_deg}\u00b0"
 
 
 class PayloadSearch:
@@ -295,7 +260,7 @@ class PayloadSearch:
         self.rows, self._coarse, self._fine = (
             self.design.rows(motion, hz) for hz in (ROWS_PER_SECOND, SEARCHED_HZ, FITTED_HZ)
         )
-        self.predict = self.design.prediction(self.rows, setup.structure)
+        self.predict = self.design.predicted(self.rows)
         self._shown_below = gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL)
 
     def payload(self, weight: Weight) -> Payload:
@@ -314,7 +279,7 @@ class PayloadSearch:
         if over > 0.0:
             return IMPOSSIBLE + 10.0 + over
         loaded = self.loaded(payload, weight)
-        over = loaded.largest_excess(self._coarse)
+        over = float(loaded.excess(self._coarse).max())
         return IMPOSSIBLE + min(over, 10.0) if over > EXCESS else objective(self.predict(loaded.carried).total)
 
     def refusal(self, weight: Weight) -> str:
@@ -323,7 +288,7 @@ class PayloadSearch:
         if payload.mass > self.most:
             return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
         loaded = self.loaded(payload, weight)
-        return loaded.broken(self._fine) if loaded.largest_excess(self._fine) > EXCESS else ""
+        return loaded.broken(self._fine) if loaded.excess(self._fine).max() > EXCESS else ""
 
     def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Weight:
         """Return the best payload of a shape, a feasible one if any is found. `tell` receives the progress."""
@@ -376,7 +341,7 @@ class PayloadSearch:
         """Return a designed payload with its effect, and why it must not be mounted."""
         payload = self.payload(weight)
         return DesignedWeight(
-            **self.effect(Carried.nominal(payload), payload).model_dump(),
+            **dict(self.effect(Carried.nominal(payload), payload)),
             shape=weight.shape,
             dimensions_mm=dict(zip(SHAPES[weight.shape], weight.dimensions, strict=True)),
             turned_deg=90 * weight.quarter,
@@ -398,13 +363,14 @@ def design_payload(
     """
     payloads = PayloadSearch(setup, density)
 
-    def best(number: int, shape: str) -> tuple[float, DesignedWeight]:
-        weight = payloads.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
-        return objective(payloads.predict(Carried.nominal(payloads.payload(weight))).total), payloads.candidate(weight)
-
-    found = [best(number, shape) for number, shape in enumerate(SHAPES)]
-    candidates = [each for _, each in sorted(found, key=lambda pair: (pair[1].refusal is not None, pair[0]))]
-    first = candidates[0]
+    found = list[tuple[bool, float, DesignedWeight]]()
+    for number, shape in enumerate(SHAPES):
+        weight = payloads.best(
+            shape, seed, lambda share, at=number, of=shape: tell(round(100 * (at + share)), lambda: of)
+        )
+        deviations, each = payloads.predict(Carried.nominal(payloads.payload(weight))), payloads.candidate(weight)
+        found.append((each.refusal is not None, objective(deviations.total), each))
+    first, *_ = candidates = [each for *_, each in sorted(found, key=lambda row: row[:2])]
     if first.refusal is not None:
         raise ScenarioError(
             f"{setup.scenario.name}: no payload meets the limits: the best {first.shape} {first.refusal}"
@@ -417,6 +383,6 @@ def design_payload(
         own_is_better=before.worst <= first.worst,
         flange=payloads.flange.name or None,
         before=before,
-        after=DesignedPayload.model_validate(first.model_dump(include=set(DesignedPayload.model_fields))),
+        after=first,
         candidates=candidates,
     )

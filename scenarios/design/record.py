@@ -3,7 +3,7 @@
 import json
 import math
 import shlex
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
@@ -214,7 +214,6 @@ def instructions(
     recorded: Recorded,
     payloads: Mapping[str, Payload],
     name: str,
-    commands: Collection[str],
     expected: Diagnosed,
 ) -> Report:
     """Return the page of a scenario's motions and payloads; `name` is the scenario's on the command line."""
@@ -276,7 +275,7 @@ def instructions(
         Heading("Safety"),
         *map(Paragraph, SAFETY),
         Heading("Afterwards"),
-        *_afterwards(setup, commands),
+        *_afterwards(setup),
     ]
     return Report(f"Recording of {setup.scenario.name}, robot {robot.name}", tuple(parts), {})
 
@@ -287,31 +286,29 @@ def _about(values: Collection[float], std: Collection[float]) -> str:
     return ", ".join(f"{x:g}" for x in values) + spread
 
 
-def _afterwards(setup: Setup, commands: Collection[str]) -> list[Part]:
-    """Return the commands for the logs; a check has the bare ones with those of one mounting."""
-    files = [f"{each.name}.parquet" for each in setup.experiments]
+def _afterwards(setup: Setup) -> Iterator[Part]:
+    """Yield the commands for the logs; a check has the bare ones with those of one mounting."""
     (model, *believed), n = model_words(setup), setup.structure.arm.n
+    logs: dict[str, list[str]] = {BARE: []}
+    for name, each in zip(setup.protocol, setup.experiments, strict=True):
+        logs.setdefault(name, []).append(f"{each.name}.parquet")
+    bare, first = logs.pop(BARE), f"{setup.experiments[0].name}.parquet"
+    checks = [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in logs.items()]
+
+    def command(*words: str) -> Line:
+        return Line(shlex.join(["rx90", *words]))
+
+    yield Paragraph(
+        f"A Parquet or CSV log with columns t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is used as it is. "
+        "Convert any other log, with the names and units of its columns in place of these:"
+    )
     columns = [f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
-    convert = ["convert", "LOG", "--out", files[0], "--signal", "current", "--columns", "t=time[ms]", *columns]
-    of = {name: [f for f, c in zip(files, setup.protocol, strict=True) if c == name] for name in setup.protocol}
-    bare = of.pop(BARE, [])
-    checks = [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in of.items()]
-    parts: list[Part] = [
-        Paragraph(
-            f"A Parquet or CSV log with columns t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is used as it is. "
-            "Convert any other log, with the names and units of its columns in place of these:"
-        ),
-        Line(shlex.join(["rx90", *convert])),
-        Paragraph("and so on for each motion; then:"),
-    ]
-    if "check" in commands:
-        parts += [
-            Line(shlex.join(["rx90", "check", model, *words, *believed]))
-            for words in (checks if bare and checks else [files])
-        ]
-    parts.append(Line(identify_command(setup, Path()) + " --gains-out gains.toml"))
+    yield command("convert", "LOG", "--out", first, "--signal", "current", "--columns", "t=time[ms]", *columns)
+    yield Paragraph("and so on for each motion; then:")
+    for words in checks if bare and checks else [[f"{each.name}.parquet" for each in setup.experiments]]:
+        yield command("check", model, *words, *believed)
+    yield Line(identify_command(setup, Path()) + " --gains-out gains.toml")
     if bare:
         other = ["--unloaded", bare[0], "--loaded", "other.parquet", "--payload", "other.toml"]
-        parts.append(Paragraph("and, with one more motion with another known payload:"))
-        parts.append(Line(shlex.join(["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", *other])))
-    return parts
+        yield Paragraph("and, with one more motion with another known payload:")
+        yield command("verify", "--model", model, *believed, "--gains", "gains.toml", *other)

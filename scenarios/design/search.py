@@ -17,7 +17,7 @@ from pydantic import Field
 
 from ident.support.arrays import Array
 from scenarios.design.excitation import SHARES, Design
-from scenarios.design.parametrisations import Searchable
+from scenarios.design.parametrisations import Series
 from scenarios.rendering.result import ResultModel
 from sim.errors import NoPosition, TrajectoryError
 from sim.trajectory import FourierTrajectory
@@ -85,7 +85,7 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     return drawn[over == 0.0][:ADMISSIBLE]
 
 
-def random_point(series: Searchable, starts: Array, seed: int, judge: Judge) -> Found:
+def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Found:
     """Return the best of `FIRST` random motions, about each start in turn."""
     rng = np.random.default_rng(seed)
     points = [series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)]
@@ -118,7 +118,7 @@ def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge)
         yield found
 
 
-def judge_in(pool: Executor, workers: int, design: Design, series: Searchable) -> Judge:
+def judge_in(pool: Executor, workers: int, design: Design, series: Series) -> Judge:
     """Evaluate motions in the processes of a pool; the costs are those of `Design.cost`."""
     stated = pickle.dumps((design, series))
 
@@ -137,11 +137,11 @@ def costs_of(stated: bytes, points: Sequence[Array]) -> list[float]:
 
 
 @lru_cache(maxsize=1)
-def _prepared(stated: bytes) -> tuple[Design, Searchable]:
+def _prepared(stated: bytes) -> tuple[Design, Series]:
     return pickle.loads(stated)
 
 
-def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> FourierTrajectory:
+def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> FourierTrajectory:
     """Return the motion of a search with the lowest cost after it is scaled to the limits.
 
     Scaling hardly ever lowers a cost, so motions that cost more than the best scaled one are not tried. `kept` has at

@@ -1,7 +1,6 @@
 """The predicted error budget of a scenario: error of each gain from each source, and from all together."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
 from statistics import NormalDist
 
 import numpy as np
@@ -40,84 +39,49 @@ LEAST = 5e-6
 """Relative error of a source below which it is reported as 0."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Moments:
-    """Mean error `bias` and standard deviation `std` of the relative errors of k gains, each (k,)."""
+def moments(draw: DrawTable, table: ScenarioTable, error: Callable[[Settings], Array]) -> Array:
+    """Return mean and standard deviation of the errors of k gains from a draw, shape (2, k).
 
-    bias: Array
-    std: Array
+    `error` returns the errors (k,) with some settings. It is linearised about the mean of all numbers, in steps of one
+    standard deviation of each independent number; values of a set are each taken in turn.
 
-    @property
-    def rms(self) -> Array:
-        """Root mean square of the error."""
-        return np.hypot(self.bias, self.std)
-
-    @classmethod
-    def together(cls, errors: Iterable["Moments"], k: int) -> "Moments":
-        """Return independent errors of k gains together: sums of the signed biases and of the variances."""
-        several = list(errors)
-        bias = np.sum([np.zeros(k), *(each.bias for each in several)], axis=0)
-        return cls(bias, np.sqrt(np.sum([np.zeros(k), *(each.std**2 for each in several)], axis=0)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """Settings that represent a draw.
-
-    Attributes:
-        at: The mean of all numbers, then for each independent number the mean plus one standard deviation.
-        alike: Whether they are settings of equal probability instead, for values from a set.
+    Raises:
+        StudyError: If a number has no mean or standard deviation.
+        ScenarioError: If the draw is not possible.
     """
+    if draw.choice is not None:
+        middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
+        at = np.array([error(settings_from(draw, np.array([u]), table)) for u in middle])
+        return np.stack((at.mean(axis=0), at.std(axis=0)))
+    mean, steps = dict[str, Array](), list[dict[str, Array]]()
+    bases = {place: np.atleast_1d(np.asarray(value_at(table, place), dtype=np.float64)) for place in draw.targets}
+    total, used = sum(map(len, bases.values())), 0
+    for place, base in bases.items():
+        spread = spread_of(draw, slice(used, used + len(base)), total)
+        used += len(base)
+        if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
+            raise StudyError(
+                f"{place}: distribution {draw.distribution} with these parameters has no finite mean or standard "
+                "deviation"
+            )
+        mean[place], std = {
+            "replace": (spread.mean, spread.std),
+            "add": (base + spread.mean, spread.std),
+            "multiply": (base * spread.mean, base * spread.std),
+        }[draw.apply]
+        if draw.shared:
+            steps = steps or [{}]
+            steps[0][place] = std
+        else:
+            steps += [{place: each} for each in np.diag(std)]
 
-    at: tuple[Settings, ...]
-    alike: bool
+    def moved(step: Mapping[str, Array]) -> Array:
+        numbers = {place: each + step.get(place, 0.0) for place, each in mean.items()}
+        lists = {place: isinstance(value_at(table, place), list) for place in numbers}
+        return error({place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()})
 
-    @classmethod
-    def of(cls, draw: DrawTable, table: ScenarioTable) -> "Points":
-        """Return the settings for the first two moments of a draw.
-
-        Raises:
-            StudyError: If a number has no mean or standard deviation.
-            ScenarioError: If the draw is not possible.
-        """
-        if draw.choice is not None:
-            middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
-            return cls(tuple(settings_from(draw, np.array([u]), table) for u in middle), alike=True)
-        mean, steps = dict[str, Array](), list[dict[str, Array]]()
-        bases = {place: np.atleast_1d(np.asarray(value_at(table, place), dtype=np.float64)) for place in draw.targets}
-        total, used = sum(map(len, bases.values())), 0
-        for place, base in bases.items():
-            spread = spread_of(draw, slice(used, used + len(base)), total)
-            used += len(base)
-            if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
-                raise StudyError(
-                    f"{place}: distribution {draw.distribution} with these parameters has no finite mean or "
-                    "standard deviation"
-                )
-            mean[place], std = {
-                "replace": (spread.mean, spread.std),
-                "add": (base + spread.mean, spread.std),
-                "multiply": (base * spread.mean, base * spread.std),
-            }[draw.apply]
-            if draw.shared:
-                steps = steps or [{}]
-                steps[0][place] = std
-            else:
-                steps += [{place: each} for each in np.diag(std)]
-
-        def settings(step: Mapping[str, Array]) -> Settings:
-            numbers = {place: each + step.get(place, 0.0) for place, each in mean.items()}
-            lists = {place: isinstance(value_at(table, place), list) for place in numbers}
-            return {place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()}
-
-        return cls(tuple(map(settings, [{}, *steps])), alike=False)
-
-    def moments(self, errors: Iterable[Array]) -> Moments:
-        """Return mean and standard deviation of the errors at each of the settings, each (k,)."""
-        at = np.array(list(errors))
-        if self.alike:
-            return Moments(at.mean(axis=0), at.std(axis=0))
-        return Moments(at[0], np.linalg.norm(at[1:] - at[0], axis=0))
+    bias = moved({})
+    return np.stack((bias, np.linalg.norm([moved(step) - bias for step in steps], axis=0)))
 
 
 class Predictor:
@@ -166,8 +130,8 @@ class Predictor:
         self.unknown = tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))
         self.other_noise = self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
 
-    def noise(self, stream: str) -> Moments:
-        """Return the error from a noise at its size, all other sources off.
+    def noise(self, stream: str) -> Array:
+        """Return mean and standard deviation of the errors from a noise, all other sources off, shape (2, k).
 
         Raises:
             StudyError: If its spectrum is unknown.
@@ -176,8 +140,8 @@ class Predictor:
             raise StudyError(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
 
-    def drawn(self, source: DrawTable) -> Moments:
-        """Return the error from a drawn source, all others off.
+    def drawn(self, source: DrawTable) -> Array:
+        """Return mean and standard deviation of the errors from a drawn source, all others off, shape (2, k).
 
         If it changes only the currents, the linearised estimate is used; otherwise a new estimate is made.
 
@@ -188,9 +152,8 @@ class Predictor:
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
             raise StudyError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
-        points = Points.of(source, self._off.table)
         logged = all(place.startswith(TAKEN) for place in source.targets)
-        return points.moments(map(self._by_currents if logged else self._again, points.at))
+        return moments(source, self._off.table, self._by_currents if logged else self._again)
 
     def _by_currents(self, settings: Settings) -> Array:
         setup, logs = self._logged(settings)
@@ -216,9 +179,9 @@ class Predictor:
         truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
 
-    def _of_noise(self, variance: Array) -> Moments:
+    def _of_noise(self, variance: Array) -> Array:
         std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.true_gain[self.joints])
-        return Moments(np.zeros(len(std)), std)
+        return np.stack((np.zeros(len(std)), std))
 
     def _logged(self, settings: Settings) -> tuple[Setup, tuple[Expected, ...]]:
         """Return the scenario with these settings and all sources off, and its logs."""
@@ -235,10 +198,10 @@ class Cost(ResultModel):
     rms: float = Field(description="Root mean square of the relative error of the gain")
 
     @classmethod
-    def of(cls, source: str, moments: Moments, k: int) -> "Cost":
-        """Return the error of the k-th joint."""
-        bias, std, rms = (float(each[k]) for each in (moments.bias, moments.std, moments.rms))
-        return cls(source=source, bias=bias, std=std, rms=rms)
+    def of(cls, source: str, moments: Array) -> "Cost":
+        """Return the error of a joint with this mean and standard deviation, shape (2,)."""
+        bias, std = moments.tolist()
+        return cls(source=source, bias=bias, std=std, rms=float(np.hypot(bias, std)))
 
 
 class PredictedBudgetJoint(ResultModel):
@@ -316,7 +279,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = Predictor(scenario)
-    estimate, costs, unpredicted = predictor.linear.estimate, dict[str, Moments](), list[dict[str, str]]()
+    estimate, costs, unpredicted = predictor.linear.estimate, dict[str, Array](), list[dict[str, str]]()
     for name, source in scenario.table.sources.items():
         try:
             costs[name] = predictor.noise(source.stream) if source.stream else predictor.drawn(source)
@@ -325,19 +288,20 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     if (other := predictor.other_noise) is not None:
         costs[OTHER] = other
     unpredicted += [{"source": OTHER, "reason": f"{NO_SPECTRUM} {stream}"} for stream in predictor.unknown]
-    costs = dict(sorted(costs.items(), key=lambda item: -float(np.max(item[1].rms, initial=0.0))))
+    costs = dict(sorted(costs.items(), key=lambda item: -float(np.max(np.hypot(*item[1]), initial=0.0))))
     tolerance, joints = scenario.table.tolerance, predictor.joints.tolist()
-    together = Moments.together(costs.values(), len(joints))
+    each = np.array([*costs.values()]).reshape(-1, 2, len(joints))
+    together = np.stack((each[:, 0].sum(axis=0), np.linalg.norm(each[:, 1], axis=0)))
 
     def joint(k: int, j: int) -> PredictedBudgetJoint:
         """Return the budget of the k-th joint, j from 0."""
-        bias, std, most = float(together.bias[k]), max(float(together.std[k]), 1e-300), tolerance.gain[j]
+        most, errors = tolerance.gain[j], NormalDist(together[0, k], max(together[1, k], 1e-300))
         return PredictedBudgetJoint(
             joint=j + 1,
-            costs=[Cost.of(name, cost, k) for name, cost in costs.items()],
-            together=Cost.of("all together", together, k),
+            costs=[Cost.of(name, cost[:, k]) for name, cost in costs.items()],
+            together=Cost.of("all together", together[:, k]),
             tolerance=most,
-            within=NormalDist().cdf((most - bias) / std) - NormalDist().cdf((-most - bias) / std),
+            within=errors.cdf(most) - errors.cdf(-most),
         )
 
     said = diagnosed_values(horizon(predictor.linear.expected.logs()))

@@ -12,28 +12,27 @@ standard deviation of 1, as in `nls`, which is the result for a joint without lo
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg
 
-from ident.model.parameters import INERTIAL, STANDARD, labels
+from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor
-from ident.model.structure import PROBE_SEED, Structure
+from ident.model.structure import Structure
 from ident.payload.payload import KnownPayload, Payload, standard_parameters
 from ident.support.arrays import Array, Indices
-from sim.controller import inverse_dynamics
-from sim.errors import TrajectoryError
-from sim.plant import PayloadBody, Plant, bare_arm
+from scenarios.experiments.robots import nominal_links
+from sim.plant import PayloadBody, Plant
 
 ROWS_PER_SECOND = 20.0
 """Number of rows for which standard deviations are predicted."""
 RESIDUAL = 0.02
 """Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
+TINY = np.finfo(float).tiny
+STILL = 1e-6
+"""Weight of a row at rest, so that no column is zero."""
 RANK_TOL = 1e-12
 """Smallest eigenvalue of a normal matrix with unit diagonal that is used."""
-SAME_TORQUE = 1e-6
-"""Largest difference between identification model and MuJoCo, relative to the torque; equal models give 1e-13."""
 FRICTION = ("Fv", "Fc")
 """Joint-specific columns that differ between motions."""
 JOINTWISE = ("ls-2011", "iv")
@@ -87,6 +86,13 @@ class MotionRows:
         """Return joint torques without and with a payload of these standard parameters [N m], shape (2, N, n)."""
         return np.stack((self.bare, self.bare + self.Y @ chi))
 
+    def weighted(self, slow: Array) -> "MotionRows":
+        """Return the rows with weights by joint speed: 1/2 at `slow` [rad/s], shape (n,), next to none at rest."""
+        speed = self.motion[1] ** 2
+        share = np.maximum(speed / (speed + slow**2), STILL)
+        W, Y, rigid = self.W * share[:, :, None], self.Y * share[:, :, None], self.rigid * share
+        return replace(self, W=W, Y=Y, rigid=rigid)
+
     def variance(self, chi: Array) -> Array:
         """Return the variance of each joint's sampled torque [N^2 m^2], equivalent to that of rows, shape (n,)."""
         return RESIDUAL**2 * np.mean(self.torques(chi) ** 2, axis=(0, 1)) * self.rate_hz / ROWS_PER_SECOND
@@ -110,33 +116,20 @@ class ArmModel:
 
     @classmethod
     def of(cls, plant: Plant, structure: Structure) -> "ArmModel":
-        """Return the arm of a plant.
-
-        The inertial parameters are the minimum-norm solution for MuJoCo's inverse dynamics at random states: those
-        without effect on torques are irrelevant here, and frame conventions of the models do not matter.
+        """Return the arm of a plant, with the links of its model file as MuJoCo reads them.
 
         Raises:
-            TrajectoryError: If the identification model cannot reproduce these torques.
+            PlantError: If MuJoCo cannot read the model file.
         """
-        arm, drives = structure.arm, plant.drives
-        states = np.random.default_rng(PROBE_SEED).uniform(-2.0, 2.0, (3, 10 * arm.n, arm.n))
-        torque = inverse_dynamics(bare_arm(plant.robot.model, drives.rotor_inertia, plant.robot.flange), *states)
-        names = [name.rstrip("0123456789") for name in labels(arm.n, arm.couplings)]
-        columns = [k for k, name in enumerate(names) if name in (*INERTIAL, "Ia")]
-        W = regressor(arm, *states)
-        inertial = np.zeros(W.shape[2])
-        inertial[columns] = linalg.lstsq(W[..., columns].reshape(-1, len(columns)), torque.ravel())[0]
-        off = np.abs(W @ inertial - torque).max() / np.abs(torque).max()
-        if off > SAME_TORQUE:
-            raise TrajectoryError(
-                f"robot {plant.robot.name}: identification and simulation read {plant.robot.model} differently: "
-                f"torques differ by {100.0 * off:.2g} %"
-            )
-        chi = inertial.copy()
-        for name, values in (("Fv", drives.viscous_friction), ("Fc", drives.coulomb_friction)):
-            chi[_own(name, arm.n)] = values
-        bias = drives.gain * drives.amplifier_offset + drives.coulomb_asymmetry
-        return cls(structure=structure, chi=chi, inertial=inertial, bias=bias)
+        robot, drives = plant.robot, plant.drives
+        links, own = nominal_links(robot.model, robot.flange).whole, {"Ia": drives.rotor_inertia}
+        friction = dict(zip(FRICTION, (drives.viscous_friction, drives.coulomb_friction), strict=True))
+        return cls(
+            structure=structure,
+            chi=structure.base.standard(links, own | friction),
+            inertial=structure.base.standard(links, own),
+            bias=drives.gain * drives.amplifier_offset + drives.coulomb_asymmetry,
+        )
 
     def rows(self, motion: tuple[Array, Array, Array], rate_hz: float) -> MotionRows:
         """Return the columns and torques of a motion q, dq, ddq, each (N, n), sampled at a rate."""
@@ -163,49 +156,37 @@ class Deviations:
         return np.hypot(self.noise, self.payload)
 
 
-Prediction = Callable[[MotionRows, Structure], Callable[[Carried], Deviations]]
-"""Function that prepares a motion and returns a function that predicts the standard deviations for a payload."""
+def predicted(rows: MotionRows, structure: Structure, method: str) -> Callable[[Carried], Deviations]:
+    """Prepare the rows of a motion, and return a function that predicts the standard deviations for a payload.
 
-
-def prediction_of(method: str) -> Prediction:
-    """Return the prediction for an estimator."""
-    return joint_by_joint if method in JOINTWISE else all_joints
-
-
-def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
-    """Predict each gain from the rows of its joint, with common friction of both motions (`ls-2011`)."""
-    arm = [structure.base.columns[columns] for columns in structure.joint_independent]
-    normals = [_normal(rows.W[:, j, own], rows.Y[:, j], 0.0 * rows.rigid[:, j]) for j, own in enumerate(arm)]
-
-    def predict(what: Carried) -> Deviations:
-        each = [_information(G, what, s2) for G, s2 in zip(normals, rows.variance(what.chi), strict=True)]
-        noise, payload = zip(*(_deviations(info, push, 1) for info, push in each), strict=True)
-        return Deviations(noise=np.concatenate(noise), payload=np.concatenate(payload))
-
-    return predict
-
-
-def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
-    """Predict all gains with shared link parameters; friction differs between motions, offsets do not (`nls`)."""
-    n = rows.bare.shape[1]
-    offset, friction = _own("off", n), [_own(name, n) for name in FRICTION]
-    shared = np.setdiff1d(structure.base.columns, np.concatenate((offset, *friction)))
-    normals: list[Array] = []
-    for j in range(n):
-        F = rows.W[:, j, np.array([own[j] for own in friction])]
-        Q = np.linalg.qr(F / np.maximum(np.linalg.norm(F, axis=0), np.finfo(float).tiny))[0]  # a joint may hardly move
-        normals.append(_normal(rows.W[:, j, np.append(offset[j], shared)], rows.Y[:, j], rows.rigid[:, j], without=Q))
+    Joints whose gains are found together share link parameters; their friction differs between motions, their offset
+    does not. An estimator of `JOINTWISE` finds each gain alone, with common friction of both motions.
+    """
+    n, base, normals = rows.bare.shape[1], structure.base.columns, list[Array]()
+    groups = [[j] for j in range(n)] if method in JOINTWISE else [list(range(n))]
+    offset, friction = _own("off", n), np.stack([_own(name, n) for name in FRICTION])
+    for j, independent in enumerate(structure.joint_independent):
+        if method in JOINTWISE:
+            Z = np.column_stack((rows.W[:, j, base[independent]], rows.Y[:, j], 0.0 * rows.rigid[:, j]))
+        else:  # orthogonal to friction
+            shared = np.setdiff1d(base, np.append(friction, offset))
+            F = rows.W[:, j, friction[:, j]]
+            Q = np.linalg.qr(F / np.maximum(np.linalg.norm(F, axis=0), TINY))[0]  # a joint may hardly move
+            Z = np.column_stack((rows.W[:, j, np.append(offset[j], shared)], rows.Y[:, j], rows.rigid[:, j]))
+            Z -= Q @ (Q.T @ Z)
+        normals.append(Z.T @ Z)
 
     def predict(what: Carried) -> Deviations:
-        common = len(shared) + np.count_nonzero(~what.known.mask)
-        size = n + common + n  # offsets, shared parameters, gains
-        info, push = np.zeros((size, size)), np.zeros((size, what.known.spread.shape[1]))
-        for j, (G, s2) in enumerate(zip(normals, rows.variance(what.chi), strict=True)):
-            own, by = _information(G, what, s2)
-            at = np.array([j, *range(n, n + common), n + common + j])
-            info[np.ix_(at, at)] += own
-            push[at] += by
-        noise, payload = _deviations(info, push, n)
+        noise, payload, variance = np.empty(n), np.empty(n), rows.variance(what.chi)
+        for group in groups:
+            parts, k = [_information(normals[j], what, variance[j]) for j in group], len(group)
+            shared = len(parts[0][0]) - 2
+            info, push = np.zeros((shared + 2 * k, shared + 2 * k)), np.zeros((shared + 2 * k, parts[0][1].shape[1]))
+            for i, (own, by) in enumerate(parts):  # a first column and a gain of its own, the others shared
+                at = np.array([i, *range(k, k + shared), k + shared + i])
+                info[np.ix_(at, at)] += own
+                push[at] += by
+            noise[group], payload[group] = _deviations(info, push, k)
         return Deviations(noise=noise, payload=payload)
 
     return predict
@@ -214,14 +195,6 @@ def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], De
 def _own(name: str, n: int) -> Indices:
     """Return the column of each joint's parameter of that name."""
     return len(STANDARD) * np.arange(n) + STANDARD.index(name)
-
-
-def _normal(A: Array, Y: Array, rigid: Array, without: Array | None = None) -> Array:
-    """Return the normal matrix of the columns of arm, payload and bare torque, orthogonal to orthonormal columns."""
-    Z = np.column_stack((A, Y, rigid))
-    if without is not None:
-        Z = Z - without @ (without.T @ Z)
-    return Z.T @ Z
 
 
 def _information(G: Array, what: Carried, variance: float) -> tuple[Array, Array]:
@@ -246,7 +219,7 @@ def _deviations(info: Array, push: Array, gains: int) -> tuple[Array, Array]:
     The others are eliminated (Schur complement), without their directions that have no information.
     """
     others, cross = info[:-gains, :-gains], info[:-gains, -gains:]
-    scale = np.sqrt(np.maximum(np.diag(others), np.finfo(float).tiny))
+    scale = np.sqrt(np.maximum(np.diag(others), TINY))
     values, vectors = np.linalg.eigh(others / np.outer(scale, scale))
     kept = values > RANK_TOL * max(values[-1], 0.0)
     half = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # (., k): inverse = half half^T

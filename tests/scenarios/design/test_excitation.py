@@ -1,20 +1,16 @@
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from plants import CYLINDER, RX90, nominal_plant
-from robot_folders import arm_xml, robot_folder
 
-from ident.model.arm import load_arm
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Limits
-from scenarios.prediction.deviations import ArmModel, Carried, joint_by_joint
+from scenarios.prediction.deviations import ArmModel, Carried
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
 from sim.plant import Plant, bare_arm
-from sim.robot import read_robot
 from sim.trajectory import FourierTrajectory, at_rest
 
 WANTED = np.arange(3)
@@ -35,7 +31,7 @@ def designed(plant: Plant, structure: Structure, limits: Limits) -> Design:
         limits=limits,
         joints=WANTED,
         carried=Carried.of(body, believed),
-        prediction=joint_by_joint,
+        method="ls-2011",
     )
 
 
@@ -58,7 +54,7 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
     limits = Limits.of(plant)
     design = designed(plant, structure, limits)
     rows = design.rows(motion(), 50.0)
-    assert not any(each.any() for each in design.excess(rows))
+    assert not design.excess(rows).any()
     (q, dq, ddq), torque = rows.motion, rows.torques(design.carried.chi)
     center = 0.5 * (limits.upper + limits.lower)
     reach = np.abs(q - center).max(axis=0)
@@ -69,15 +65,15 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
     ]
     for kind, (word, name, used, share) in enumerate(cases, 1):
         for factor, expected in ((1.02 / share, 0.0), (1.0, 1.0 - share), (0.5, 2.0 - share)):
-            over, _ = designed(plant, structure, replace(limits, **{name: factor * used})).excess(rows)
+            over = designed(plant, structure, replace(limits, **{name: factor * used})).excess(rows)
             np.testing.assert_allclose(over.max(), expected, rtol=0, atol=1e-12)  # rounding of a ratio
-            np.testing.assert_array_equal(over[kind], over.max(axis=0))
+            assert set(over.any(axis=1).nonzero()[0] // 6) <= {kind}
         weak = factor * used * np.where(np.arange(6) == kind, 0.5, 1e3)
         broken = designed(plant, structure, replace(limits, **{name: weak})).broken(rows)
         assert broken == f"takes 400 % of the {word} of joint joint{kind + 1}, where {100 * share:g} % may be used"
-    over, _ = designed(plant, structure, replace(limits, lower=center - reach, upper=center + reach)).excess(rows)
-    np.testing.assert_allclose(over[0].max(), 0.1, rtol=0, atol=1e-12)
-    assert not over[1:].any()
+    over = designed(plant, structure, replace(limits, lower=center - reach, upper=center + reach)).excess(rows)
+    np.testing.assert_allclose(over[:6].max(), 0.1, rtol=0, atol=1e-12)
+    assert not over[6:].any()
 
 
 def test_the_torque_of_the_bare_arm_has_friction_and_offsets_of_its_drives(plant, structure):
@@ -98,9 +94,9 @@ def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_th
     expected = np.log((rel**8).sum() ** 0.125) + 0.2 * np.mean(np.log(rel))
     np.testing.assert_allclose(free.cost(path), expected, rtol=1e-12)  # rounding
     slow = designed(plant, structure, replace(limits, velocity=0.1 * limits.velocity))
-    over, near = slow.excess(slow.rows(path, 10.0))
+    over = slow.excess(slow.rows(path, 10.0))
     assert over.any()
-    assert not near.any()
+    assert not over[-1].any()
     np.testing.assert_allclose(slow.cost(path) - free.cost(path), 30.0 * (over**2).sum() / 10.0, rtol=1e-9)
 
 
@@ -122,20 +118,3 @@ def test_a_motion_far_too_fast_is_refused(plant, structure):
     said = r"even scaled to 10 %, the motion takes 200 % of the speed of joint joint\d, where 95 % may"  # 0.1 / 0.05
     with pytest.raises(TrajectoryError, match=said):
         designed(plant, structure, replace(limits, velocity=0.05 * fastest)).fitted(path)
-
-
-@pytest.mark.parametrize("weight", [1.0, 1e-4])
-def test_a_model_that_identification_and_simulation_read_differently_is_refused_however_light_the_arm(tmp_path, weight):
-    robot = read_robot(robot_folder(tmp_path, 2))
-    drives = replace(robot.drives, rotor_inertia=weight * robot.drives.rotor_inertia)
-    plant = Plant(robot=robot, drives=drives, payload=CYLINDER)
-
-    def lighter(found: re.Match[str]) -> str:
-        return f'{found[1]}="{" ".join(str(weight * float(x)) for x in found[2].split())}"'
-
-    robot.model.write_text(re.sub(r'(mass|fullinertia)="([^"]*)"', lighter, arm_xml(2)))
-    arm = load_arm(robot.model)
-    assert ArmModel.of(plant, structure_of(arm)).chi.shape == (28,)
-    bent = replace(arm, axis=np.array([[0.0, 0.0, 1.0], [0.0, np.cos(1e-3), np.sin(1e-3)]]))
-    with pytest.raises(TrajectoryError, match=r"read .*arm\.xml differently: torques differ by 0\.0\d+ %"):
-        ArmModel.of(plant, structure_of(bent))

@@ -1,5 +1,3 @@
-import re
-
 import mujoco
 import numpy as np
 import pytest
@@ -10,25 +8,8 @@ from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.process import Status
-from scenarios.design.model_facts import arm_end, model_facts
-from sim.errors import PlantError
+from scenarios.design.model_facts import model_facts
 
-JAW = with_jaw(jaw="m6")  # of body claw_part
-WRIST = JAW.replace('name="m6" axis="0 1 0" range="-0.2 1.7"', 'name="m6" axis="0 1 0" range="-1.9 1.7"')
-INERTIAL = '<inertial pos="0 0 0" mass="0.01" diaginertia="1e-6 1e-6 1e-6"/>'
-TIP = f'<body name="tip">{INERTIAL}<joint name="m7" range="0 1"/></body>'
-NAMELESS = HAND.replace("finger1", "m7").replace("finger2", "m8").replace('name="hand"', 'name="x"')
-ENDS = {
-    "jaw": (with_jaw(jaw="jaw"), ("palm", ("jaw",))),
-    "by its body": (JAW, ("palm", ("m6",))),
-    "turns as far as a wrist": (WRIST, (None, ())),
-    "no known name": (JAW.replace("claw_part", "part6"), (None, ())),
-    "jaw with a tip": (re.sub(r'(name="jaw"[^>]*/>)', rf"\1{TIP}", with_jaw()), ("palm", ("jaw", "m7"))),
-    "short slides": (menagerie(hand=NAMELESS), ("wrist_link", ("m7", "m8"))),
-    "equality": (menagerie(hand=HAND, tail=FINGERS), ("wrist_link", ("finger1", "finger2"))),
-    "mimic": (ros(more=GRIPPER), ("wrist_link", ("grip", "grip_r"))),
-    "no limits": (no_limits(), (None, ())),
-}
 ARM = """<robot name="two"><link name="base"/>
 <link name="arm"><inertial><origin xyz="0 0 0.2"/><mass value="MASS"/>
 <inertia ixx="0.05" iyy="IYY" izz="IZZ" ixy="IXY" ixz="0" iyz="0"/></inertial></link>
@@ -42,18 +23,6 @@ def arm(folder, **changes: str):
     for key, value in {**SOUND, **changes}.items():
         text = text.replace(key, value)
     return written(folder, "arm.urdf", text)
-
-
-@pytest.mark.parametrize("name", ENDS)
-def test_grippers_are_recognised_by_name_travel_and_shape(tmp_path, name):
-    text, expected = ENDS[name]
-    assert arm_end(written(tmp_path, "arm.urdf" if "<robot" in text else "arm.xml", text)) == expected
-
-
-def test_two_chains_need_the_name_of_the_last_body(tmp_path):
-    long = written(tmp_path, "long.xml", menagerie(hand=NAMELESS.replace("0.04", "0.4")))
-    with pytest.raises(PlantError, match=r"form 2 chains, which end at left, right; .* --flange left"):
-        arm_end(long)
 
 
 ACTUATORS = """<actuator>
@@ -108,20 +77,36 @@ def test_an_effort_and_a_speed_of_1_on_every_joint_are_those_of_an_exporter(tmp_
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("MASS", "-7.5", "line 2: mass: value = '-7.5'"),
-        ("MASS", "2,3", "line 2: mass: value = '2,3'"),
-        ("EFFORT", "-41", "line 5: limit: effort = '-41'"),
+        ("MASS", "-7.5", "link 'arm' has a mass of -7.5 kg"),
+        ("MASS", "2,3", "'value' Element 'mass', line 2"),
+        ("EFFORT", "4l", "'effort' Element 'limit', line 5"),
         ("SPEED", "1001", "line 5: limit: velocity = '1001'"),
-        ("IZZ", "0.111", "line 3: inertia: no body has principal moments 0.05, 0.06, 0.111 kg m^2"),
-        ("IXY", "0.0551", "line 3: inertia: no body has principal moments -0.0003"),
+        ("IZZ", "0.111", "'arm'"),
+        ("IXY", "0.0551", "'arm'"),
     ],
 )
-def test_a_number_that_no_arm_has_is_refused_with_line_and_value(tmp_path, capsys, key, value, said):
+def test_a_number_that_no_arm_has_is_refused_with_its_place(tmp_path, capsys, key, value, said):
     path = arm(tmp_path, **{key: value})
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine")]) == Status.BAD_INPUT
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(("speed", "effort"), [("0", "0"), ("-1.7", "1e6"), ("inf", "inf")])
+def test_an_effort_or_speed_that_limits_nothing_is_not_stated(tmp_path, speed, effort):
+    facts = model_facts(arm(tmp_path, SPEED=speed, EFFORT=effort), None)
+    assert facts.torque == facts.velocity == {}
+
+
+def test_joints_beside_the_chain_to_a_flange_are_named(tmp_path):
+    path = written(tmp_path, "arm.xml", menagerie(hand=HAND, tail=FINGERS))
+    assert model_facts(path, "wrist_link").locked == ("finger1", "finger2")
+    path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
+    facts = model_facts(path, "wrist_link")
+    assert facts.locked == ("grip", "grip_r")
+    assert (facts.torque["elbow"], facts.velocity["wrist"]) == (90.0, 0.5)
+    assert model_facts(written(tmp_path, "jaw.xml", with_jaw()), None).locked == ()
 
 
 @pytest.mark.parametrize(("upper", "taken"), [("6.3", True), ("12.56", True), ("12.6", False), ("166.2", False)])

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from scenarios.cli import main
 from scenarios.experiments.run import simulate
 from scenarios.experiments.scenario import load_scenario, setup_of, with_settings
 from scenarios.experiments.schema import DrawTable, Scenario, SourceTable
-from scenarios.prediction.budget import OTHER, Moments, Points, PredictedBudget, predicted_budget
+from scenarios.prediction.budget import OTHER, PredictedBudget, moments, predicted_budget
 from scenarios.prediction.predictor import enough, expected_preparation
 from scenarios.support.errors import StudyError
 
@@ -32,11 +33,11 @@ def even(target: str, scale: float) -> SourceTable:
     return drawn(target, distribution="uniform", parameters={"scale": scale})
 
 
-def cost_of(budget: PredictedBudget, source: str) -> Moments:
+def cost_of(budget: PredictedBudget, source: str) -> SimpleNamespace:
     costs = [next(cost for cost in joint.costs if cost.source == source) for joint in budget.joints]
-    found = Moments(np.array([cost.bias for cost in costs]), np.array([cost.std for cost in costs]))
-    np.testing.assert_allclose([cost.rms for cost in costs], found.rms, rtol=1e-15)
-    return found
+    found = {name: np.array([getattr(cost, name) for cost in costs]) for name in ("bias", "std", "rms")}
+    np.testing.assert_allclose(found["rms"], np.hypot(found["bias"], found["std"]), rtol=1e-15)
+    return SimpleNamespace(**found)
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +165,14 @@ def test_the_command_prints_table_and_json(tmp_path, capsys, monkeypatch):
 
 def test_each_number_of_a_draw_moves_by_itself_one_deviation_from_its_mean(quick):
     com = {"target": "plant.payload.com", "distribution": "norm", "parameters": {"loc": 0.01, "scale": 0.002}}
-    mean, *moved = (each["plant.payload.com"] for each in Points.of(DrawTable(**com, apply="add"), quick.table).at)
-    np.testing.assert_allclose(mean, [0.01, 0.01, 0.142776 + 0.01], rtol=1e-12)
-    np.testing.assert_allclose(np.array(moved) - mean, 0.002 * np.eye(3), atol=1e-15)
+    seen = list[np.ndarray]()
+
+    def error(settings) -> np.ndarray:
+        seen.append(np.array(settings["plant.payload.com"]))
+        return np.array([3.0, -7.0, 2.0]) * (seen[-1] - seen[0]) + 0.3
+
+    bias, std = moments(DrawTable(**com, apply="add"), quick.table, error)
+    np.testing.assert_allclose(seen[0], [0.01, 0.01, 0.142776 + 0.01], rtol=1e-12)
+    np.testing.assert_allclose(np.array(seen[1:]) - seen[0], 0.002 * np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(bias, 0.3, rtol=1e-12)
+    np.testing.assert_allclose(std, 0.002 * np.array([3.0, 7.0, 2.0]), rtol=1e-9)

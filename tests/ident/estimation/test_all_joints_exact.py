@@ -92,6 +92,8 @@ def test_gains_of_random_arms_are_exact(seed, heavy):
     gain, chi = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n), chi_of(rng, n)
     problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], gain, rng)
     np.testing.assert_allclose(gains(problem), gain, rtol=10 * FOUND)  # random arms are less well conditioned
+    alone = ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options())
+    np.testing.assert_allclose(values(alone), gain, rtol=100 * EXACT)
 
 
 def test_friction_that_differs_between_motions_needs_columns_of_each_motion(structure, heavy, rng):

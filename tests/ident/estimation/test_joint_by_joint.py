@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, exact_problem, sequential_gains, values
-from pinocchio_arms import random_arm
 
 import ident
 from ident.estimation.estimate import IdentifiedGain, RefusedGain, joint_signs
@@ -13,8 +12,6 @@ from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.estimators.sequential_2011 import first_moments
 from ident.estimation.joint_by_joint import gain_system, joint_fit
 from ident.estimation.problem import GainOptions, ObservedMotion, Problem, pair
-from ident.model.arm import arm_from_pinocchio
-from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from ident.support.errors import NotIdentifiable
 
@@ -41,16 +38,6 @@ def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structu
         assert "mass alone on this joint cannot be separated" in joint.reason
     every = sequential_gains(*pair, light, TRUSTING)
     np.testing.assert_allclose(values(every), GAIN, rtol=100 * EXACT)  # two solutions in a row
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_gains_of_random_arms_are_exact(seed, heavy):
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(2, 8))
-    structure = structure_of(arm_from_pinocchio(random_arm(rng, n, prismatic=0.3)))
-    gain = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
-    estimate = drive_gains(*exact_pair(structure, heavy, gain, rng), heavy, TRUSTING)
-    np.testing.assert_allclose(values(estimate), gain, rtol=100 * EXACT)  # random arms are less well conditioned
 
 
 def test_standard_deviations_are_those_of_white_noise(structure, heavy):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 from method_rows import told
+from quick import RANDOM as QUICK
 from quick import quick_scenario
 from rich.console import Console
 
@@ -18,13 +19,8 @@ from scenarios.experiments.workers import Workers
 
 NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""
-RANDOM = """
-[random.gains]
-target = "plant.gain"
-distribution = "norm"
-parameters = { loc = 1.0, scale = 0.1 }
-apply = "multiply"
-"""
+RANDOM = QUICK.partition("[random.load]")[0]
+"""Gains drawn."""
 SOURCES = """
 [sources.mass]
 target = "plant.payload.mass"

@@ -34,7 +34,7 @@ from scenarios.rendering.content import (
 )
 from scenarios.rendering.plot import SERIES, Plot, draw_bars, draw_intervals
 from scenarios.rendering.result import ResultModel
-from scenarios.results.record import DAMAGED, read_json, repeated
+from scenarios.results.record import read_result, repeated
 from scenarios.results.studies import NORMAL, in_percent
 from scenarios.support.errors import ScenarioError
 
@@ -269,7 +269,7 @@ def page(folder: Path) -> Report:
         ScenarioError: If its document is damaged, or of another version.
     """
     path = folder / DOCUMENT
-    found = read_json(path, Comparison, DAMAGED)
+    found = read_result(folder, Comparison, DOCUMENT)
     if not found.scenarios or not all(each.methods for each in found.scenarios):
         raise ScenarioError(f"{one_line(path)}: compares nothing")
     others = {key: text for key, text in found.about.items() if key != "Command"}

@@ -14,7 +14,7 @@ from ident.support.naming import one_line
 from scenarios.rendering.content import NONE, Heading, Mood, Paragraph, Part, Report, column, number, sentence, table
 from scenarios.rendering.result import ResultModel
 from scenarios.results.fit import TORQUES, torque_plot
-from scenarios.results.record import DAMAGED, digests_of, read_json, repeated
+from scenarios.results.record import digests_of, read_result, repeated
 from scenarios.support.errors import ScenarioError
 
 PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
@@ -295,7 +295,7 @@ def page(folder: Path) -> Report:
             than were written with it.
     """
     path, rows = folder / PAPER, folder / ROWS
-    saved = read_json(path, SavedPaper, DAMAGED)
+    saved = read_result(folder, SavedPaper, PAPER)
     try:
         found = PaperResult.model_validate(saved.result)
     except ValidationError as error:

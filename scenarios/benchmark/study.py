@@ -26,6 +26,7 @@ from scenarios.experiments.schema import Scenario, grouped
 from scenarios.experiments.study import Study, monte_carlo
 from scenarios.experiments.trials import Rows, Work, failed_rows, setting_columns, trial_schema
 from scenarios.results.problem_folder import write_problem
+from scenarios.results.run_folder import simulated_problem
 from scenarios.support.errors import MethodError, ScenarioError
 from sim.record import record
 from sim.sensors import SensorOptions
@@ -70,16 +71,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
 
 def write_trial(simulated: Simulated, folder: Path) -> None:
     """Write the problem of a trial, without true values, scenario and seed."""
-    setup = simulated.setup
-    chosen = setup.scenario.table
-    write_problem(
-        folder,
-        setup.experiments[0].plant.robot,
-        chosen.belief.couplings,
-        simulated.logs,
-        observing=chosen.identification.observe,
-        gains=chosen.identification.gains,
-    )
+    write_problem(folder, simulated_problem(simulated.setup, simulated.recordings))
 
 
 def _answered(methods: tuple[Method, ...], limits: Limits, simulated: Simulated) -> Rows:

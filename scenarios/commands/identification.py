@@ -45,7 +45,7 @@ def run_command(options: argparse.Namespace) -> Status:
     from scenarios.rendering.content import Line, Paragraph
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file
-    from scenarios.results.run_folder import identify_command, origin, run_files, save_run
+    from scenarios.results.run_folder import identify_command, run_files, save_run, simulated_problem
 
     setup, saving, gains, more = setup_of(load_scenario(options.scenario)), None, None, ()
     if options.save is not None:
@@ -55,7 +55,7 @@ def run_command(options: argparse.Namespace) -> Status:
     with output.under_way(options, "preparing") as stages:
         result = run(setup, options.seed, stages=stages)
     if gains is not None:
-        _write_gains(gains_file(result.estimate, origin(result)), gains)
+        _write_gains(gains_file(result.estimate, simulated_problem(setup, result.recordings)), gains)
     if saving is not None:
         with saving.writing():
             save_run(result, saving.folder, command=options.command_line, named=options.scenario)
@@ -140,7 +140,8 @@ def identify_command(options: argparse.Namespace) -> Status:
     from scenarios.results.fit import fit_of
     from scenarios.results.gains import Result
     from scenarios.results.gains_file import gains_file
-    from scenarios.results.record import Origin, save_result, saved_files
+    from scenarios.results.problem_folder import GivenProblem
+    from scenarios.results.record import save_result, saved_files
 
     mounted, held, saving = inputs.mountings(options.given), None, None
     bare = is_bare(options, loaded=any(each.payload is not None for each in mounted))
@@ -165,8 +166,8 @@ def identify_command(options: argparse.Namespace) -> Status:
     planned = None if options.if_loaded is None else read_payload(options.if_loaded)
     fit, passed, kind, title = None, True, "bare", f"Bare motions of {arm.name}"
 
-    def origin(observing: ObserveOptions) -> Origin:
-        return Origin(
+    def origin(observing: ObserveOptions) -> GivenProblem:
+        return GivenProblem(
             model=robot.model,
             flange=robot.flange,
             arm=arm,

@@ -132,7 +132,8 @@ def check_command(options: argparse.Namespace) -> Status:
     from scenarios.experiments.robots import model_links
     from scenarios.rendering.content import Paragraph
     from scenarios.results.check import Check
-    from scenarios.results.record import Origin, save_result, saved_files
+    from scenarios.results.problem_folder import GivenProblem
+    from scenarios.results.record import save_result, saved_files
 
     paths, limits, saving = (*options.log, *options.loaded), GainOptions(), None
     if options.loaded and options.payload is None:
@@ -165,7 +166,7 @@ def check_command(options: argparse.Namespace) -> Status:
     result = Check.of(checked, arm)
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
-        origin = Origin(
+        origin = GivenProblem(
             model=robot.model,
             flange=robot.flange,
             arm=arm,

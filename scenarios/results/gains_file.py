@@ -22,11 +22,11 @@ from ident.model.arm import Arm
 from ident.payload.payload import payload_to_table
 from ident.recordings.recording import Recording, row_marks
 from ident.support.errors import GainsError
-from ident.support.files import LARGEST, read_bytes, read_toml
+from ident.support.files import read_toml
 from ident.support.naming import one_line, shown
 from ident.support.options import keys_of
 from scenarios.rendering.result import to_json
-from scenarios.results.record import Origin
+from scenarios.results.problem_folder import GivenProblem, read_json
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import schema_line, toml_value
 from scenarios.support.versions import versions
@@ -159,7 +159,7 @@ def read_gains(path: Path) -> GainsFile:
         ScenarioError: If it is missing, not TOML or JSON, or has an unknown key or impossible gains; one line.
     """
     where = one_line(path)
-    table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
+    table = read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
     if not isinstance(table, Mapping) or "gains" not in table:
         raise ScenarioError(f"{where}: no gains; expected a gains file, as `rx90 identify --gains-out` writes it")
     file = validated_table(GainsFile, table, where, ScenarioError)
@@ -179,19 +179,6 @@ def check_units(A: GainsFile, B: GainsFile) -> None:
                 f"gains files: joint {one.joint}: its gain is in {one.unit} in A and in {other.unit} in B; "
                 "expected two files of one arm"
             )
-
-
-def _read_json(path: Path) -> object:
-    content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
-    try:
-        return json.loads(content.decode("utf-8-sig"))
-    except UnicodeDecodeError as fault:
-        raise ScenarioError(f"{one_line(path)}: not JSON: byte {fault.start} is not UTF-8") from fault
-    except json.JSONDecodeError as fault:
-        place = f"line {fault.lineno}, column {fault.colno}"
-        raise ScenarioError(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
-    except (RecursionError, ValueError) as fault:
-        raise ScenarioError(f"{one_line(path)}: JSON that cannot be read: {one_line(fault)}") from fault
 
 
 def _check(file: GainsFile, where: str) -> None:
@@ -228,7 +215,7 @@ def _check(file: GainsFile, where: str) -> None:
         )
 
 
-def gains_file(estimate: GainEstimate, origin: Origin) -> GainsFile:
+def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
     """Return the gains file of an estimate."""
     payloads = {id(each.payload): each.payload for each in origin.motions if each.payload is not None}
     number = {key: k for k, key in enumerate(payloads, 1)}

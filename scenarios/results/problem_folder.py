@@ -12,9 +12,9 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+from typing import Annotated, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field
 
 from ident.estimation.problem import GainOptions
 from ident.model.arm import Arm, load_arm, minimal_model
@@ -23,30 +23,24 @@ from ident.payload.payload import Payload, read_payload, write_payload
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
 from ident.support.errors import IdentificationError
-from ident.support.naming import one_line, shown
+from ident.support.files import LARGEST, read_bytes
+from ident.support.naming import one_line
 from ident.support.options import options_from_table
+from scenarios.rendering.result import to_json
 from scenarios.support.errors import ScenarioError
 from scenarios.support.texts import schema_line
-
-if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
-    from sim.robot import Robot
+from sim.tables import Table, validated_table
 
 Options = TypeVar("Options")
 
 PROBLEM = "problem.json"
 MODELS = ("robot.xml", "robot.urdf")
-LARGEST = 1_000_000
-"""Largest number of bytes of a problem file."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
 """A file in the folder of the problem file."""
 Number = Annotated[int, Field(ge=1)]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class RobotTable(_Table):
+class RobotTable(Table):
     """The arm."""
 
     model: Name = Field(description="File in the same folder")
@@ -55,14 +49,14 @@ class RobotTable(_Table):
     )
 
 
-class MotionTable(_Table):
+class MotionTable(Table):
     """One motion and its payload; motions with the same payload file are one mounting."""
 
     recording: Name = Field(description="File in the same folder")
     payload: Name | None = Field(None, description="Payload file in the same folder; omitted for a bare flange")
 
 
-class ProblemFile(_Table):
+class ProblemFile(Table):
     """A problem: motions of one arm for the identification of its drive gains, in order of time within a mounting.
 
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
@@ -74,83 +68,95 @@ class ProblemFile(_Table):
     observe: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: filters and rows")
     gains: dict[str, float | str] = Field({}, description="Options of `rx90 identify`: limits for accepting a gain")
 
-
-Stated = TypeVar("Stated", bound=ProblemFile)
+    @property
+    def written(self) -> list[str]:
+        """Names of the other files of the problem."""
+        motions = (name for each in self.motions for name in (each.recording, each.payload) if name is not None)
+        return [*dict.fromkeys(motions), self.robot.model]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GivenProblem:
-    """Input of a method.
+    """Motions of an arm, and how its gains are identified: the input of a method, and the origin of a result.
 
     Attributes:
-        folder: Its folder; None if it was not read from one.
+        model: Model file.
+        flange: Last body of the arm, None if all joints of the model belong to it.
         arm: The arm.
         motions: Recordings and payloads, as for `identify`.
         observing: Filters and thresholds.
         gains: Limits for accepting a gain.
+        method: Method of an identification.
+        options: Options of the method, a dataclass.
     """
 
-    folder: Path | None
+    model: Path
+    flange: str | None = None
     arm: Arm
-    motions: tuple[Motion, ...]
+    motions: Sequence[Motion]
     observing: ObserveOptions
     gains: GainOptions
+    method: str | None = None
+    options: object | None = None
 
-
-def write_problem(
-    folder: Path,
-    robot: "Robot",
-    couplings: Sequence[tuple[int, int]],
-    motions: Sequence[Motion],
-    *,
-    observing: ObserveOptions,
-    gains: GainOptions,
-) -> None:
-    """Write a problem into a new folder; motions with the same payload object share a payload file.
-
-    The robot's model file has the kinematics; `couplings` are pairs of joints, from 1.
-
-    Raises:
-        OSError: If the folder cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    problem = ProblemFile(
-        format=1,
-        robot=RobotTable(model=write_model(robot.model, robot.flange, folder), couplings=tuple(couplings)),
-        motions=write_motions(motions, folder),
-        observe=asdict(observing),
-        gains=asdict(gains),
-    )
-    text = json.dumps(problem.model_dump(mode="json"), indent=2, allow_nan=False)
-    (folder / PROBLEM).write_text(text + "\n", encoding="utf-8")
+    @property
+    def folder(self) -> Path:
+        """Folder of the model file, which is that of a problem that was read."""
+        return self.model.parent
 
 
 def motion_files(motions: int) -> tuple[str, ...]:
-    """Return the names of files that `write_motions` may write."""
+    """Return the names that `problem_file` gives to the files of a number of motions."""
     return tuple(name for k in range(1, motions + 1) for name in (f"motion-{k}.parquet", f"payload-{k}.toml"))
 
 
-def write_motions(
-    motions: Sequence[Motion], folder: Path, names: Sequence[MotionTable] | None = None
-) -> tuple[MotionTable, ...]:
-    """Write recordings and payloads, by their `names` if given; motions with the same payload object share a file.
+def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTable] | None = None) -> ProblemFile:
+    """Write recordings, payloads and the arm's kinematics, and return the content of the problem file.
+
+    Motions have the files of `names`, numbered ones if None; those with the same payload object share its file.
 
     Raises:
         OSError: If they cannot be written.
     """
-    payloads = list(dict.fromkeys(id(motion.payload) for motion in motions if motion.payload))
+    payloads = list(dict.fromkeys(id(motion.payload) for motion in problem.motions if motion.payload))
     names = names or [
         MotionTable(
             recording=f"motion-{k}.parquet",
             payload=motion.payload and f"payload-{payloads.index(id(motion.payload)) + 1}.toml",
         )
-        for k, motion in enumerate(motions, 1)
+        for k, motion in enumerate(problem.motions, 1)
     ]
-    for motion, name in zip(motions, names, strict=True):
+    for motion, name in zip(problem.motions, names, strict=True):
         write_recording(motion.recording, folder / name.recording)
         if motion.payload is not None and name.payload is not None:
             write_payload(motion.payload, folder / name.payload, comment=schema_line("payload"))
-    return tuple(names)
+    couplings = tuple((i + 1, j + 1) for i, j in problem.arm.couplings)
+    return ProblemFile(
+        format=1,
+        robot=RobotTable(model=write_model(problem.model, problem.flange, folder), couplings=couplings),
+        motions=tuple(names),
+        observe=asdict(problem.observing),
+        gains=asdict(problem.gains),
+    )
+
+
+def write_problem(folder: Path, problem: GivenProblem) -> None:
+    """Write a problem into a new folder.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_json(folder / PROBLEM, problem_file(folder, problem))
+
+
+def write_json(path: Path, content: BaseModel) -> None:
+    """Write a model as JSON.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    path.write_text(to_json(content.model_dump(mode="json")) + "\n", encoding="utf-8")
 
 
 def write_model(model: Path, flange: str | None, folder: Path) -> str:
@@ -173,7 +179,9 @@ def read_problem(folder: Path) -> GivenProblem:
         IdentificationError: If robot, recording or payload cannot be read.
     """
     path = folder / PROBLEM
-    return given_problem(path, read_stated(path, ProblemFile), read_recording)
+    return given_problem(
+        path, validated_table(ProblemFile, read_json(path), one_line(path), ScenarioError), read_recording
+    )
 
 
 def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
@@ -196,33 +204,29 @@ def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Record
         if motion.payload is not None and motion.payload not in payloads:
             payloads[motion.payload] = read_payload(folder / motion.payload)
         motions.append(Motion(read(folder / motion.recording), payloads[motion.payload]))
-    couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
+    couplings, model = tuple((first - 1, second - 1) for first, second in stated.robot.couplings), stated.robot.model
     return GivenProblem(
-        folder=folder,
-        arm=load_arm(folder / stated.robot.model, couplings),
+        model=folder / model,
+        arm=load_arm(folder / model, couplings),
         motions=tuple(motions),
         observing=options(ObserveOptions, stated.observe, "observe"),
         gains=options(GainOptions, stated.gains, "gains"),
     )
 
 
-def read_stated(path: Path, kind: type[Stated]) -> Stated:
-    """Return the content of a file, validated.
+def read_json(path: Path) -> object:
+    """Parse a JSON file.
 
     Raises:
-        ScenarioError: If it cannot be read or is not valid; the message says where.
+        ScenarioError: If it cannot be read, is too large, or is not JSON; the message says where.
     """
+    content, place = read_bytes(path, most_bytes=LARGEST, error=ScenarioError), one_line(path)
     try:
-        if path.stat().st_size > LARGEST:
-            raise ScenarioError(f"{one_line(path)}: larger than {LARGEST} bytes; not a problem file")
-        return kind.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
-    except OSError as error:
-        raise ScenarioError(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{one_line(path)}: not UTF-8 text") from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        what = first["msg"][0].lower() + first["msg"][1:]
-        got = "" if first["type"] in ("missing", "json_invalid") else f", got {shown(first['input'])}"
-        raise ScenarioError(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
+        return json.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as fault:
+        raise ScenarioError(f"{place}: not JSON: byte {fault.start} is not UTF-8") from fault
+    except json.JSONDecodeError as fault:
+        at = f"line {fault.lineno}, column {fault.colno}"
+        raise ScenarioError(f"{place}: not JSON: {one_line(fault.msg)} at {at}") from fault
+    except (RecursionError, ValueError) as fault:
+        raise ScenarioError(f"{place}: JSON that cannot be read: {one_line(fault)}") from fault

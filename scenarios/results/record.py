@@ -5,27 +5,24 @@ other files. It is written last: a folder without it is incomplete.
 """
 
 import hashlib
-import json
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict
 from datetime import UTC, datetime
 from itertools import groupby
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar, cast
 
-from pydantic import BaseModel, Field, JsonValue
+from pydantic import BaseModel, Field, JsonValue, ValidationError
 
 from ident.estimation.problem import GainOptions
-from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload, payload_to_table, read_payload, write_payload
 from ident.recordings.files import read_log
-from ident.recordings.recording import Motion
 from ident.support.errors import IdentificationError
 from ident.support.naming import one_line
 from scenarios.rendering.content import Heading, Line, Paragraph, Part, pairs_table
-from scenarios.rendering.result import ResultModel, to_json
+from scenarios.rendering.result import ResultModel
 from scenarios.results.fit import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import (
     MODELS,
@@ -33,15 +30,18 @@ from scenarios.results.problem_folder import (
     MotionTable,
     Name,
     ProblemFile,
-    RobotTable,
     given_problem,
     motion_files,
-    read_stated,
-    write_model,
-    write_motions,
+    problem_file,
+    read_json,
+    write_json,
 )
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import versions
+from sim.tables import validated_table
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 RECORD, RESULT = "record.json", "result.json"
 DAMAGED = "damaged, or written by another version of rx90"
@@ -51,31 +51,6 @@ PLANNED = "payload.toml"
 """Name of the file of a planned payload."""
 GIVEN_GAINS = {".toml": "gains.toml", ".json": "gains.json"}
 """Name of the file of given gains, by its ending."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Origin:
-    """What a result was made from.
-
-    Attributes:
-        model: Model file.
-        flange: Last body of the arm, None if all joints of the model belong to it.
-        arm: The arm.
-        motions: Recordings and payloads, in order.
-        observing: Filters and thresholds.
-        gains: Limits for accepting a gain.
-        method: Method of an identification.
-        options: Options of the method, a dataclass.
-    """
-
-    model: Path
-    flange: str | None = None
-    arm: Arm
-    motions: Sequence[Motion]
-    observing: ObserveOptions
-    gains: GainOptions
-    method: str | None = None
-    options: object | None = None
 
 
 class RecordFile(ProblemFile):
@@ -121,7 +96,7 @@ def saved_files(motions: int) -> tuple[str, ...]:
 def save_result(
     folder: Path,
     result: ResultModel,
-    origin: Origin,
+    origin: GivenProblem,
     *,
     kind: Kind,
     title: str,
@@ -142,48 +117,37 @@ def save_result(
     Raises:
         OSError: If the folder cannot be written.
     """
-    motions = write_motions(origin.motions, folder, names)
-    model = write_model(origin.model, origin.flange, folder)
-    (folder / RESULT).write_text(to_json(result.model_dump(mode="json")) + "\n", encoding="utf-8")
-    files = [name for each in motions for name in (each.recording, each.payload) if name is not None]
-    files += [model, RESULT, *more]
+    stated, written = problem_file(folder, origin, names), [RESULT, *more]
+    write_json(folder / RESULT, result)
     if payload is not None:
         write_payload(payload, folder / PLANNED)
-        files.append(PLANNED)
+        written.append(PLANNED)
     if fit is not None:
         write_fit(fit, folder)
-        files.append(ROWS)
-    given = None if believed is None else GIVEN_GAINS[believed.suffix.lower()]
+        written.append(ROWS)
+    given = None if believed is None else GIVEN_GAINS.get(believed.suffix.lower())
     if believed is not None and given is not None:
         (folder / given).write_bytes(believed.read_bytes())
-        files.append(given)
-    options, changed = origin.options, dict[str, JsonValue]()
-    if options is not None:
-        usual = type(options)()
-        each = [field.name for field in fields(options)]  # pyright: ignore[reportArgumentType]
-        changed = {key: getattr(options, key) for key in each if getattr(options, key) != getattr(usual, key)}
+        written.append(given)
+    options = cast("DataclassInstance | None", origin.options)
+    own, usual = ({}, {}) if options is None else (asdict(options), asdict(type(options)()))
     record = RecordFile(
-        format=1,
+        **dict(stated),
         kind=kind,
         title=title,
         command=command,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
-        sources=tuple(each.recording.name for each in origin.motions if names is None)
-        or tuple(each.recording for each in motions),
-        robot=RobotTable(model=model, couplings=tuple((i + 1, j + 1) for i, j in origin.arm.couplings)),
-        motions=motions,
-        observe=asdict(origin.observing),
-        gains=asdict(origin.gains),
+        sources=tuple(each.recording for each in names or ()) or tuple(each.recording.name for each in origin.motions),
         method=origin.method,
-        options=changed,
+        options={name: value for name, value in own.items() if value != usual[name]},
         payload=None if payload is None else PLANNED,
         believed=given,
         scenario=scenario,
         scene=scene,
         versions=versions(),
-        files=digests_of(folder, list(dict.fromkeys(files))),
+        files=digests_of(folder, [*stated.written, *written]),
     )
-    (folder / RECORD).write_text(to_json(record.model_dump(mode="json")) + "\n", encoding="utf-8")
+    write_json(folder / RECORD, record)
 
 
 def read_record(folder: Path) -> RecordFile:
@@ -192,10 +156,11 @@ def read_record(folder: Path) -> RecordFile:
     Raises:
         ScenarioError: If there is no valid record; if a file is missing or changed.
     """
+    again, place = "save it again with this version of rx90", one_line(folder / RECORD)
     try:
-        record = read_stated(folder / RECORD, RecordFile)
+        record = validated_table(RecordFile, read_json(folder / RECORD), place, ScenarioError)
     except ScenarioError as error:
-        raise ScenarioError(f"{error}; save it again with this version of rx90") from error
+        raise ScenarioError(f"{error}; {again}") from error
     for name, digest in record.files.items():
         path = folder / name
         try:
@@ -205,31 +170,22 @@ def read_record(folder: Path) -> RecordFile:
         if not same:
             raise ScenarioError(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
     if len(record.sources) != len(record.motions):
-        count = f"{len(record.sources)} sources of {len(record.motions)} motions"
-        raise ScenarioError(f"{one_line(folder / RECORD)}: {count}")
+        raise ScenarioError(f"{place}: {len(record.sources)} sources of {len(record.motions)} motions")
     return record
 
 
-def read_json(path: Path, kind: type[Kept], complaint: str, advice: str = "") -> Kept:
-    """Read a file as a model.
-
-    Raises:
-        ScenarioError: If it is not valid: path, complaint, the first errors, advice.
-    """
-    try:
-        return kind.model_validate(json.loads(path.read_text(encoding="utf-8")))  # names may be no text
-    except (OSError, ValueError) as error:  # of pydantic too
-        first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: {complaint}: {first}{advice}") from error
-
-
-def read_result(folder: Path, kind: type[Kept]) -> Kept:
-    """Read the result of a folder.
+def read_result(folder: Path, kind: type[Kept], name: str = RESULT) -> Kept:
+    """Read the result in a file of a folder.
 
     Raises:
         ScenarioError: If it is of another kind or version.
     """
-    return read_json(folder / RESULT, kind, "not a result of this version of rx90", "; save it again")
+    path = folder / name
+    try:
+        return kind.model_validate(read_json(path))
+    except ValidationError as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ScenarioError(f"{one_line(path)}: {DAMAGED}: {first}") from error
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:

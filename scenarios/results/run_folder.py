@@ -3,11 +3,13 @@
 import hashlib
 import os
 import shlex
+from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 
 from ident.payload.payload import write_payload
 from ident.recordings.files import write_recording
+from ident.recordings.recording import Recording
 from scenarios.experiments.motions import motion_digest
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.run import Run, as_identified
@@ -17,11 +19,10 @@ from scenarios.experiments.schema import BARE, Scenario, grouped
 from scenarios.rendering.result import to_json
 from scenarios.results.fit import ROWS, fit_of
 from scenarios.results.gains import Result
-from scenarios.results.problem_folder import MODELS, MotionTable
+from scenarios.results.problem_folder import MODELS, GivenProblem, MotionTable
 from scenarios.results.record import (
     RECORD,
     RESULT,
-    Origin,
     coupling_words,
     identify_words,
     option_words,
@@ -44,14 +45,14 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def origin(run: Run) -> Origin:
-    """Return what the gains of a run were made from."""
-    chosen, robot = run.setup.scenario.table.identification, run.setup.experiments[0].plant.robot
-    return Origin(
+def simulated_problem(setup: Setup, recordings: Sequence[Recording]) -> GivenProblem:
+    """Return the problem of recordings of a scenario."""
+    chosen, robot = setup.scenario.table.identification, setup.experiments[0].plant.robot
+    return GivenProblem(
         model=robot.model,
         flange=robot.flange,
-        arm=run.setup.structure.arm,
-        motions=as_identified(run.setup, run.recordings),
+        arm=setup.structure.arm,
+        motions=as_identified(setup, recordings),
         observing=chosen.observe,
         gains=chosen.gains,
         method=chosen.method,
@@ -83,7 +84,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     save_result(
         folder,
         Result.of_run(run),
-        origin(run),
+        simulated_problem(setup, run.recordings),
         kind="run",
         title=f"Scenario {setup.scenario.name}, seed {run.seed}: {setup.scenario.table.description}",
         command=command,

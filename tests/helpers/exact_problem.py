@@ -11,7 +11,7 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.recordings.recording import Motion, Recording
 from scenarios.experiments.robots import robot
-from scenarios.results.problem_folder import write_problem
+from scenarios.results.problem_folder import GivenProblem, write_problem
 
 GAIN = np.array([0.94, -1.3, 25.0, 0.31, 7.1, -0.045])
 PAYLOAD = Payload(
@@ -40,5 +40,8 @@ def exact_problem(folder: Path, structure: Structure, *, noise: float = 0.0, mot
         v += noise * np.sqrt(np.mean(v**2, axis=0)) * rng.standard_normal(v.shape)
         found.append(Motion(Recording(t, q, v, "bare" if payload is None else "loaded"), payload))
     observing, limits = ObserveOptions(cutoff_hz=35.0, reversal_speed=0.1), {"noise_floor": 1e-12, "max_rel_std": 10.0}
-    write_problem(folder, robot(), (), found[:motions], observing=observing, gains=GainOptions(**limits))
+    gains = GainOptions(**limits)
+    write_problem(
+        folder, GivenProblem(model=robot().model, arm=arm, motions=found[:motions], observing=observing, gains=gains)
+    )
     return folder

@@ -18,7 +18,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Motion, Recording
 from scenarios.results.gains_file import SLIDING, TURNING, gains_file, gains_text, read_gains, recording_digest
 from scenarios.results.json_schemas import schema
-from scenarios.results.record import Origin
+from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
 
 REASON = 'no load: "0.1" N m \\ ünï'
@@ -51,7 +51,7 @@ def file(arm):
     weight = Payload(mass=3.3, mass_std=0.02, known="mass")
     return estimate, gains_file(
         estimate,
-        Origin(
+        GivenProblem(
             model=rx90_mjcf.MJCF,
             arm=replace(arm, revolute=np.array([True, True, True, False, True, True])),
             motions=[Motion(LOG), Motion(HEAVY, weight), Motion(replace(HEAVY, name="again"), weight)],

@@ -110,10 +110,9 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A heading; `folded` shows the content below on a page only on request, `file_only` omits it on a screen."""
+    """A heading; `file_only` omits it on a screen."""
 
     text: str
-    folded: bool = False
     file_only: bool = False
 
 
@@ -194,6 +193,12 @@ def pairs_table(first: str, second: str, pairs: Mapping[str, str], shown: int | 
     """Return a table of names and values."""
     value = column(second, pairs.__getitem__, words=True)
     return table(pairs, column(first, str, words=True), value, shown=shown, rest=rest)
+
+
+def verdict(text: str, passed: bool) -> Paragraph:
+    """Return the verdict of a result, the main statement."""
+    word, mood = ("PASSED", Mood.GOOD) if passed else ("FAILED", Mood.BAD)
+    return Paragraph(sentence(f"{word}: {text}"), mood, strong=True)
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:

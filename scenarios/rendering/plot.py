@@ -6,6 +6,7 @@ Matplotlib is imported when a page is drawn. Colours of the SVG are names of the
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
@@ -156,6 +157,21 @@ def draw_intervals(
     if zero:
         low, high = axes.get_ylim()
         axes.set_ylim(min(low, 0.0), max(high, 0.0))
+
+
+def intervals_plot(
+    title: str,
+    caption: str,
+    y: str,
+    joints: Sequence[int],
+    series: Mapping[str, Mapping[int, tuple[float, float, float]]],
+    *,
+    limit: float | None = None,
+    zero: bool = False,
+) -> Plot:
+    """Return a plot of `draw_intervals`."""
+    draw = partial(draw_intervals, joints=joints, series=series, limit=limit, zero=zero)
+    return Plot(title=title, caption=caption, x="Joint", y=y, draw=draw)
 
 
 def _beside(axes: "Axes", joints: Sequence[int], found: Iterable[int], k: int, count: int) -> tuple[list[float], float]:

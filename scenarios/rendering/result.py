@@ -8,18 +8,20 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, WrapSerializer, WrapValidator
+from pydantic import AliasChoices, BaseModel, ConfigDict, WrapSerializer, WrapValidator
 
 from scenarios.rendering.content import Mood, Part, Report, Table
 from scenarios.rendering.plot import Plot
 
 Value = TypeVar("Value")
+NAME, VALUE = (AliasChoices(key, attribute) for key, attribute in (("parameter", "name"), ("estimate", "value")))
+"""Keys of an estimated quantity, and the attributes of its object."""
 
 
 class ResultModel(BaseModel):
     """A JSON object that may have more keys than these."""
 
-    model_config = ConfigDict(extra="allow", defer_build=True)  # a command uses few of those that it imports
+    model_config = ConfigDict(extra="allow", from_attributes=True, defer_build=True)  # of those imported, few are used
 
     def parts(self) -> Iterable[Part]:
         """Return what is shown of the result, in order."""

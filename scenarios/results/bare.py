@@ -7,16 +7,16 @@ the link are included, so that `rx90 patch`, which reads the links, detects a mo
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from ident.diagnosis.diagnosis import two_digits
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.model.arm import Arm
-from ident.parameters.arm import Quantity
 from ident.parameters.links import FoundLinks, ModelLinks
 from ident.parameters.payload import body_values
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.arrays import Array
+from scenarios.experiments.schema import InertiaTable
 from scenarios.rendering.content import (
     ColumnOf,
     Mood,
@@ -31,7 +31,7 @@ from scenarios.rendering.content import (
     table,
     two_sigma,
 )
-from scenarios.rendering.result import ResultModel
+from scenarios.rendering.result import NAME, VALUE, ResultModel
 from scenarios.results.diagnoses import DiagnosedResult, doubt_paragraphs, horizon_paragraphs
 
 Vector = tuple[float, float, float]
@@ -64,48 +64,40 @@ FAR = 4.0
 class BareParameter(ResultModel):
     """A parameter identified from bare motions."""
 
-    parameter: str = Field(description="Name, numbered by joint; several names if only their sum is identifiable")
+    parameter: str = Field(
+        validation_alias=NAME, description="Name, numbered by joint; several names if only their sum is identifiable"
+    )
     unit: str = Field(description="Unit of the values")
-    estimate: float = Field(description="Estimate, in `unit`")
+    estimate: float = Field(validation_alias=VALUE, description="Estimate, in `unit`")
     std: float = Field(description="Standard deviation, in `unit`, including that of the gains if these are given")
-
-    @classmethod
-    def of(cls, found: Quantity) -> "BareParameter":
-        """Return an identified parameter."""
-        return cls(parameter=found.name, unit=found.unit, estimate=found.value, std=found.std)
 
 
 class BareJoint(ResultModel):
-    """A joint's gain over that of the reference joint, and its friction in drive units.
+    """A joint's gain over that of the reference joint, and its friction in drive units."""
 
-    Attributes:
-        joint: Number of the joint, from 1.
-        name: Name of the joint in the robot's model.
-        ratio: Ratio of its gain to that of the reference joint, null if not identifiable.
-        rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
-        predicted_rel_std: Predicted relative standard deviation, also for a refused ratio.
-        reason: Why there is no ratio, null if there is one.
-        gain: Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given.
-        off: Relative difference between this ratio and that of the given gains.
-        off_std: Standard deviation of `off`, including that of the given gains; relative.
-        predicted_rel_error: Norm of the prediction error of its currents, each part of the motions predicted from the
-            others, relative to that of the currents; null without rows.
-        fitted_rel_error: Norm of the residual of a fit of all parts, relative to that of the currents.
-        friction: Friction and offset of the joint.
-    """
-
-    joint: int = Field(ge=1)
-    name: str
-    ratio: float | None
-    rel_std: float | None
-    predicted_rel_std: float
-    reason: str | None
-    gain: float | None = None
-    off: float | None
-    off_std: float | None
-    predicted_rel_error: float | None = None
-    fitted_rel_error: float | None = None
-    friction: list[BareParameter]
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    name: str = Field(description="Name of the joint in the robot's model")
+    ratio: float | None = Field(
+        description="Ratio of its gain to that of the reference joint; null if not identifiable"
+    )
+    rel_std: float | None = Field(description="Relative standard deviation of the ratio, 0 for the reference joint")
+    predicted_rel_std: float = Field(description="Predicted relative standard deviation, also for a refused ratio")
+    reason: str | None = Field(description="Why there is no ratio, null if there is one")
+    gain: float | None = Field(
+        None,
+        description="Given gain used for base parameters in SI and links [N m / drive unit]; null if none is given",
+    )
+    off: float | None = Field(description="Relative difference between this ratio and that of the given gains")
+    off_std: float | None = Field(description="Standard deviation of `off`, with that of the given gains; relative")
+    predicted_rel_error: float | None = Field(
+        None,
+        description="Norm of the prediction error of its currents, each part of the motions predicted from the others, "
+        "relative to that of the currents; null without rows",
+    )
+    fitted_rel_error: float | None = Field(
+        None, description="Norm of the residual of a fit of all parts, relative to that of the currents"
+    )
+    friction: list[BareParameter] = Field(description="Friction and offset of the joint")
 
 
 class ExpectedJoint(ResultModel):
@@ -123,36 +115,14 @@ class ExpectedGains(ResultModel):
     joints: list[ExpectedJoint] = Field(description="One entry per joint, in order")
 
 
-class _Open(BaseModel):
-    """A JSON object that may have more keys than these."""
-
-    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
-
-
-class LinkInertia(_Open):
-    """Inertia about the centre of mass, along the axes of the link."""
-
-    ixx: float = Field(description="Moment about the first axis [kg m^2]")
-    iyy: float = Field(description="Moment about the second axis [kg m^2]")
-    izz: float = Field(description="Moment about the third axis [kg m^2]")
-    ixy: float = Field(description="Product of the first and second axis [kg m^2]")
-    ixz: float = Field(description="Product of the first and third axis [kg m^2]")
-    iyz: float = Field(description="Product of the second and third axis [kg m^2]")
-
-    @property
-    def six(self) -> tuple[float, float, float, float, float, float]:
-        """Values in the order of `INERTIA_KEYS`."""
-        return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
-
-
-class Link(_Open):
+class Link(ResultModel, allow_inf_nan=False):
     """A physically consistent link, without bodies fixed to it."""
 
     joint: int = Field(ge=1, description="Number of the joint, from 1")
     name: str = Field(description="Name of the joint that moves the link")
     mass: float = Field(gt=0.0, description="Mass [kg]")
     com: Vector = Field(description="Centre of mass in the frame of the joint [m]")
-    inertia: LinkInertia = Field(description="Inertia about the centre of mass [kg m^2]")
+    inertia: InertiaTable = Field(description="Inertia about the centre of mass [kg m^2]")
     motor_inertia: float = Field(ge=0.0, description="Rotor inertia, joint side [kg m^2 or kg]")
     motor_unit: str = Field("kg m^2", description="Unit of the rotor inertia")
     motor_found: bool = Field(description="Whether the data determine the rotor inertia; false: taken from the model")
@@ -169,7 +139,7 @@ class Link(_Open):
         return all(np.allclose(*pair, rtol=tolerance, atol=tolerance) for pair in zip(own, others, strict=True))
 
 
-class Links(_Open):
+class Links(ResultModel, allow_inf_nan=False):
     """Physically consistent links nearest to the model's."""
 
     links: tuple[Link, ...] = Field(min_length=1, description="One entry per joint, in order")
@@ -179,25 +149,26 @@ class Links(_Open):
     @classmethod
     def of(cls, found: FoundLinks, nominal: ModelLinks, arm: Arm) -> "Links":
         """Return the result of consistent links."""
-        links, far = list[dict[str, object]](), int(np.argmax(np.abs(found.moved)))
-        for j in range(arm.n):
-            mass, *rest = body_values(found.own[j]).tolist()
-            links.append(
-                {
-                    "joint": j + 1,
-                    "name": arm.joint_names[j],
-                    "mass": mass,
-                    "com": rest[:3],
-                    "inertia": dict(zip(INERTIA_KEYS, rest[3:], strict=True)),
-                    "motor_inertia": float(found.motor[j]),
-                    "motor_unit": "kg m^2" if arm.revolute[j] else "kg",
-                    "motor_found": bool(found.motor_found[j]),
-                    "carried": nominal.carried[j].tolist(),
-                    "place": arm.translation[j].tolist(),
-                    "orientation": arm.rotation[j].tolist(),
-                    "axis": arm.axis[j].tolist(),
-                }
-            )
+        far = int(np.argmax(np.abs(found.moved)))
+        bodies = np.array([body_values(own) for own in found.own])  # (n, 10)
+        columns = {
+            "joint": np.arange(1, arm.n + 1),
+            "name": np.array(arm.joint_names),
+            "mass": bodies[:, 0],
+            "com": bodies[:, 1:4],
+            "motor_inertia": found.motor,
+            "motor_unit": np.where(arm.revolute, "kg m^2", "kg"),
+            "motor_found": found.motor_found,
+            "carried": nominal.carried,
+            "place": arm.translation,
+            "orientation": arm.rotation,
+            "axis": arm.axis,
+        }
+        rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+        inertia = (dict(zip(INERTIA_KEYS, own, strict=True)) for own in bodies[:, 4:].tolist())
+        links = [
+            dict(zip(columns, row, strict=True)) | {"inertia": own} for row, own in zip(rows, inertia, strict=True)
+        ]
         moved = {"farthest_parameter": found.names[far], "farthest_deviations": float(abs(found.moved[far]))}
         return cls.model_validate({"links": links, **moved})
 
@@ -222,7 +193,9 @@ class Links(_Open):
             column("Joint", lambda each: each.joint),
             column("Mass [kg]", lambda each: f"{each.mass:#.4g}"),
             column("Centre [m]", lambda each: " ".join(f"{x:z.4f}" for x in each.com), words=True),
-            column("ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: alike(each.inertia.six), words=True),
+            column(
+                "ixx iyy izz ixy ixz iyz [kg m^2]", lambda each: alike([value for _, value in each.inertia]), words=True
+            ),
             column(motor, lambda each: f"{each.motor_inertia:#.4g}"),
             title="Physically consistent links, in SI, each in the frame of its joint",
         )

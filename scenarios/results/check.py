@@ -2,19 +2,18 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, two_digits
+from ident.diagnosis.diagnosis import Severity, two_digits
 from ident.diagnosis.motion_quality import JointMotion
 from ident.identification import Checked
 from ident.model.arm import Arm
 from scenarios.rendering.content import Heading, Mood, Paragraph, Part, column, many, percent, table
-from scenarios.rendering.plot import Plot, draw_intervals
+from scenarios.rendering.plot import Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.diagnoses import (
     MOODS,
@@ -80,18 +79,6 @@ class CheckLine(ResultModel):
     seen: str = Field(description="The finding")
     advice: str | None = Field(description="Recommended action")
 
-    @classmethod
-    def of(cls, found: Diagnosis) -> "CheckLine":
-        """Return a diagnosis as a line."""
-        return cls(
-            log=found.logs[0] if len(found.logs) == 1 else None,
-            what=found.name,
-            joint=found.joints[0] + 1 if len(found.joints) == 1 else None,
-            verdict=found.severity.value,
-            seen=found.sentence,
-            advice=found.advice,
-        )
-
 
 class CheckReadings(ResultModel):
     """Faults of all logs together."""
@@ -100,21 +87,6 @@ class CheckReadings(ResultModel):
     same: list[str] = Field(description="Faults that these logs can neither confirm nor exclude")
     out_of_reach: list[int] = Field(description="Joints beyond their limits")
     driven_by_friction: list[int] = Field(description="Joints whose positions or currents have the wrong sign")
-
-    @classmethod
-    def of(cls, found: Diagnosed) -> "CheckReadings":
-        """Return the faults of all logs together."""
-
-        def joints(name: str) -> list[int]:
-            return sorted({joint + 1 for each in found.findings if each.name == name for joint in each.joints})
-
-        wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
-        return cls(
-            better=[each.sentence for each in wrong if each.z is not None],
-            same=[*found.undetectable, *found.undetectable_together],
-            out_of_reach=joints(LIMITS),
-            driven_by_friction=joints(FRICTION),
-        )
 
 
 class Check(DiagnosedResult):
@@ -130,12 +102,31 @@ class Check(DiagnosedResult):
     def of(cls, checked: Checked, arm: Arm) -> "Check":
         """Return the result of a check."""
         found = checked.found
+
+        def joints(name: str) -> list[int]:
+            return sorted({joint + 1 for each in found.findings if each.name == name for joint in each.joints})
+
         return cls(
             robot=arm.name,
             verdict=found.severity.value,
-            lines=[CheckLine.of(each) for each in found.diagnoses],
+            lines=[
+                CheckLine(
+                    log=each.logs[0] if len(each.logs) == 1 else None,
+                    what=each.name,
+                    joint=each.joints[0] + 1 if len(each.joints) == 1 else None,
+                    verdict=each.severity.value,
+                    seen=each.sentence,
+                    advice=each.advice,
+                )
+                for each in found.diagnoses
+            ],
             logs=[CheckLog.of(name, motions, arm) for name, motions in checked.logs],
-            readings=CheckReadings.of(found),
+            readings=CheckReadings(
+                better=[x.sentence for x in found.diagnoses if x.severity is Severity.WRONG and x.z is not None],
+                same=[*found.undetectable, *found.undetectable_together],
+                out_of_reach=joints(LIMITS),
+                driven_by_friction=joints(FRICTION),
+            ),
             **diagnosed_values(found),
         )
 
@@ -221,5 +212,5 @@ def range_plot(logs: Mapping[str, Sequence[CheckJoint]]) -> Plot:
     of = "as a share of the range that the model states" if stated else "as the model states no range for every joint"
     unit = "% of range" if stated else ", ".join(dict.fromkeys(each.unit for each in joints))
     caption = f"From the lowest to the highest position of each joint, {of}."
-    draw = partial(draw_intervals, joints=[each.joint for each in joints], series=series, zero=stated)
-    return Plot(title="Range of each joint", caption=caption, x="Joint", y=f"Position [{unit}]", draw=draw)
+    numbers, y = [each.joint for each in joints], f"Position [{unit}]"
+    return intervals_plot("Range of each joint", caption, y, numbers, series, zero=stated)

@@ -12,7 +12,6 @@ from ident.parameters.payload import UNITS
 from ident.parameters.weighing import GainsOutcome
 from scenarios.rendering.content import (
     ColumnOf,
-    Mood,
     Paragraph,
     Part,
     column,
@@ -22,6 +21,7 @@ from scenarios.rendering.content import (
     rounded,
     table,
     two_sigma,
+    verdict,
 )
 from scenarios.rendering.result import ResultModel
 
@@ -40,74 +40,50 @@ JUDGED = (
 
 
 class CostQuantity(ResultModel):
-    """Mass, a coordinate of the centre, or an inertia of the payload, in `unit`; null if not identifiable.
+    """Mass, a coordinate of the centre, or an inertia of the payload, in `unit`; null if not identifiable."""
 
-    Attributes:
-        quantity: Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz.
-        unit: Unit of the values.
-        true: True value of the mounted payload, null if unknown, in `unit`.
-        stated: Specified value, null if not specified, in `unit`.
-        a_priori: Estimate with the a-priori gains, in `unit`.
-        a_priori_std: Standard deviation of that estimate, in `unit`, without errors of the a-priori gains.
-        found: Estimate with the identified gains, in `unit`; null where these come from the same recordings.
-        found_std: Standard deviation of that estimate, in `unit`, including that of the gains.
-    """
-
-    quantity: str
-    unit: str
-    true: float | None
-    stated: float | None
-    a_priori: float | None
-    a_priori_std: float | None
-    found: float | None
-    found_std: float | None
+    quantity: str = Field(description="Name of the quantity: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Unit of the values")
+    true: float | None = Field(description="True value of the mounted payload, null if unknown, in `unit`")
+    stated: float | None = Field(description="Specified value, null if not specified, in `unit`")
+    a_priori: float | None = Field(description="Estimate with the a-priori gains, in `unit`")
+    a_priori_std: float | None = Field(
+        description="Standard deviation, in `unit`, without errors of the a-priori gains"
+    )
+    found: float | None = Field(
+        description="Estimate with the identified gains, in `unit`; null where these come from the same recordings"
+    )
+    found_std: float | None = Field(description="Standard deviation, in `unit`, including that of the gains")
 
 
 class CostJoint(ResultModel):
-    """A single joint: its gains, the mass of the payload from it alone, its predicted torque.
+    """A single joint: its gains, the mass of the payload from it alone, its predicted torque."""
 
-    Attributes:
-        joint: Number of the joint, from 1.
-        a_priori_gain: A-priori gain [N m / drive unit], null where none is specified.
-        gain: Identified gain [N m / drive unit], null if refused.
-        rel_difference: Relative difference: ratio of a-priori to identified gain, minus one; null unless both exist.
-        a_priori_mass: Mass with its a-priori gain; null if not identifiable [kg].
-        a_priori_mass_std: Standard deviation of that mass [kg].
-        found_mass: Mass with the identified gain [kg].
-        found_mass_std: Standard deviation of that mass [kg].
-        a_priori_torque_error: Relative error of the torque of arm and payload on another motion, predicted with the
-            a-priori gains; null if the torque is unknown.
-        found_torque_error: Relative error of that torque, predicted with the identified gains.
-    """
-
-    joint: int = Field(ge=1)
-    a_priori_gain: float | None
-    gain: float | None
-    rel_difference: float | None
-    a_priori_mass: float | None
-    a_priori_mass_std: float | None
-    found_mass: float | None
-    found_mass_std: float | None
-    a_priori_torque_error: float | None
-    found_torque_error: float | None
+    joint: int = Field(ge=1, description="Number of the joint, from 1")
+    a_priori_gain: float | None = Field(description="A-priori gain [N m / drive unit], null where none is specified")
+    gain: float | None = Field(description="Identified gain [N m / drive unit], null if refused")
+    rel_difference: float | None = Field(description="Ratio of a-priori to identified gain, minus one; null without")
+    a_priori_mass: float | None = Field(description="Mass with its a-priori gain; null if not identifiable [kg]")
+    a_priori_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    found_mass: float | None = Field(description="Mass with the identified gain [kg]")
+    found_mass_std: float | None = Field(description="Standard deviation of that mass [kg]")
+    a_priori_torque_error: float | None = Field(
+        description="Relative error of the torque of arm and payload on another motion, predicted with the a-priori "
+        "gains; null if the torque is unknown"
+    )
+    found_torque_error: float | None = Field(description="Relative error of that torque with the identified gains")
 
 
 class CostArm(ResultModel):
-    """Identifiable parameters of the arm, all of one kind.
+    """Identifiable parameters of the arm, all of one kind."""
 
-    Attributes:
-        quantity: Kind of the parameters: first moments, including the masses, or inertias.
-        a_priori: Relative error with the a-priori gains: norm of the error over norm of the true parameters.
-        a_priori_std: Expected rms of this relative error, from the standard deviations of the parameters.
-        found: Relative error with the identified gains.
-        found_std: Expected rms of this relative error, from the standard deviations of the parameters.
-    """
-
-    quantity: str
-    a_priori: float
-    a_priori_std: float
-    found: float | None
-    found_std: float | None
+    quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
+    a_priori: float = Field(
+        description="Relative error with the a-priori gains: norm of the error over norm of the true"
+    )
+    a_priori_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
+    found: float | None = Field(description="Relative error with the identified gains")
+    found_std: float | None = Field(description="Expected rms of this relative error")
 
 
 class ResultCost(ResultModel):
@@ -121,13 +97,13 @@ class ResultCost(ResultModel):
 
     @classmethod
     def of(
-        cls, a_priori: GainsOutcome, joints: Sequence[JointResult], verdict: "CostVerdict | None" = None
+        cls, a_priori: GainsOutcome, joints: Sequence[JointResult], judged: "CostVerdict | None" = None
     ) -> "ResultCost":
         """Return the results with a-priori gains beside those with the identified gains of `joints`.
 
         Without a verdict, the payload is the one that the gains were identified with.
         """
-        found, payload = None if verdict is None else verdict.found, a_priori.weighed.payload
+        found, payload = None if judged is None else judged.found, a_priori.weighed.payload
         shape = {"all": (payload.com or ()) + (payload.inertia or ()), "com": payload.com or ()}.get(payload.known, ())
         stated = dict(zip(UNITS, (payload.mass, *shape), strict=False))
         believed = dict(zip(a_priori.gains.joints.tolist(), a_priori.gains.value.tolist(), strict=True))
@@ -149,22 +125,23 @@ class ResultCost(ResultModel):
                 gain=gain,
                 rel_difference=None if own is None or gain is None else own / gain - 1.0,
                 **both("_mass", lambda outcome: (outcome.weighed.joints[j].mass, outcome.weighed.joints[j].std)),
-                a_priori_torque_error=None if verdict is None else verdict.torque_a_priori.get(j),
-                found_torque_error=None if verdict is None else verdict.torque_found.get(j),
+                a_priori_torque_error=None if judged is None else judged.torque_a_priori.get(j),
+                found_torque_error=None if judged is None else judged.torque_found.get(j),
             )
 
         def together(name: str, unit: str) -> CostQuantity:
-            true = None if verdict is None else verdict.true[name]
+            true = None if judged is None else judged.true[name]
             numbers = both("", lambda outcome: in_body(name, outcome))
             return CostQuantity(quantity=name, unit=unit, true=true, stated=stated.get(name), **numbers)
 
-        arm = () if verdict is None else verdict.arm
-        return cls(
-            payload=[together(*each) for each in UNITS.items()],
-            joints=[alone(*each) for each in enumerate(joints)],
-            arm=[CostArm.model_validate(each, from_attributes=True) for each in arm],
-            tolerance=None if verdict is None else verdict.tolerance,
-            passed=None if verdict is None else verdict.passed,
+        return cls.model_validate(
+            {
+                "payload": [together(*each) for each in UNITS.items()],
+                "joints": [alone(*each) for each in enumerate(joints)],
+                "arm": [] if judged is None else list(judged.arm),
+                "tolerance": judged and judged.tolerance,
+                "passed": judged and judged.passed,
+            }
         )
 
     def parts(self, unit: str = "N m/unit") -> Iterable[Part]:
@@ -219,11 +196,8 @@ class ResultCost(ResultModel):
         assert weight is not None, "a weight has a mass"
 
         def off(mass: float | None) -> str:
-            return (
-                f"{mass:.3f} kg ({two_digits(100.0 * (mass / weight - 1.0), sign='+')} %)"
-                if mass is not None
-                else "no mass"
-            )
+            change = two_digits(100.0 * ((mass or 0.0) / weight - 1.0), sign="+")
+            return "no mass" if mass is None else f"{mass:.3f} kg ({change} %)"
 
         said = f"he payload of {weight:g} kg: with the a-priori gains {off(mass.a_priori)}"
         alone = {each.joint: (each.a_priori_mass, each.a_priori_mass_std or 0.0) for each in self.joints}
@@ -233,9 +207,8 @@ class ResultCost(ResultModel):
             said += f" from all joints, {off(alone[worst][0])} from joint {worst} alone"
         if self.passed is None:
             return Paragraph(f"T{said}. The identified gains reproduce this mass, as they were identified with it.")
-        said += f"; with identified gains {off(mass.found)}, tolerance {100.0 * (self.tolerance or 0.0):.3g} %."
-        verdict, mood = ("PASSED", Mood.GOOD) if self.passed else ("FAILED", Mood.BAD)
-        return Paragraph(f"{verdict}: t{said}", mood, strong=True)
+        said += f"; with identified gains {off(mass.found)}, tolerance {100.0 * (self.tolerance or 0.0):.3g} %"
+        return verdict(f"t{said}", self.passed)
 
 
 def _twice(std: float | None) -> float | None:

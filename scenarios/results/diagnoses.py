@@ -21,6 +21,7 @@ from scenarios.rendering.content import (
     number,
     percent,
     table,
+    verdict,
 )
 from scenarios.rendering.result import FromOne, ResultModel
 
@@ -178,11 +179,11 @@ def unseen_verdict(
     if wrong := [each for each in found.joints if each.misjudged]:
         why += f". By its payload the gains are off by {off(wrong)}, or the payload is not as specified"
     doubted = [each for each in found.joints if each.doubted and not each.misjudged]
-    mood, word = (Mood.GOOD, "PASSED") if passed else (Mood.BAD, "FAILED")
-    verdict = Paragraph(f"{word}: prediction error {errors} {said}{why}.", mood, strong=True)
+    text = f"rediction error {errors} {said}"
+    first = verdict(f"p{text}{why}", passed)
     if passed and found.verdict is None:
-        verdict = Paragraph(f"Prediction error {errors} {said}.", strong=True)
-    return [verdict, *([Paragraph(DOUBTED.format(off(doubted)), Mood.DOUBTFUL, strong=True)] if doubted else [])]
+        first = Paragraph(f"P{text}.", strong=True)
+    return [first, *([Paragraph(DOUBTED.format(off(doubted)), Mood.DOUBTFUL, strong=True)] if doubted else [])]
 
 
 def _digits(share: float | None, *, sign: str = "") -> str:

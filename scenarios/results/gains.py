@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from operator import itemgetter
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from ident.diagnosis.diagnosis import SPOILS, Severity, two_digits
-from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.identification import Identification, refused_for_faults
 from ident.model.parameters import INERTIAL, UNITS
 from ident.parameters.weighing import GainsOutcome
@@ -15,14 +16,12 @@ from ident.payload.payload import standard_parameters
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
     Cell,
-    Column,
     ColumnOf,
     Heading,
     Mood,
     Paragraph,
     Part,
     Table,
-    cells,
     column,
     in_unit,
     joints_named,
@@ -32,9 +31,10 @@ from scenarios.rendering.content import (
     sentence,
     table,
     two_sigma,
+    verdict,
 )
-from scenarios.rendering.plot import COLOURS, Plot, draw_bars, draw_intervals
-from scenarios.rendering.result import FromOne, ResultModel
+from scenarios.rendering.plot import Plot, draw_bars, intervals_plot
+from scenarios.rendering.result import NAME, VALUE, FromOne, ResultModel
 from scenarios.results.cost import ResultCost
 from scenarios.results.diagnoses import (
     MOODS,
@@ -49,8 +49,6 @@ from scenarios.results.diagnoses import (
 )
 
 if TYPE_CHECKING:  # the simulator is not needed by a process that only identifies
-    from matplotlib.axes import Axes
-
     from scenarios.experiments.run import Run
 
 MEANING = (
@@ -89,17 +87,15 @@ class ResultGain(ResultModel):
     def of(cls, joint: int, estimate: GainEstimate, unit: str) -> "ResultGain":
         """Return the result of a joint, from 1, whose true gain is unknown."""
         found = estimate.joints[joint - 1]
-        gain = found if isinstance(found, IdentifiedGain) else None
+        known = {name: getattr(found, name, None) for name in ("reason", "std", *SHARES, "predicted_rel_std")}
         return cls(
             joint=joint,
             name=found.joint,
             unit=unit,
-            estimate=gain and gain.value,
-            identifiable=gain is not None,
-            reason=found.reason if isinstance(found, RefusedGain) else None,
-            predicted_rel_std=found.predicted_rel_std,
+            estimate=getattr(found, "value", None),
+            identifiable=isinstance(found, IdentifiedGain),
             residual_share=estimate.residual_share(joint - 1),
-            **{name: getattr(gain, name, None) for name in ("std", *SHARES)},
+            **known,
             **dict.fromkeys(JUDGED),
         )
 
@@ -117,9 +113,9 @@ class ResultGain(ResultModel):
 class ResultParameter(ResultModel):
     """A parameter of the payload that the method also estimates."""
 
-    parameter: str = Field(description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
+    parameter: str = Field(validation_alias=NAME, description="Name of the parameter: XX to ZZ, MX, MY, MZ or M")
     true: float | None = Field(None, description="True value, null if unknown [kg m^2, kg m or kg]")
-    estimate: float = Field(description="Estimate [kg m^2, kg m or kg]")
+    estimate: float = Field(validation_alias=VALUE, description="Estimate [kg m^2, kg m or kg]")
     std: float = Field(description="Standard deviation, including that of the gains [kg m^2, kg m or kg]")
 
 
@@ -196,11 +192,8 @@ class Result(DiagnosedResult):
             seed=None,
             passed=None,
             gains=[ResultGain.of(j, estimate, unit) for j, unit in enumerate(gain_units(revolute), 1)],
-            payload=[
-                ResultParameter(parameter=each.name, true=None, estimate=each.value, std=each.std)
-                for each in estimate.payload
-            ],
-            fit=ResultFit.model_validate(estimate, from_attributes=True),
+            payload=list(map(ResultParameter.model_validate, estimate.payload)),
+            fit=ResultFit.model_validate(estimate),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
             notes=list(found.notes),
             cost=None if a_priori is None else ResultCost.of(a_priori, estimate.joints),
@@ -233,7 +226,7 @@ class Result(DiagnosedResult):
             f"{simulated}identified in {self.timing.identify_s:.2f} s."
         )
         if any(gain.identifiable for gain in gains):
-            yield self._error_plot() if self.judged else self._value_plot()
+            yield self._interval_plot()
             yield self._share_plot()
         yield from every_check("Diagnoses", found)
         yield from horizon_paragraphs(found)
@@ -242,9 +235,7 @@ class Result(DiagnosedResult):
         yield from (Paragraph(sentence(f"Joint {gain.joint}: {gain.reason}")) for gain in refused)
         yield from self._changed()
         if self.payload:
-            heads = (("Payload", True), ("Estimate", False), ("2 sigma", False), ("Unit", True))
-            rows = (quantity_row(p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in self.payload)
-            yield Table(columns=tuple(Column(title=title, words=words) for title, words in heads), rows=tuple(rows))
+            yield quantity_table((p.parameter, UNITS[p.parameter], p.estimate, 2.0 * p.std) for p in self.payload)
         if self.unseen is not None:
             yield Heading("A motion that was not used in any fit", file_only=True)
             yield from unseen_parts(self.unseen)
@@ -258,25 +249,26 @@ class Result(DiagnosedResult):
         found = [gain for gain in failed or self.gains if gain.identifiable]
         refused = [gain.joint for gain in failed or self.gains if not gain.identifiable]
         off, unexpected = ([gain for gain in found if (gain.excess > 1.0) is beyond] for beyond in (True, False))
-        said = list[str]()
-
-        def named(gains: list[ResultGain]) -> str:
-            return joints_named([gain.joint for gain in gains])
-
-        def worst(gains: list[ResultGain]) -> str:
+        expected, said = "as the scenario expects", list[str]()
+        if gains := off if failed else found:
             most = max(gains, key=lambda gain: gain.excess)
-            which = f"worst: joint {most.joint}, " if gains[1:] else ""
-            error = two_digits(100.0 * (most.rel_error or 0.0), sign="+")
-            return f"({which}{error} %, tolerance {100.0 * (most.tolerance or 0.0):.3g} %)"
-
-        if not failed:
-            said += [f"{many(len(found), 'gain')} within tolerance {worst(found)}"] if found else []
-            said += [f"{joints_named(refused)} refused, as the scenario expects"] if refused else []
-            return Paragraph(f"PASSED: {'; '.join(said)}.", Mood.GOOD, strong=True)
-        said += [f"{named(off)} {'exceed their' if off[1:] else 'exceeds its'} tolerance {worst(off)}"] if off else []
-        said += [f"{named(unexpected)} identified, where the scenario expects a refusal"] if unexpected else []
-        said += [f"{joints_named(refused)} refused, where the scenario expects a gain"] if refused else []
-        return Paragraph(f"FAILED: {'; '.join(said)}.", Mood.BAD, strong=True)
+            named, which = joints_named([gain.joint for gain in off]) if off else "", f"worst: joint {most.joint}, "
+            said.append(
+                (
+                    f"{named} {'exceed their' if off[1:] else 'exceeds its'}"
+                    if off
+                    else f"{many(len(found), 'gain')} within"
+                )
+                + f" tolerance ({which * bool(gains[1:])}{two_digits(100.0 * (most.rel_error or 0.0), sign='+')} %, "
+                f"tolerance {100.0 * (most.tolerance or 0.0):.3g} %)"
+            )
+        if failed:
+            expected = "where the scenario expects a gain"
+            if unexpected:
+                named = joints_named([gain.joint for gain in unexpected])
+                said.append(f"{named} identified, where the scenario expects a refusal")
+        said += [f"{joints_named(refused)} refused, {expected}"] if refused else []
+        return verdict("; ".join(said), not failed)
 
     def _summary(self) -> Paragraph:
         """Return a sentence on the number of gains, the quality of the fit, gains refused for a fault, and findings."""
@@ -307,79 +299,64 @@ class Result(DiagnosedResult):
         def verdict(gain: ResultGain) -> Cell:
             if judged and not gain.passed:
                 return Cell("FAILED", Mood.BAD)
-            if judged:
-                return Cell("passed" if gain.identifiable else "refused", Mood.GOOD)
-            return Cell("identified", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.DOUBTFUL)
+            mood = Mood.GOOD if judged or gain.identifiable else Mood.DOUBTFUL
+            return Cell(("passed" if judged else "identified") if gain.identifiable else "refused", mood)
 
         def value(title: str, name: str) -> ColumnOf[ResultGain]:
-            return column(title, lambda gain: rounded(getattr(gain, name), gain.std and 2.0 * gain.std))
+            return column(f"{title} [{unit}]", lambda gain: rounded(getattr(gain, name), gain.std and 2.0 * gain.std))
 
         def share(title: str, name: str, *, file_only: bool = False) -> ColumnOf[ResultGain]:
             return column(f"{title} [%]", lambda gain: two_sigma(gain.rel(name)), file_only=file_only)
 
-        contributions = [share(f"From {words}", name, file_only=True) for name, words in SHARES.items()]
-        columns: list[ColumnOf[ResultGain]] = [
+        name: ColumnOf[ResultGain] = column("Name", lambda gain: gain.name or "", words=True)
+        error: ColumnOf[ResultGain] = column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f"))
+        allowed: ColumnOf[ResultGain] = column(
+            "Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True
+        )
+        residual: ColumnOf[ResultGain] = column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f"))
+        return table(
+            self.gains,
             column("Joint", lambda gain: gain.joint),
-            column("Name", lambda gain: gain.name or "", words=True),
-            value(f"Gain [{unit}]", "estimate"),
+            value("Injected", "true") if judged else name,
+            value("Identified" if judged else "Gain", "estimate"),
             share("2 sigma", "std"),
-            *contributions,
-            column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f")),
-        ]
-        if judged:
-            columns = [
-                column("Joint", lambda gain: gain.joint),
-                value(f"Injected [{unit}]", "true"),
-                value(f"Identified [{unit}]", "estimate"),
-                share("2 sigma", "std"),
-                column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f")),
-                *contributions,
-                column("Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True),
-            ]
-        return table(self.gains, *columns, column("Verdict", verdict, words=True))
-
-    def _error_plot(self) -> Plot:
-        found = [gain for gain in self.gains if gain.rel_error is not None]
-        errors = {
-            gain.joint: _about(100.0 * (gain.rel_error or 0.0), 200.0 * (gain.std or 0.0) / abs(gain.true or 1.0))
-            for gain in found
-        }
-        joints = [gain.joint for gain in self.gains]  # joints without a gain are empty
-
-        def draw(axes: "Axes") -> None:
-            limits = [100.0 * (gain.tolerance or 0.0) for gain in found]
-            at, heights = [joints.index(gain.joint) for gain in found], [2.0 * limit for limit in limits]
-            band: Any = {"color": COLOURS["band"], "zorder": 0.6, "label": "Tolerance"}
-            axes.bar(at, heights, 0.2, [-limit for limit in limits], **band)
-            draw_intervals(axes, joints, {"Error, 2 sigma": errors})
-
-        return Plot(
-            title="Error of each gain, with its interval",
-            caption="Point: identified minus injected gain. Bar: plus and minus two standard deviations, all "
-            "contributions included. A 95 % interval should contain zero in 19 of 20 cases. Wide band: tolerance.",
-            x="Joint",
-            y="Error [%]",
-            draw=draw,
+            *([error] if judged else []),
+            *(share(f"From {words}", name, file_only=True) for name, words in SHARES.items()),
+            allowed if judged else residual,
+            column("Verdict", verdict, words=True),
         )
 
-    def _value_plot(self) -> Plot:
-        """Return the plot of gains in percent, relative to a-priori gains if there are any."""
+    def _interval_plot(self) -> Plot:
+        """Return the plot of errors with tolerances; without true gains, of gains relative to a-priori ones if any."""
         nominal = {} if self.cost is None else {each.joint: each.a_priori_gain for each in self.cost.joints}
-        stated = any(nominal.values())
-        of, ends = "the a-priori gain" if stated else "the gain", dict[int, tuple[float, float, float]]()
+        stated, joints = any(nominal.values()), [gain.joint for gain in self.gains]  # a refused one is empty
+        ends, allowed = dict[int, tuple[float, float, float]](), dict[int, tuple[float, float, float]]()
         for gain in self.gains:
-            middle = nominal.get(gain.joint) if stated else gain.estimate
+            middle = gain.true if self.judged else nominal.get(gain.joint) if stated else gain.estimate
             if gain.estimate is not None and middle:
-                away, reach = 100.0 * (gain.estimate / middle - 1.0), 200.0 * (gain.std or 0.0) / abs(middle)
-                ends[gain.joint] = _about(away, reach)
-        joints = [gain.joint for gain in self.gains]
-        return Plot(
-            title=f"Interval of each gain, relative to {of}",
-            caption="Bar: plus and minus two standard deviations, all contributions included. Refused joints have no "
-            "number.",
-            x="Joint",
-            y=f"Gain [% from {of}]",
-            draw=partial(draw_intervals, joints=joints, series={"Gain, 2 sigma": ends}, zero=True),
+                away = 100.0 * (gain.rel_error or 0.0 if self.judged else gain.estimate / middle - 1.0)
+                reach = 200.0 * (gain.std or 0.0) / abs(middle)
+                ends[gain.joint] = away, away - reach, away + reach
+                limit = 100.0 * (gain.tolerance or 0.0)
+                allowed[gain.joint] = 0.0, -limit, limit
+        bar = "plus and minus two standard deviations, all contributions included."
+        if self.judged:
+            return intervals_plot(
+                "Error of each gain, with its interval",
+                f"First: identified minus injected gain, {bar} A 95 % interval should contain zero in 19 of 20 cases. "
+                "Second: tolerance.",
+                "Error [%]",
+                joints,
+                {"Error, 2 sigma": ends, "Tolerance": allowed},
+            )
+        of = "the a-priori gain" if stated else "the gain"
+        return intervals_plot(
+            f"Interval of each gain, relative to {of}",
+            f"Bar: {bar} Refused joints have no number.",
+            f"Gain [% from {of}]",
+            joints,
+            {"Gain, 2 sigma": ends},
+            zero=True,
         )
 
     def _share_plot(self) -> Plot:
@@ -396,10 +373,6 @@ class Result(DiagnosedResult):
             y="2 sigma [%]",
             draw=partial(draw_bars, joints=[gain.joint for gain in self.gains], series=shares),
         )
-
-
-def _about(value: float, half: float) -> tuple[float, float, float]:
-    return value, value - half, value + half
 
 
 def gain_units(revolute: Sequence[bool]) -> list[str]:
@@ -421,13 +394,24 @@ def meaning(units: Sequence[str]) -> Paragraph:
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 
-def quantity_row(
-    name: str, unit: str, value: float | None, spread: float | None, *shares: float | None
-) -> tuple[Cell, ...]:
-    """Return the cells of a number, of its uncertainty, of the unit, and of shares, all rounded by the uncertainty."""
-    shown, numbers = in_unit(unit, value, spread, *shares)
-    estimate, own, *others = (rounded(each, numbers[1]) for each in numbers)
-    return cells(name, estimate, own, shown, *others)
+def quantity_table(rows: Iterable[tuple[str, str, float | None, *tuple[float | None, ...]]]) -> Table:
+    """Return a table of values of a payload: name, unit, value, its uncertainty, and contributions to this.
+
+    All numbers of a row are rounded by the uncertainty.
+    """
+    shown: list[tuple[str, ...]] = []
+    for name, own, *stated in rows:
+        unit, numbers = in_unit(own, *stated)
+        value, spread, *shares = (rounded(each, numbers[1]) for each in numbers)
+        shown.append((name, value, spread, unit, *shares))
+    titles = ("Payload", "Estimate", "2 sigma", "Unit", "From residual", "From gains", "From model")
+    return table(
+        shown,
+        *(
+            column(title, itemgetter(k), words=title in ("Payload", "Unit"), file_only=k > 3)
+            for k, title in enumerate(titles[: max(map(len, shown), default=4)])
+        ),
+    )
 
 
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:

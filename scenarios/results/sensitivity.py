@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,70 +39,58 @@ NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 TAILS = (2.5, 97.5)
 """Percentiles of the bootstrap at the ends of an interval."""
 RESAMPLES = 1000
+INDICES = ("rms", "first", "total")
+"""Numbers of a source that have intervals."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Interval:
-    """A value and its 95 % bootstrap interval.
+class Interval(ResultModel):
+    """A value and its 95 % bootstrap interval."""
 
-    Attributes:
-        value: A share of the gain, or of the variance of its error.
-        low, high: Ends of the interval, relative as the value.
-    """
+    value: float = Field(description="A share of the gain, or of the variance of its error")
+    low: float = Field(description="Lower end of the interval, relative as the value")
+    high: float = Field(description="Upper end of the interval, relative as the value")
 
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SourceCost:
-    """Error of one joint's gain from one source.
-
-    Attributes:
-        joint: Joint number, from 1.
-        source: Name of the source.
-        trials: Trials of the source alone that gave a gain.
-        bias: Mean relative error from the source alone, including that of the method without sources.
-        rms: Root mean square of the relative error from the source alone.
-        share: The source's share of the sum of all sources' mean squares.
-        first, total: Sobol indices: share of the error's variance that vanishes if the source is known, and that
-            remains if all others are known; None if the design has too few complete samples.
-    """
-
-    joint: int
-    source: str
-    trials: int
-    bias: float
-    rms: Interval
-    share: float
-    first: Interval | None
-    total: Interval | None
+    @classmethod
+    def of(cls, value: Array, ends: Array) -> list["Interval"]:
+        """Return intervals of values, shape (d,), with their ends, shape (2, d)."""
+        return [cls(value=v, low=x, high=y) for v, x, y in np.column_stack((value, *ends)).tolist()]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BudgetJoint:
-    """Relative errors of one joint's gain.
+class SourceCost(ResultModel):
+    """Error of one joint's gain from one source."""
 
-    Attributes:
-        joint: Number of the joint, from 1.
-        costs: One entry per source with which, alone, the joint has a gain, the largest error first.
-        floor: Relative error with every source off, null where the joint was refused.
-        together: Root mean square of the relative error with all sources on, null where no such trial gave a gain.
-        samples: Number of rows of the Sobol design from which the indices are computed.
-        lost: Number of trials without a gain for the joint.
-        summed: Relative error expected for `together` if the sources are independent and their effects add up.
-        silent: Sources with which, alone, the joint never has a gain.
-    """
+    joint: int = Field(description="Joint number, from 1")
+    source: str = Field(description="Name of the source")
+    trials: int = Field(description="Trials of the source alone that gave a gain")
+    bias: float = Field(
+        description="Mean relative error from the source alone, including that of the method without sources"
+    )
+    rms: Interval = Field(description="Root mean square of the relative error from the source alone")
+    share: float = Field(description="The source's share of the sum of all sources' mean squares")
+    first: Interval | None = Field(
+        description="First-order Sobol index: share of the error's variance that vanishes if the source is known; null "
+        "if the design has too few complete samples"
+    )
+    total: Interval | None = Field(description="Total-order index: share of it that remains if all others are known")
 
-    joint: int
-    costs: list[SourceCost]
-    floor: float | None
-    together: float | None
-    samples: int
-    lost: int
-    summed: float
-    silent: list[str]
+
+class BudgetJoint(ResultModel):
+    """Relative errors of one joint's gain."""
+
+    joint: int = Field(description="Number of the joint, from 1")
+    costs: list[SourceCost] = Field(
+        description="One entry per source with which, alone, the joint has a gain, the largest error first"
+    )
+    floor: float | None = Field(description="Relative error with every source off, null where the joint was refused")
+    together: float | None = Field(
+        description="Root mean square of the relative error with all sources on, null where no such trial gave a gain"
+    )
+    samples: int = Field(description="Number of rows of the Sobol design from which the indices are computed")
+    lost: int = Field(description="Number of trials without a gain for the joint")
+    summed: float = Field(
+        description="Relative error expected for `together` if the sources are independent and their effects add up"
+    )
+    silent: list[str] = Field(description="Sources with which, alone, the joint never has a gain")
 
 
 def joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
@@ -170,23 +157,16 @@ def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interv
         of = stats.sobol_indices(func={"f_A": A[k][None], "f_B": B[k][None], "f_AB": AB[:, k][:, None]}, n=len(A))
         return np.array([of.first_order.ravel(), of.total_order.ravel()])
 
-    found, ends = (
-        indices(np.arange(len(A))),
-        np.percentile([indices(k) for k in _resampled(len(A), seed)], TAILS, axis=0),
-    )
-    first, total = (
-        [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
-        for order in zip(found, *ends, strict=True)
-    )
+    resampled = np.array([indices(k) for k in _resampled(len(A), seed)])
+    found, ends = indices(np.arange(len(A))), np.percentile(resampled, TAILS, axis=0)
+    first, total = (Interval.of(found[order], ends[:, order]) for order in (0, 1))
     return first, total
 
 
 def _rms(error: Array, seed: int) -> Interval:
-    value = float(np.sqrt(np.mean(error**2)))
-    if len(error) < 2 or np.ptp(error) == 0.0:
-        return Interval(value=value, low=value, high=value)
-    low, high = np.percentile(np.sqrt(np.mean(error[_resampled(len(error), seed)] ** 2, axis=1)), TAILS)
-    return Interval(value=value, low=float(low), high=float(high))
+    samples = error[_resampled(len(error), seed)] if len(error) > 1 and np.ptp(error) > 0.0 else error[None]
+    rms = np.sqrt(np.mean(error[None] ** 2, axis=1))
+    return Interval.of(rms, np.percentile(np.sqrt(np.mean(samples**2, axis=1, keepdims=True)), TAILS, axis=0))[0]
 
 
 def _resampled(n: int, seed: int) -> Indices:
@@ -263,16 +243,12 @@ class Budget(ResultModel):
         Raises:
             OSError: If it cannot be written.
         """
-        rows: list[dict[str, object]] = []
-        for cost in (cost for budget in self.joints for cost in budget.costs):
-            row: dict[str, object] = {
-                name: getattr(cost, name) for name in ("joint", "source", "trials", "bias", "share")
-            }
-            for name in ("rms", "first", "total"):
-                of: Interval | None = getattr(cost, name)
-                row |= {name: of and of.value, f"{name}_low": of and of.low, f"{name}_high": of and of.high}
-            rows.append(row)
-        pd.DataFrame(rows).to_parquet(folder / BUDGET, index=False)
+        costs = [cost.model_dump() for budget in self.joints for cost in budget.costs]
+        for row in costs:
+            for name in INDICES:
+                ends = row.pop(name) or dict.fromkeys(Interval.model_fields)
+                row |= {name: ends["value"], f"{name}_low": ends["low"], f"{name}_high": ends["high"]}
+        pd.DataFrame(costs).to_parquet(folder / BUDGET, index=False)
         return folder / BUDGET
 
 

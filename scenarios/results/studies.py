@@ -39,8 +39,9 @@ from scenarios.rendering.content import (
     many,
     percent,
     table,
+    verdict,
 )
-from scenarios.rendering.plot import LIMIT, Plot, draw_intervals
+from scenarios.rendering.plot import LIMIT, Plot, intervals_plot
 from scenarios.rendering.result import ResultModel
 from scenarios.results.record import repeated
 
@@ -123,22 +124,24 @@ class StudyResult(ResultModel):
             if joint.cover_2 is not None
         }
         joints = [joint.joint for joint in self.joints]
-        yield Plot(
-            title="Coverage of two estimated standard deviations",  # a gain without one is a miss
-            caption=f"{INTERVALS} {100.0 * NORMAL:.1f} %, the nominal coverage.",
-            x="Joint",
-            y="Held [% of gains]",
-            draw=partial(draw_intervals, joints=joints, series={"Within 2 sigma": held}, limit=100.0 * NORMAL),
+        yield intervals_plot(
+            "Coverage of two estimated standard deviations",  # a gain without one is a miss
+            f"{INTERVALS} {100.0 * NORMAL:.1f} %, the nominal coverage.",
+            "Held [% of gains]",
+            joints,
+            {"Within 2 sigma": held},
+            limit=100.0 * NORMAL,
         )
         rates = {
             each.joint: (100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in self.joints
         }
-        yield Plot(
-            title="How often each joint passed",
-            caption=f"{INTERVALS} {wanted:g} %, the required pass rate.",
-            x="Joint",
-            y="Passed [% of trials]",
-            draw=partial(draw_intervals, joints=joints, series={"Passed": rates}, limit=wanted),
+        yield intervals_plot(
+            "How often each joint passed",
+            f"{INTERVALS} {wanted:g} %, the required pass rate.",
+            "Passed [% of trials]",
+            joints,
+            {"Passed": rates},
+            limit=wanted,
         )
 
     def _verdict(self) -> Paragraph:
@@ -153,9 +156,9 @@ class StudyResult(ResultModel):
         if failed:
             fail = f"{joints_named(failed)} {'fail' if failed[1:] else 'fails'} the tolerance"
             of = f"worst: joint {worst.joint}, in {missed} of {trials} trials; {rule}"
-            return Paragraph(f"FAILED: {fail} ({of}).", Mood.BAD, strong=True)
+            return verdict(f"{fail} ({of})", False)
         said = f"no joint fails in more than {missed} of" if missed else "every joint passes in all"
-        return Paragraph(f"PASSED: {said} {trials} trials ({rule}).", Mood.GOOD, strong=True)
+        return verdict(f"{said} {trials} trials ({rule})", True)
 
     def write(self, folder: Path) -> Path:
         """Write `SUMMARY`, one row per joint.

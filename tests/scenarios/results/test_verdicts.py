@@ -12,11 +12,12 @@ from ident.estimation.estimators.nls import FRICTION_TERMS
 from ident.estimation.known_gains import JointTorque
 from ident.estimation.terms import SHARES
 from ident.unseen import Unseen, UnseenJoint
+from scenarios.experiments.schema import InertiaTable
 from scenarios.gains_in_use.known_gains import Torques
 from scenarios.gains_in_use.validation import PredictedJoint
 from scenarios.gains_in_use.weighing import FoundPayload, Quantity, Verification
 from scenarios.rendering.content import Cell, Mood
-from scenarios.results.bare import TERMS, Link, LinkInertia, Links
+from scenarios.results.bare import TERMS, Link, Links
 from scenarios.results.diagnoses import unseen_verdict
 from scenarios.results.gains import budget_verdict
 from scenarios.results.gains_file import SLIDING, GainEntry, GainsFile
@@ -140,7 +141,7 @@ def test_each_joint_has_a_verdict_and_one_without_a_mass_is_inconclusive():
     ("turns", "unit"), [((True, True), "kg m^2"), ((False, False), "kg"), ((True, False), "kg (m^2)")]
 )
 def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
-    six = LinkInertia(**dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.02))
+    six = InertiaTable(**dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 0.02))
     given = {"mass": 2.5, "com": (0.1, 0.2, -0.3), "inertia": six, "motor_inertia": 0.7}
     units = ["kg m^2" if turn else "kg" for turn in turns]
     links = [Link.model_construct(joint=j, motor_unit=each, **given) for j, each in enumerate(units, 1)]

@@ -213,10 +213,6 @@ class Result(DiagnosedResult):
         yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
         yield self._table(unit)
-        limits = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
-        if len(set(limits.values())) > 1:  # otherwise the verdict has the tolerance
-            listed = ", ".join(f"{size} % (joint {joint})" for joint, size in limits.items())
-            yield Paragraph(f"Tolerances: {listed}.")
         yield meaning([gain.unit for gain in gains])
         yield from doubt_paragraphs(found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
@@ -294,7 +290,10 @@ class Result(DiagnosedResult):
 
     def _table(self, unit: str) -> Table:
         """Return the table of gains, beside the injected ones if these are known; contributions only in files."""
-        judged = self.judged
+        judged, alike = (
+            self.judged,
+            len({gain.tolerance for gain in self.gains if gain.identifiable}) < 2,
+        )  # else a column
 
         def verdict(gain: ResultGain) -> Cell:
             if judged and not gain.passed:
@@ -311,7 +310,7 @@ class Result(DiagnosedResult):
         name: ColumnOf[ResultGain] = column("Name", lambda gain: gain.name or "", words=True)
         error: ColumnOf[ResultGain] = column("Error [%]", lambda gain: percent(gain.rel_error, "+.3f"))
         allowed: ColumnOf[ResultGain] = column(
-            "Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=True
+            "Tolerance [%]", lambda gain: percent(gain.tolerance, ".3g"), file_only=alike
         )
         residual: ColumnOf[ResultGain] = column("Residual [% of rms]", lambda gain: percent(gain.residual_share, ".1f"))
         return table(

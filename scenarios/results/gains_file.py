@@ -7,7 +7,7 @@ are also written as ROS 2 parameters, and used for files of torques.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
@@ -163,7 +163,8 @@ def read_gains(path: Path) -> GainsFile:
     if not isinstance(table, Mapping) or "gains" not in table:
         raise ScenarioError(f"{where}: no gains; expected a gains file, as `rx90 identify --gains-out` writes it")
     file = validated_table(GainsFile, table, where, ScenarioError)
-    _check(file, where)
+    for fault in _faults(file):
+        raise ScenarioError(f"{where}: {fault}")
     return file
 
 
@@ -181,51 +182,47 @@ def check_units(A: GainsFile, B: GainsFile) -> None:
             )
 
 
-def _check(file: GainsFile, where: str) -> None:
-    """Check that joints are numbered 1 to n with gain or reason, and that covariance and standard deviations agree."""
-    numbers = [entry.joint for entry in file.gains]
+def _faults(file: GainsFile) -> Iterator[str]:
+    """Yield what is wrong: joints that are not 1 to n, one without gain or reason, deviations unlike the covariance."""
+    numbers, given = [entry.joint for entry in file.gains], [entry for entry in file.gains if entry.identifiable]
     if numbers != list(range(1, len(numbers) + 1)):
-        raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")
+        yield f"gains of joints {shown(numbers)}; expected 1 to n, in this order"
     for entry in file.gains:
-        place = f"{where}: gains.{entry.joint}"
-        if entry.identifiable and (entry.estimate is None or entry.std is None):
-            missing = "estimate" if entry.estimate is None else "std"
-            raise ScenarioError(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
-        if not entry.identifiable and (entry.estimate is not None or entry.std is not None):
-            raise ScenarioError(
-                f"{place}: refused but has a number; leave out estimate and std, or identifiable = false"
-            )
-    k = sum(entry.identifiable for entry in file.gains)
-    if file.covariance is not None and [len(row) for row in file.covariance] != [k] * k:
-        sizes = shown([len(row) for row in file.covariance])
-        raise ScenarioError(
-            f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one per identifiable joint"
-        )
+        missing = [name for name in ("estimate", "std") if getattr(entry, name) is None]
+        if entry.identifiable and missing:
+            yield f"gains.{entry.joint}: {missing[0]} is missing; give it, or identifiable = false and a reason"
+        if not entry.identifiable and len(missing) < 2:
+            advice = "leave out estimate and std, or identifiable = false"
+            yield f"gains.{entry.joint}: refused but has a number; {advice}"
+    sizes, k = [len(row) for row in file.covariance or ()], len(given)
+    if file.covariance is not None and sizes != [k] * k:
+        yield f"covariance: rows of {shown(sizes)} numbers; expected {k} of {k}, one per identifiable joint"
     try:
-        known = file.known
+        found = file.known.std.tolist()
     except GainsError as error:
-        raise ScenarioError(f"{where}: {error}") from error
-    stated = np.array([entry.std or 0.0 for entry in file.gains if entry.identifiable])
-    off = np.flatnonzero(np.abs(known.std - stated) > SAME * stated)
-    if len(off):
-        at = off[0]
-        raise ScenarioError(
-            f"{where}: gains.{int(known.joints[at]) + 1}.std = {stated[at]:g}, but the covariance has "
-            f"{known.std[at]:g} squared"
-        )
+        yield str(error)
+        return
+    for entry, std in zip(given, found, strict=True):
+        stated = entry.std or 0.0
+        if abs(std - stated) > SAME * stated:
+            yield f"gains.{entry.joint}.std = {stated:g}, but the covariance has {std:g} squared"
 
 
 def gains_file(estimate: GainEstimate, origin: GivenProblem) -> GainsFile:
     """Return the gains file of an estimate."""
     payloads = {id(each.payload): each.payload for each in origin.motions if each.payload is not None}
     number = {key: k for k, key in enumerate(payloads, 1)}
-    gains: list[dict[str, object]] = []
-    for j, joint in enumerate(estimate.joints):
-        entry = {"joint": j + 1, "name": joint.joint, "unit": TURNING if origin.arm.revolute[j] else SLIDING}
-        if isinstance(joint, IdentifiedGain):
-            gains.append({**entry, "estimate": joint.value, **{name: getattr(joint, name) for name in NUMBERS}})
-        else:
-            gains.append({**entry, "identifiable": False, "reason": joint.reason})
+    gains = [
+        {
+            "joint": j,
+            "name": joint.joint,
+            "unit": TURNING if revolute else SLIDING,
+            "identifiable": isinstance(joint, IdentifiedGain),
+            "estimate": getattr(joint, "value", None),
+            **{name: getattr(joint, name, None) for name in (*NUMBERS, "reason")},
+        }
+        for j, (joint, revolute) in enumerate(zip(estimate.joints, origin.arm.revolute, strict=True), 1)
+    ]
 
     def stated(options: object) -> dict[str, JsonValue]:
         values = {name: getattr(options, name) for name in keys_of(type(options))}

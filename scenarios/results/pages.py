@@ -1,6 +1,5 @@
 """Page of a result folder: its result, what the rows of its files add, and a picture of the arm."""
 
-import json
 import subprocess
 import sys
 import tempfile
@@ -22,7 +21,8 @@ from scenarios.results.bare import BareResult
 from scenarios.results.check import Check, CheckLog, motion_parts, short_names
 from scenarios.results.fit import TORQUES, read_fit, torque_plot
 from scenarios.results.gains import Result, ResultGain
-from scenarios.results.record import RECORD, RESULT, origin_parts, read_record, read_result, recorded_problem
+from scenarios.results.problem_folder import read_json
+from scenarios.results.record import RECORD, origin_parts, read_record, read_result, recorded_problem
 from scenarios.results.run_folder import scene_digest
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
@@ -71,31 +71,22 @@ def kind_of(folder: Path) -> str:
         raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
     for name, key in ((RECORD, "kind"), (STUDY, "study")):
         if (folder / name).is_file():
-            return _stated(folder / name, key)
+            stated = read_json(folder / name)
+            kind = stated.get(key) if isinstance(stated, dict) else None
+            if kind == "comparison":
+                raise ScenarioError(
+                    f"{one_line(folder)}: is one scenario of a comparison; give the folder that contains it"
+                )
+            if kind not in PAGES:
+                known = f"known: {', '.join(PAGES)}; damaged, or from another version"
+                raise ScenarioError(f"{one_line(folder / name)}: states {key} {one_line(kind)!r}; {known}")
+            return kind
     for name, kind in ((COMPARISON, "comparison"), (PAPER, "paper")):
         if (folder / name).is_file():
             return kind
-    for name, lacking, again in ((RESULT, RECORD, "save"), ("paper.md", PAPER, "write")):
-        if (folder / name).is_file():
-            raise ScenarioError(
-                f"{one_line(folder)}: contains {name} but no {lacking}: incomplete or from an older version; "
-                f"{again} it again"
-            )
-    raise ScenarioError(f"{one_line(folder)}: contains no result; expected a folder written by {LEAVERS}")
-
-
-def _stated(path: Path, key: str) -> str:
-    """Return the kind that a file states."""
-    try:
-        stated = json.loads(path.read_text(encoding="utf-8"))[key]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ScenarioError(f"{one_line(path)}: damaged, or from another version: it states no {key!r}") from error
-    if stated not in PAGES:
-        raise ScenarioError(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
-    if stated == "comparison":
-        said = "is one scenario of a comparison; give the folder that contains it"
-        raise ScenarioError(f"{one_line(path.parent)}: {said}")
-    return stated
+    raise ScenarioError(
+        f"{one_line(folder)}: contains no whole result of this version; expected a folder written by {LEAVERS}"
+    )
 
 
 def page(folder: Path) -> Report:
@@ -157,46 +148,33 @@ def how_to_identify(gains: Sequence[ResultGain], allowed: float) -> list[Part]:
     """
     parts: list[Part] = []
     for each in gains:
-        factor = None if each.predicted_rel_std is None else each.predicted_rel_std / allowed
-        said = "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
-        if factor is not None and factor <= 1.0:
+        if each.identifiable:
+            continue
+        if each.predicted_rel_std is None:
+            said = "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
+        elif each.predicted_rel_std <= allowed:
             said = "its standard deviation is small enough; it was refused for the reason above"
-        elif factor is not None:
+        else:
+            factor = each.predicted_rel_std / allowed
             times, rows = (f"{x:.0f}" if x >= 10.0 else f"{x:.3g}" for x in (factor, factor**2))
             said = (
                 f"to identify it, use a payload with {times} times the torque on it (farther from its axis, or "
                 f"heavier; `rx90 payload` designs one), or record {rows} times as many rows of such motions"
             )
-        parts += [] if each.identifiable else [Paragraph(f"Joint {each.joint}: {said}.")]
+        parts.append(Paragraph(f"Joint {each.joint}: {said}."))
     return [Heading("How to identify the refused gains"), *parts] if parts else []
 
 
 def with_picture(report: Report, folder: Path) -> Report:
-    """Return the report with a picture of the arm after its verdict, if the folder is of a run and it can be rendered.
-
-    The picture shows the current scenario; if it has changed since the run, a sentence replaces the picture.
-    """
+    """Return the report with a picture of the arm after its verdict: of an unchanged scenario that can be rendered."""
+    record = read_json(folder / RECORD) if (folder / RECORD).is_file() else None
+    named, scene = (record.get(key) for key in ("scenario", "scene")) if isinstance(record, dict) else (None, None)
     try:
-        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return report
-    named = record.get("scenario")
-    if named is None:
-        return report
-    changed = why_another(str(named), record.get("scene"))
-    shown = still(str(named)) if changed is None else Paragraph(f"No picture of the arm: {changed}.")
+        same = scene is not None and scene_digest(load_scenario(str(named))) == scene
+    except (ScenarioError, SimulationError):  # it exists no longer, or is another now
+        same = False
+    shown = still(str(named)) if same else None
     return report if shown is None else replace(report, parts=(report.parts[0], shown, *report.parts[1:]))
-
-
-def why_another(named: str, scene: str | None) -> str | None:
-    """Return why the scenario may have changed since it was run, None if it has not."""
-    if scene is None:
-        return "this folder, written by another version of rx90, does not contain its scenario"
-    try:
-        same = scene_digest(load_scenario(named)) == scene
-    except (ScenarioError, SimulationError) as error:
-        return f"scenario {one_line(named)} can no longer be read: {error}"
-    return None if same else f"scenario {one_line(named)} has changed since it was run"
 
 
 def still(named: str) -> Picture | None:

@@ -1,5 +1,4 @@
 import json
-import re
 import shlex
 import shutil
 from collections.abc import Callable
@@ -237,14 +236,17 @@ def replaced(name: str, text: str) -> Callable[[Path], None]:
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (removed("record.json"), "no record.json: incomplete or from an older version"),
-        (replaced("record.json", "{"), "damaged, or from another version"),
+        (removed("record.json"), "contains no whole result"),
+        (replaced("record.json", "{"), "record.json: not JSON"),
         (replaced("record.json", '{"kind": "dream"}'), "states kind 'dream'"),
         (replaced("record.json", '{"kind": "run"}'), "save it again"),
         (removed("loaded.parquet"), "loaded.parquet: No such file"),
         (replaced("fit-rows.parquet", "PAR1"), "fit-rows.parquet: is not the file that record.json names"),
         (shutil.rmtree, "not a folder"),
-        (lambda folder: [path.unlink() for path in folder.iterdir()], "contains no result; expected a folder written"),
+        (
+            lambda folder: [path.unlink() for path in folder.iterdir()],
+            "contains no whole result of this version; expected a folder written",
+        ),
     ],
 )
 def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, said, copied, capsys):
@@ -257,7 +259,7 @@ def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, s
     assert not (copied.parent / "out.html").exists()
 
 
-def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, monkeypatch):
+def test_an_arm_that_is_another_since_it_was_run_is_not_shown(copied, monkeypatch):
     report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
     record, picture = json.loads((copied / "record.json").read_text()), Picture("the arm", b"PNG")
     monkeypatch.setattr("scenarios.results.pages.still", lambda named: picture)
@@ -266,15 +268,9 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
     heavier = scenario.table.plant.model_copy(update={"gain": tuple(1.5 + 0.25 * k for k in range(6))})
     other = replace(scenario, table=scenario.table.model_copy(update={"plant": heavier}))
     assert scene_digest(scenario) == record["scene"] != scene_digest(other)
-    for key, value, said in (
-        ("scene", "0123456789abcdef", "has changed since it was run"),
-        ("scene", None, "does not contain its scenario"),
-        ("scenario", "no-such", "can no longer be read: "),
-    ):
+    for key, value in (("scene", "0123456789abcdef"), ("scene", None), ("scenario", "no-such")):
         (copied / "record.json").write_text(json.dumps({**record, key: value}))
-        verdict, told, rest = with_picture(report, copied).parts
-        assert (verdict, rest) == report.parts
-        assert re.match(f"No picture of the arm: .*{said}", told.text)
+        assert with_picture(report, copied) is report
 
 
 def test_a_record_with_nominal_gains_of_an_older_version_is_read(copied):

@@ -108,6 +108,6 @@ def test_rows_beyond_those_of_a_screen_are_folded_away():
 
 
 def test_parts_stand_below_their_headings_and_adjacent_plots_together():
-    parts = (DRAWN, DRAWN, Paragraph("text"), DRAWN, Heading("more"), Heading("last", folded=True), DRAWN)
+    parts = (DRAWN, DRAWN, Paragraph("text"), DRAWN, Heading("more"), Heading("last"), DRAWN)
     found = [(heading and heading.text, [len(group) for _, group in groups]) for heading, groups in sections(parts)]
     assert found == [(None, [2, 1, 1]), ("more", []), ("last", [1])]

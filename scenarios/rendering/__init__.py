@@ -35,10 +35,6 @@ def renderer(name: str) -> Callable[[Report, Page], str]:
 
 
 def write_report(report: Report, path: Path) -> None:
-    """Write a report; the ending of the file's name, .md, .json or .html, is its format.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write a report; the ending of the file's name, .md, .json or .html, is its format."""
     name = {".md": "markdown", ".json": "json", ".html": "html"}[path.suffix]
     path.write_text(renderer(name)(report, Page()), encoding="utf-8", errors="backslashreplace")

@@ -139,11 +139,7 @@ def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
 
 
 def write_fit(fit: Fit, folder: Path) -> None:
-    """Write `ROWS`.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write `ROWS`."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

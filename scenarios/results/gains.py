@@ -242,28 +242,18 @@ class Result(DiagnosedResult):
     def _conclusion(self) -> Paragraph:
         """Return the verdict on gains whose true values are known."""
         failed = [gain for gain in self.gains if not gain.passed]
-        found = [gain for gain in failed or self.gains if gain.identifiable]
-        refused = [gain.joint for gain in failed or self.gains if not gain.identifiable]
-        off, unexpected = ([gain for gain in found if (gain.excess > 1.0) is beyond] for beyond in (True, False))
-        expected, said = "as the scenario expects", list[str]()
-        if gains := off if failed else found:
-            most = max(gains, key=lambda gain: gain.excess)
-            named, which = joints_named([gain.joint for gain in off]) if off else "", f"worst: joint {most.joint}, "
-            said.append(
-                (
-                    f"{named} {'exceed their' if off[1:] else 'exceeds its'}"
-                    if off
-                    else f"{many(len(found), 'gain')} within"
-                )
-                + f" tolerance ({which * bool(gains[1:])}{two_digits(100.0 * (most.rel_error or 0.0), sign='+')} %, "
-                f"tolerance {100.0 * (most.tolerance or 0.0):.3g} %)"
-            )
-        if failed:
-            expected = "where the scenario expects a gain"
-            if unexpected:
-                named = joints_named([gain.joint for gain in unexpected])
-                said.append(f"{named} identified, where the scenario expects a refusal")
-        said += [f"{joints_named(refused)} refused, {expected}"] if refused else []
+        found, refused = ([x for x in failed or self.gains if x.identifiable is given] for given in (True, False))
+        sized = [gain for gain in found if not failed or gain.excess > 1.0]
+        unexpected, said = [gain for gain in found if gain not in sized], list[str]()
+        if sized:
+            most = max(sized, key=lambda gain: gain.excess)
+            worst = f"worst: joint {most.joint}, " if sized[1:] else ""
+            worst += f"{two_digits(100.0 * (most.rel_error or 0.0), sign='+')} %"
+            who = f"{_named(sized)} beyond" if failed else f"{many(len(sized), 'gain')} within"
+            said.append(f"{who} tolerance ({worst}, tolerance {100.0 * (most.tolerance or 0.0):.3g} %)")
+        expected = "where the scenario expects a gain" if failed else "as the scenario expects"
+        said += [f"{_named(unexpected)} identified, where the scenario expects a refusal"] if unexpected else []
+        said += [f"{_named(refused)} refused, {expected}"] if refused else []
         return verdict("; ".join(said), not failed)
 
     def _summary(self) -> Paragraph:
@@ -374,6 +364,10 @@ class Result(DiagnosedResult):
         )
 
 
+def _named(gains: Sequence[ResultGain]) -> str:
+    return joints_named([gain.joint for gain in gains])
+
+
 def gain_units(revolute: Sequence[bool]) -> list[str]:
     """Return the unit of each joint's gain."""
     return ["N m/unit" if each else "N/unit" for each in revolute]
@@ -422,22 +416,16 @@ def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]
     if not errors:
         return Paragraph("No joint has a gain with all sources on.", Mood.BAD, strong=True)
     size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(errors), max(errors))))
-    tolerances = {100.0 * tolerance for _, _, tolerance, _ in joints}
-    missed = [joint for joint, error, tolerance, _ in joints if error is None or error > tolerance]
-    met = [joint for joint, *_ in joints if joint not in missed]
-    few, who = len(met) < len(missed), "every joint" if met else "no joint"
-    if met and missed:
-        who = f"only {joints_named(met)}" if few else f"all but {joints_named(missed)}"
-    several = met and missed and not (few and len(met) == 1)
-    meets, own = ("meet", "their tolerance") if several else ("meets", "its tolerance")
-    aim = f"{tolerances.pop():.3g} %" if len(tolerances) == 1 else own
-    words, by_source = [f"Expected error {size} % rms: {who} {meets} {aim}"], dict[str, list[int]]()
+    limits = {f"{100.0 * tolerance:.3g} %" for _, _, tolerance, _ in joints}
+    limit, by_source = limits.pop() if len(limits) == 1 else "tolerance", dict[str, list[int]]()
+    met = [joint for joint, error, tolerance, _ in joints if error is not None and error <= tolerance]
+    missed = [joint for joint, *_ in joints if joint not in met]
+    words = [f"Expected error {size} % rms"]
+    words += [f"{joints_named(own)} {are} {limit}" for own, are in ((met, "within"), (missed, "beyond")) if own]
     for joint, _, _, source in joints:
         if source is not None:
             by_source.setdefault(source, []).append(joint)
     if by_source:
-        (first, its), *others = by_source.items()
-        dominates = [f"{source} {joints_named(which)}" for source, which in others]
-        words.append(", ".join([f"{first} dominates {joints_named(its)}", *dominates]))
+        words.append(", ".join(f"{source} dominates {joints_named(own)}" for source, own in by_source.items()))
     mood = Mood.DOUBTFUL if met and missed else Mood.BAD if missed else Mood.GOOD
     return Paragraph(f"{'; '.join(words)}.", mood, strong=True)

@@ -304,9 +304,6 @@ def write_torque(found: JointTorque, file: GainsFile, path: Path) -> None:
     """Write torques as Parquet: `t`, and for each joint with a gain `tau1`, `tau1_low`, `tau1_high`.
 
     The schema's metadata names unit and interval.
-
-    Raises:
-        OSError: If it cannot be written.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq

@@ -62,11 +62,7 @@ def page_of(folder: Path) -> Report:
 
 
 def kind_of(folder: Path) -> str:
-    """Return the kind of a folder, a key of `PAGES`.
-
-    Raises:
-        ScenarioError: If it holds no result.
-    """
+    """Return the kind of a folder, a key of `PAGES`."""
     if not folder.is_dir():
         raise ScenarioError(f"{one_line(folder)}: not a folder; expected one written by {LEAVERS}")
     for name, key in ((RECORD, "kind"), (STUDY, "study")):
@@ -90,11 +86,7 @@ def kind_of(folder: Path) -> str:
 
 
 def page(folder: Path) -> Report:
-    """Return the page of a saved run, identification or check, or of bare motions: its result, and what its files add.
-
-    Raises:
-        ScenarioError: If it holds no result, or one of another version; if a file is missing or changed.
-    """
+    """Return the page of a saved run, identification, check or bare motions: its result, and what its files add."""
     record = read_record(folder)
     result, given = read_result(folder, KINDS[record.kind]), recorded_problem(folder, record)
     if isinstance(result, Check):

@@ -114,9 +114,6 @@ def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTabl
     """Write recordings, payloads and the arm's kinematics, and return the content of the problem file.
 
     Motions have the files of `names`, numbered ones if None; those with the same payload object share its file.
-
-    Raises:
-        OSError: If they cannot be written.
     """
     payloads = list(dict.fromkeys(id(motion.payload) for motion in problem.motions if motion.payload))
     names = names or [
@@ -141,30 +138,18 @@ def problem_file(folder: Path, problem: GivenProblem, names: Sequence[MotionTabl
 
 
 def write_problem(folder: Path, problem: GivenProblem) -> None:
-    """Write a problem into a new folder.
-
-    Raises:
-        OSError: If the folder cannot be written.
-    """
+    """Write a problem into a new folder."""
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / PROBLEM, problem_file(folder, problem))
 
 
 def write_json(path: Path, content: BaseModel) -> None:
-    """Write a model as JSON.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write a model as JSON."""
     path.write_text(to_json(content.model_dump(mode="json")) + "\n", encoding="utf-8")
 
 
 def write_model(model: Path, flange: str | None, folder: Path) -> str:
-    """Write the kinematics of a robot to a file with one of the names `MODELS`, and return the name.
-
-    Raises:
-        OSError: If it cannot be written.
-    """
+    """Write the kinematics of a robot to a file with one of the names `MODELS`, and return the name."""
     minimal = minimal_model(model, flange)
     name = MODELS[minimal.kind == "urdf"]
     (folder / name).write_text(minimal.text + "\n", encoding="utf-8")
@@ -185,12 +170,7 @@ def read_problem(folder: Path) -> GivenProblem:
 
 
 def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
-    """Return the problem of a file and the files in its folder.
-
-    Raises:
-        ScenarioError: If it is not valid.
-        IdentificationError: If robot, recording or payload cannot be read.
-    """
+    """Return the problem of a file and the files in its folder."""
 
     def options(kind: type[Options], table: Mapping[str, object], key: str) -> Options:
         try:

@@ -80,11 +80,7 @@ class RecordFile(ProblemFile):
 
 
 def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
-    """Return the SHA-256 of files of a folder.
-
-    Raises:
-        OSError: If one cannot be read.
-    """
+    """Return the SHA-256 of files of a folder."""
     return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
 
 
@@ -113,9 +109,6 @@ def save_result(
 
     `names` are the files of the recordings, numbered ones if None; `more` are further files of the folder; `title` to
     `scene` are as in `RecordFile`.
-
-    Raises:
-        OSError: If the folder cannot be written.
     """
     stated, written = problem_file(folder, origin, names), [RESULT, *more]
     write_json(folder / RESULT, result)
@@ -189,11 +182,7 @@ def read_result(folder: Path, kind: type[Kept], name: str = RESULT) -> Kept:
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
-    """Return recordings, payloads and arm of a folder; recordings may have jumps and spikes.
-
-    Raises:
-        ScenarioError: If the record is not valid; if robot, recording or payload cannot be read.
-    """
+    """Return recordings, payloads and arm of a folder; recordings may have jumps and spikes."""
     try:
         return given_problem(folder / RECORD, record, lambda path: read_log(path, check=None).recording)
     except IdentificationError as error:

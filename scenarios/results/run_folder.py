@@ -64,9 +64,6 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     """Write recordings, assumed payloads, arm, true values, result and its rows, and the record.
 
     `identify_command` gives the same estimate on them, to the last digit. `named` is the scenario as the user names it.
-
-    Raises:
-        OSError: If the folder cannot be written.
     """
     setup, more = run.setup, [TRUTH]
     if run.check is not None and run.cost is not None:

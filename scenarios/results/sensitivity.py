@@ -238,11 +238,7 @@ class Budget(ResultModel):
         yield Paragraph(SOURCES)
 
     def write(self, folder: Path) -> Path:
-        """Write `BUDGET`, one row per joint and source.
-
-        Raises:
-            OSError: If it cannot be written.
-        """
+        """Write `BUDGET`, one row per joint and source."""
         costs = [cost.model_dump() for budget in self.joints for cost in budget.costs]
         for row in costs:
             for name in INDICES:
@@ -259,12 +255,7 @@ def _index(index: Interval | None) -> str | None:
 
 
 def sensitivity_page(folder: Path) -> Report:
-    """Return the page of a folder.
-
-    Raises:
-        ScenarioError: If it holds no study, or one of another version; if trials are missing.
-        StudyError: If no trial gave the gain of a joint that should have one; if a part is damaged.
-    """
+    """Return the page of a folder."""
     study = read_study(folder)
     result = Budget.of(study.scenario, study.trials, study.rows, study.seed)
     origin = repeated({"Original command": study.command}, {"Seed": str(study.seed)}, study.versions)

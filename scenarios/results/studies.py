@@ -161,22 +161,13 @@ class StudyResult(ResultModel):
         return verdict(f"{said} {trials} trials ({rule})", True)
 
     def write(self, folder: Path) -> Path:
-        """Write `SUMMARY`, one row per joint.
-
-        Raises:
-            OSError: If it cannot be written.
-        """
+        """Write `SUMMARY`, one row per joint."""
         pd.DataFrame([asdict(joint) for joint in self.joints]).to_parquet(folder / SUMMARY, index=False)
         return folder / SUMMARY
 
 
 def monte_carlo_page(folder: Path) -> Report:
-    """Return the page of a folder.
-
-    Raises:
-        ScenarioError: If it holds no study, or one of another version; if trials are missing.
-        StudyError: If a part is damaged.
-    """
+    """Return the page of a folder."""
     study = read_study(folder)
     rows = rows_in(study.rows)
     result = StudyResult.of(study.scenario, study.seed, rows)

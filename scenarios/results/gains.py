@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from functools import partial
-from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -16,12 +15,14 @@ from ident.payload.payload import standard_parameters
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
     Cell,
+    Column,
     ColumnOf,
     Heading,
     Mood,
     Paragraph,
     Part,
     Table,
+    cells,
     column,
     in_unit,
     joints_named,
@@ -52,9 +53,9 @@ if TYPE_CHECKING:  # the simulator is not needed by a process that only identifi
     from scenarios.experiments.run import Run
 
 MEANING = (
-    "2 sigma: two standard deviations of the gain, from the residual, the payload's specified uncertainty and the "
-    "model together. If the model's contribution is zero, errors of geometry, friction law and elasticity are not "
-    "included."
+    "Gains: torque [N m] of a revolute joint, force [N] of a prismatic one, per drive unit. 2 sigma: two standard "
+    "deviations of the gain, from the residual, the payload's specified uncertainty and the model together. If the "
+    "model's contribution is zero, errors of geometry, friction law and elasticity are not included."
 )
 JUDGED = ("true", "rel_error", "z", "tolerance", "passed")
 """What needs a true value."""
@@ -213,7 +214,7 @@ class Result(DiagnosedResult):
         yield from unseen_verdict(self.unseen)
         yield Heading("Gains", file_only=True)
         yield self._table(unit)
-        yield meaning([gain.unit for gain in gains])
+        yield Paragraph(MEANING)
         yield from doubt_paragraphs(found)
         yield from (Paragraph(sentence(f"Note: {note}")) for note in self.notes)
         simulated = "" if self.timing.simulate_s is None else f"simulated in {self.timing.simulate_s:.2f} s, "
@@ -378,33 +379,20 @@ def common_unit(units: Sequence[str]) -> str:
     return units[0] if len(set(units)) == 1 else "N (m)/unit"
 
 
-def meaning(units: Sequence[str]) -> Paragraph:
-    """Return the meaning of a table of gains with these units: units and interval."""
-    sliding = [joint for joint, unit in enumerate(units, 1) if unit == "N/unit"]
-    if len(sliding) == len(units):
-        return Paragraph(f"Gains in N per drive unit. {MEANING}")
-    apart = f", of prismatic {joints_named(sliding)} in N per drive unit" if sliding else ""
-    return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
-
-
 def quantity_table(rows: Iterable[tuple[str, str, float | None, *tuple[float | None, ...]]]) -> Table:
     """Return a table of values of a payload: name, unit, value, its uncertainty, and contributions to this.
 
     All numbers of a row are rounded by the uncertainty.
     """
-    shown: list[tuple[str, ...]] = []
+    shown: list[tuple[Cell, ...]] = []
     for name, own, *stated in rows:
         unit, numbers = in_unit(own, *stated)
         value, spread, *shares = (rounded(each, numbers[1]) for each in numbers)
-        shown.append((name, value, spread, unit, *shares))
+        shown.append(cells(name, value, spread, unit, *shares))
     titles = ("Payload", "Estimate", "2 sigma", "Unit", "From residual", "From gains", "From model")
-    return table(
-        shown,
-        *(
-            column(title, itemgetter(k), words=title in ("Payload", "Unit"), file_only=k > 3)
-            for k, title in enumerate(titles[: max(map(len, shown), default=4)])
-        ),
-    )
+    count = max(map(len, shown), default=4)
+    heads = (Column(title=title, words=k in (0, 3), file_only=k > 3) for k, title in enumerate(titles[:count]))
+    return Table(columns=tuple(heads), rows=tuple(shown))
 
 
 def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:

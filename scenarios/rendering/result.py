@@ -10,8 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AliasChoices, BaseModel, ConfigDict, WrapSerializer, WrapValidator
 
-from scenarios.rendering.content import Mood, Part, Report, Table
-from scenarios.rendering.plot import Plot
+from scenarios.rendering.content import Mood, Part, Report
 
 Value = TypeVar("Value")
 NAME, VALUE = (AliasChoices(key, attribute) for key, attribute in (("parameter", "name"), ("estimate", "value")))
@@ -26,14 +25,6 @@ class ResultModel(BaseModel):
     def parts(self) -> Iterable[Part]:
         """Return what is shown of the result, in order."""
         return ()
-
-    def tables(self) -> list[Table]:
-        """Return its tables."""
-        return [part for part in self.parts() if isinstance(part, Table)]
-
-    def plots(self) -> list[Plot]:
-        """Return its plots."""
-        return [part for part in self.parts() if isinstance(part, Plot)]
 
     def report(self, title: str, *more: Part, mood: Mood = Mood.PLAIN) -> Report:
         """Return what renderers draw: title, parts, `more` parts, and the JSON object."""

@@ -167,8 +167,6 @@ def read_fit(folder: Path) -> Fit:
     import pyarrow.parquet as pq
 
     path, rows = folder / ROWS, list[FitRows]()
-    if not path.is_file():
-        raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: written by an older version of rx90; save it again")
     try:
         table = pq.read_table(path)
         about = json.loads((table.schema.metadata or {})[ABOUT])

@@ -72,9 +72,6 @@ class RecordFile(ProblemFile):
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
     believed: Name | None = None
-    about: tuple[float, ...] | None = Field(
-        default=None, exclude=True
-    )  # of older records: nominal gains, which nothing reads
     versions: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(min_length=1)
 

@@ -1,7 +1,6 @@
 """Folder of a run (`--save`), and the command that repeats the identification from it."""
 
 import hashlib
-import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, fields
@@ -96,15 +95,8 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
 def model_words(setup: Setup) -> list[str]:
     """Return the arguments for the arm: model file, flange and couplings."""
     robot = setup.experiments[0].plant.robot
-    model = short_path(robot.model)
-    words = [model] if robot.flange is None else [model, "--flange", robot.flange]
-    return [*words, *coupling_words(setup.scenario.table.belief.couplings)]
-
-
-def short_path(path: Path) -> str:
-    """Return a normalised path, if it is the same file."""
-    short = Path(os.path.normpath(path))
-    return str(short if short.exists() and short.samefile(path) else path)
+    flange = [] if robot.flange is None else ["--flange", robot.flange]
+    return [str(robot.model.resolve()), *flange, *coupling_words(setup.scenario.table.belief.couplings)]
 
 
 def identify_command(setup: Setup, folder: Path) -> str:

@@ -1,6 +1,9 @@
 """What tests of results share: a gain to be shown, and intervals as they are drawn."""
 
 from ident.estimation.estimate import IdentifiedGain
+from scenarios.rendering.content import Table
+from scenarios.rendering.plot import Plot
+from scenarios.rendering.result import ResultModel
 
 
 def identified(value: float, std: float, payload: float = 0.0, model: float = 0.0) -> IdentifiedGain:
@@ -23,3 +26,11 @@ def drawn_intervals(axes) -> list[dict[int, tuple[float, float, float]]]:
         values = line.get_xydata().tolist()
         found.append({names[round(at)]: (y, *own) for (at, y), own in zip(values, ends, strict=True)})
     return found
+
+
+def tables(result: ResultModel) -> list[Table]:
+    return [part for part in result.parts() if isinstance(part, Table)]
+
+
+def plots(result: ResultModel) -> list[Plot]:
+    return [part for part in result.parts() if isinstance(part, Plot)]

@@ -2,6 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from method_rows import told
+from page_parts import tables
 
 from scenarios.benchmark.comparison import compared
 from scenarios.benchmark.study import METHOD
@@ -111,7 +112,7 @@ def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
 
 def test_tables_have_each_number_under_its_title():
     rows = told("m", {"estimate": 2.02, "std": 0.07}, {"estimate": 1.9, "std": 0.11}, {"estimate": 2.5, "std": 0.05})
-    scores, joints = compared("s", rows, ["m"], np.array([0.02])).tables()
+    scores, joints = tables(compared("s", rows, ["m"], np.array([0.02])))
     titles = "Gains/Bias/Std/Rms/95 % below/Within 1 sigma/Within 2 sigma/95 % interval/Estimated std/Bound"
     # errors of 0.01, -0.05 and 0.25, deviations of 0.035, 0.055 and 0.025
     numbers = "3/+7.000/15.875/14.731/23.000/66.7/66.7/9.4..99.2/4.031/2.000"

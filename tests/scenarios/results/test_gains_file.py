@@ -138,6 +138,7 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
             "joint 2: a gain of 0 is invalid; refuse the joint instead",
         ),
         (MINIMAL + "identifiable = false", "gains.2: refused but has a number"),
+        (MINIMAL.replace("std = 0.2", "identifiable = false"), "gains.2: refused but has a number"),
         (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),
         ("covariance = [[0.01, 0.0], [0.0, 0.05]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.2236"),
         ("covariance = [[0.01, 0.0], [0.0, 0.0025]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.05"),

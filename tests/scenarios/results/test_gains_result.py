@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from estimates import gain_estimate
-from page_parts import drawn_intervals, identified
+from page_parts import drawn_intervals, identified, plots, tables
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.diagnosis.motion_quality import JointMotion
@@ -62,7 +62,7 @@ def texts(result: Result) -> list[str]:
 
 
 def plot_of(result: Result, title: str) -> Plot:
-    (plot,) = [each for each in result.plots() if each.title.startswith(title)]
+    (plot,) = [each for each in plots(result) if each.title.startswith(title)]
     return plot
 
 
@@ -92,7 +92,7 @@ def test_gains_have_the_unit_of_their_joints():
         units = gain_units(revolute)
         assert common_unit(units) == unit
         gains = [ResultGain.of(1, gain_estimate(0.8, std=0.1, reason=""), each) for each in units]
-        table = result_of(identified(0.8, 0.02), gains=gains).tables()[0]
+        table = tables(result_of(identified(0.8, 0.02), gains=gains))[0]
         assert {column.title: column.unit for column in table.columns}["Gain"] == unit
 
 
@@ -131,13 +131,13 @@ def test_a_run_begins_with_its_verdict_and_the_worst_gain():
 def test_tolerances_are_shown_if_they_differ_and_every_row_has_its_verdict():
     gains = [verdict(1), verdict(2, tolerance=0.09), verdict(3, **NONE), verdict(4, passed=False)]
     result = result_of(identified(0.8, 0.02), gains=gains)
-    (allowed,) = [k for k, column in enumerate(result.tables()[0].columns) if column.title == "Tolerance"]
-    assert [row[allowed].text for row in result.tables()[0].rows] == ["7", "9", "7", "7"]
-    table = result.tables()[0]
+    (allowed,) = [k for k, column in enumerate(tables(result)[0].columns) if column.title == "Tolerance"]
+    assert [row[allowed].text for row in tables(result)[0].rows] == ["7", "9", "7", "7"]
+    table = tables(result)[0]
     assert [row[-1].text for row in table.rows] == ["passed", "passed", "refused", "FAILED"]
     assert [cell.text for cell in table.rows[0][:5]] == ["1", "-0.500", "-0.520", "5.77", "+4.000"]
     same = result_of(identified(0.8, 0.02), gains=gains[::2])
-    assert [each.tables()[0].columns[allowed].file_only for each in (result, same)] == [False, True]
+    assert [tables(each)[0].columns[allowed].file_only for each in (result, same)] == [False, True]
 
 
 def test_plots_show_two_deviations_in_percent_of_the_gain():

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from joint_masses import weighing
+from page_parts import tables
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimators.nls import FRICTION_TERMS
@@ -137,7 +138,7 @@ def test_changes_of_a_gain_are_summed_up_by_their_rms_and_the_largest():
 
 
 def test_each_joint_has_a_verdict_and_one_without_a_mass_is_inconclusive():
-    masses, *_ = Verification.of(weighing(0.003, 0.09, None), Diagnosed()).tables()
+    masses, *_ = tables(Verification.of(weighing(0.003, 0.09, None), Diagnosed()))
     assert [(row[0].text, row[-1]) for row in masses.rows[1:]] == [
         ("joint 1", Cell("agrees", Mood.GOOD)),
         ("joint 2", Cell("differs", Mood.BAD)),

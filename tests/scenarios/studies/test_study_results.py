@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pytest
-from page_parts import drawn_intervals
+from page_parts import drawn_intervals, plots, tables
 from scipy import stats
 from study_tables import gathered
 
@@ -50,7 +50,7 @@ def test_coverage_and_pass_rates_have_the_intervals_of_clopper_and_pearson():
     ]
     statistics = list(joint_statistics(joints, wanted=0.9, false_alarm=0.01))
     given = {"scenario": "mine", "seed": 0, "trials": 411, "passed": False, "failures": {}}
-    coverage, passed = StudyResult(joints=statistics, **given).plots()
+    coverage, passed = plots(StudyResult(joints=statistics, **given))
     held = int((np.abs(z) < 2.0).sum())  # a gain without standard deviation is a miss
     for plot, counts in ((coverage, {4: (held, 391)}), (passed, {4: (5, 411), 6: (1, 411)})):
         (axes,) = plot.figure().axes
@@ -150,7 +150,7 @@ def test_a_budget_is_written_with_every_source_and_shown_with_the_largest(tmp_pa
     assert rows["source"].tolist() == list("abcdefgh")
     np.testing.assert_allclose(rows["rms_high"], 1.2 * rows["rms"], rtol=1e-12)
     assert rows["first_low"].isna().all()
-    (table,) = found.tables()
+    (table,) = tables(found)
     assert (len(table.rows), table.shown, table.rest) == (8, 6, "and 2 more with 10 % together")
     assert [cell.text for cell in table.rows[0]] == ["a", "0.400", "0.360..0.480", "+0.000", "40.0", "-", "-"]
     assert any("gave a gain: drift" in getattr(part, "text", "") for part in found.parts())

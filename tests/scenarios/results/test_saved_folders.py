@@ -192,6 +192,8 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     for option in ("--gains", "--if-loaded", "--unloaded"):
         assert given[given.index(option) + 1].startswith(str(folder))
     assert "--loaded" not in given
+    assert given[given.index("--option") + 1] == "friction=viscous-coulomb"
+    assert {"payload.toml", "gains.toml", "result.json"} < set(read_record(folder).files)
     assert report.parts[0].mood is Mood.PLAIN
     monkeypatch.setattr("scenarios.results.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
     verdict = page_of(folder).parts[0]

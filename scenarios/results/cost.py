@@ -79,7 +79,7 @@ class CostArm(ResultModel):
 
     quantity: str = Field(description="Kind of the parameters: first moments, including the masses, or inertias")
     a_priori: float = Field(
-        description="Relative error with the a-priori gains: norm of the error over norm of the true"
+        description="Relative error with the a-priori gains: norm of the error over norm of the true parameters"
     )
     a_priori_std: float = Field(description="Expected rms of this relative error, from the standard deviations")
     found: float | None = Field(description="Relative error with the identified gains")

@@ -133,12 +133,12 @@ def bare_result(
                 off_std=off.get(j, (None, None))[1],
                 predicted_rel_error=share[j].share if j in share else None,
                 fitted_rel_error=share[j].fitted if j in share else None,
-                friction=[BareParameter.of(each) for each in found.friction[j]],
+                friction=list(map(BareParameter.model_validate, found.friction[j])),
             )
             for j in range(arm.n)
         ],
-        base_parameters=[BareParameter.of(each) for each in found.inertial],
-        base_parameters_si=None if in_si is None else [BareParameter.of(each) for each in in_si.inertial],
+        base_parameters=list(map(BareParameter.model_validate, found.inertial)),
+        base_parameters_si=None if in_si is None else list(map(BareParameter.model_validate, in_si.inertial)),
         if_loaded=expected,
         consistent=None if isinstance(links, str) else links,
         consistent_reason=links if isinstance(links, str) else None,

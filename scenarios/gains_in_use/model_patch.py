@@ -203,7 +203,7 @@ def _urdf_joints(root: ET.Element) -> dict[str, _Joint]:
 
 def _urdf_inertial(inertial: ET.Element, link: Link) -> Iterator[tuple[str, str | None, str]]:
     origin, mass, inertia = (_part(inertial, part) for part in ("origin", "mass", "inertia"))
-    xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers(link.inertia.six)
+    xyz, turned, moments = _numbers(link.com), origin.get("rpy", ""), _numbers([value for _, value in link.inertia])
     yield "mass", mass.get("value"), repr(link.mass)
     yield "inertial origin", origin.get("xyz", "0 0 0") + (f"; rpy {turned}" if turned else ""), xyz
     yield "inertia", " ".join(inertia.get(key, "0") for key in INERTIA_KEYS), moments
@@ -255,7 +255,11 @@ def _mjcf_inertial(inertial: ET.Element, link: Link) -> Iterator[tuple[str, str 
         if name not in ("mass", "pos")
     )
     inertial.attrib.clear()
-    inertial.attrib |= {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": _numbers(link.inertia.six)}
+    inertial.attrib |= {
+        "mass": repr(link.mass),
+        "pos": _numbers(link.com),
+        "fullinertia": _numbers([value for _, value in link.inertia]),
+    }
     yield from ((f"inertial {name}", before.get(name) or None, after) for name, after in inertial.attrib.items())
 
 

@@ -13,11 +13,9 @@ from ident.support.naming import joint_list
 from ident.unseen import Unseen
 from scenarios.rendering.content import (
     Cell,
-    Column,
     Mood,
     Paragraph,
     Part,
-    Table,
     column,
     number,
     percent,
@@ -34,7 +32,7 @@ from scenarios.results.diagnoses import (
     unseen_parts,
     unseen_verdict,
 )
-from scenarios.results.gains import quantity_row
+from scenarios.results.gains import quantity_table
 
 UNSEEN = "Prediction of a motion that was not used in any fit, null if none is given"
 
@@ -188,17 +186,6 @@ def _error(of: Weighed | CommonError | Departure) -> str:
     return f"{two_digits(100.0 * error, sign='+')} % (2 sigma {two_digits(200.0 * std)} %)"
 
 
-COLUMNS = (
-    Column(title="Payload", words=True),
-    Column(title="Estimate"),
-    Column(title="2 sigma"),
-    Column(title="Unit", words=True),
-    Column(title="From residual", file_only=True),
-    Column(title="From gains", file_only=True),
-    Column(title="From model", file_only=True),
-)
-
-
 class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints."""
 
@@ -234,16 +221,11 @@ class FoundPayload(DiagnosedResult):
         """Payload in the frame of the last link, with intervals that include those of the gains."""
         doubts = list(self._doubts())
         yield self.verdict(Mood.DOUBTFUL if doubts else Mood.PLAIN)
-        rows = [
-            quantity_row(
-                each.quantity,
-                each.unit,
-                each.estimate,
-                *(2.0 * std for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
-            )
-            for each in self.body
-        ]
-        yield Table(columns=COLUMNS, rows=tuple(rows))
+        stds = ((each.std, each.residual_std, each.gain_std, each.model_std) for each in self.body)
+        yield quantity_table(
+            (each.quantity, each.unit, each.estimate, *(2.0 * std for std in own))
+            for each, own in zip(self.body, stds, strict=True)
+        )
         yield Paragraph(
             "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
             "from the residual, the gains and the model together."

@@ -250,7 +250,7 @@ def outcome(mass: float, std: float, *alone: tuple[float, float], gains: tuple[f
     weighed = SimpleNamespace(
         payload=Payload(mass=5.0, mass_std=0.01, known="mass"),
         body=SimpleNamespace(of=lambda name: found if name == "mass" else None),
-        joints=[SimpleNamespace(mass=SimpleNamespace(value=value, std=each)) for value, each in alone],
+        joints=[SimpleNamespace(mass=value, std=each) for value, each in alone],
     )
     known = SimpleNamespace(joints=np.arange(len(gains)), value=np.array(gains))
     return SimpleNamespace(weighed=weighed, gains=known)
